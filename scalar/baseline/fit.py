@@ -35,7 +35,7 @@ DEFAULTS: dict[str, dict[str, Any]] = {
 }
 """The arguments with which lmfit calls MINPACK by default, in version 1.3, and in version 0.9, of the paper's year. `epsfcn` is the square of the
 relative step of the finite differences, on which their values depend near a root whose slope is infinite."""
-MAX_EVALUATIONS = 5000  # after these a fit is reported as capped; fits that converge take some hundreds
+MAX_EVALUATIONS = 5000  # of the residual, after which a fit is stopped and reported as capped; fits that converge take some hundreds
 _STEP = 1e-6
 """Step of the central differences by which lmfit's covariance is transformed to the reported coordinates."""
 

@@ -10,7 +10,7 @@ import os
 import signal
 import sys
 
-# With threads, small matrices take longer and results are not reproducible to the byte. NumPy reads these when a command first imports it.
+# With several threads, small matrices take longer and results are not the same to the byte. NumPy reads these variables when it is first imported.
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 

@@ -33,7 +33,7 @@ _MISFIT = 1e-3  # p-value below which the residual is larger than the noise expl
     type=click.FloatRange(0.0, 0.5, min_open=True),
     default=0.01,
     show_default=True,
-    help="Probability that a change is named where nothing changed, over all parameters together.",
+    help="Probability that any change is named although nothing changed, over all parameters together.",
 )
 @FORCE
 @EFFECTS_MODULE
@@ -42,10 +42,10 @@ def compare(
 ) -> None:
     """Say what changed in the arm between two calibrations.
 
-    A and B are calibration.json (or after.json) of two campaigns with the same arm, the earlier one first: the yearly
-    check, before and after a crash, a motor that was changed. The standard errors of both tell a change from chance. A motion
+    A and B are calibration.json (or after.json) of two campaigns with the same arm, the earlier one first: of a yearly
+    check, say, or before and after a crash or the exchange of a motor. The standard errors of both distinguish a change from chance. A motion
     of the base, of the sensor on its flange or of the planes between the campaigns is no change of the arm. For each
-    change it says by how far it moves predicted positions.
+    change the output says how far it moves predicted positions.
 
     Calibrate both with the same --effects: an effect that only one of them has, or that --effects-from fixed, is not compared.
 
@@ -86,7 +86,7 @@ def describe_comparison(comparison: Comparison) -> list[str]:
         one, other = comparison.campaign["names"]
         lines.append(f"note: A calls the arm '{one}' and B '{other}'; the nominal geometry is the same")
     n = len(comparison.changes)
-    # A model that lacks something is fitted a little differently to other poses: that is a difference, and no change of the arm.
+    # If a model lacks something, its parameters depend a little on the measured poses: such calibrations differ without any change of the arm.
     lacking = any(p < _MISFIT for _, p in comparison.misfits)
     doubtful = lacking or comparison.arm.effects_differ
     what = "the calibrations differ" if doubtful else "the arm changed"
@@ -155,7 +155,7 @@ def _unchanged_effects(comparison: Comparison) -> list[str]:
 
 
 def _by_positions(effect: DisjointTerms) -> list[str]:
-    """Return how an effect that A and B hold in different coefficients differs."""
+    """Return lines on the difference of an effect for which A and B contain different coefficients."""
     verdict = "beyond chance" if effect.beyond_chance else "no more than chance explains"
     lines = [
         f"{effect.name}: A and B hold it in different coefficients, so it is compared by the positions that it makes: they differ by "
@@ -170,7 +170,7 @@ def _by_positions(effect: DisjointTerms) -> list[str]:
 
 
 def _unexplained(comparison: Comparison) -> str:
-    """Return the line for positions that differ beyond chance though no compared parameter changed: why that may be, and what to do."""
+    """Return the line for positions that differ beyond chance although no compared parameter changed: possible reasons, and what to do."""
     said = (
         f"the arm's positions differ by {comparison.positions_apart.rms / MM:.3f} mm RMS, beyond chance ({comparison.by_chance / MM:.3f} mm), "
         "though no parameter that both calibrations have has changed"

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from scalar.geometry.se3 import Array
 
 _FRAME = ("x", "y", "z", "rx", "ry", "rz")
-_FAR = 20.0  # times the length of all links: coordinates that were given in millimetres, taken as metres, are farther away
+_FAR = 20.0  # times the length of all links: places farther away were probably given in millimetres and read as metres
 
 
 @cli.command()
@@ -58,31 +58,31 @@ def correct(
     force: bool,
     effects_modules: Sequence[Path],
 ) -> None:
-    """Correct joint angles so that the real arm stands where it is wanted.
+    """Correct joint angles so that the real arm takes its sensor where it is wanted.
 
-    The table TARGETS says what is wanted, a row a pose:
+    The table TARGETS has one row for each pose, in one of two forms:
 
     \b
       pose,q1..qn         nominal joint angles: the real flange goes where the nominal arm has it
       pose,x,y,z,rx,ry,rz  frames of the sensor in the base frame, as `scalar predict` writes them; with q1..qn
                           beside them, these give the posture, else it is chosen near that of the row before
 
-    What is calibrated is where the sensor stands. The place of another tool on the flange is not known better than before: teach it again.
+    The calibration determines the pose of the sensor. The pose of another tool on the flange is known no better than before: teach it again.
 
     pose is a whole number. Angles are in rad, lengths and the travel of joints that slide in m (see --units). All calibrated effects are
     applied; what they need (approach1..n, temperature, time, order) stands in columns of TARGETS.
 
-    The output has pose,q1..qn, the joint angles to command, and every other column of TARGETS as it is (a speed, a tool's number), but not
-    what is said of the wanted frame: x..rz, and their standard deviations and correlations as `scalar predict --std` writes them. Four columns
-    follow: corrected, 1, or 0 where the row could not be corrected; beyond_limits, the number of joints beyond their limits;
-    near_singular, 1 near a singularity; and smallest_singular_value, how near: 0 is
-    singular, and below 0.02 is called near (of the Jacobian, lengths in units of the arm's). `scalar predict` gives the wanted frames
-    for these joint angles to 1e-6 m.
+    The output has pose,q1..qn, the joint angles to command, and every other column of TARGETS as it is (a speed, a tool's number), except those
+    of the wanted frame: x..rz, and their standard deviations and correlations as `scalar predict --std` writes them. Four columns
+    follow: corrected, which is 1, or 0 if the row could not be corrected; beyond_limits, the number of joints beyond their limits;
+    near_singular, which is 1 near a singularity; and smallest_singular_value, that of the Jacobian with lengths in units of half the
+    arm's length: it is 0 at a singularity, and a pose with less than 0.02 is called near one. For the written joint angles, `scalar predict` gives
+    the wanted frames to 1e-6 m.
 
-    Rows that cannot be corrected do not stop the others. A row of joint angles, as a home pose at a singularity, is written as it was given;
+    Rows that cannot be corrected do not stop the others. A row of joint angles (a home pose at a singularity, say) is written as it was given;
     a wanted frame that the arm cannot take is written without joint angles. Both have corrected = 0. The exit status is then 2, and a line for
     each such row says why: how far the arm errs there, or how near it comes. With --leave-out such rows are left out, and the exit status is 0.
-    Where no frame can be taken, nothing is written.
+    If no wanted frame can be taken, nothing is written.
 
     \b
     Example:
@@ -160,7 +160,11 @@ def _frames(table: pd.DataFrame) -> Array:
 
 
 def _check_reach(robot: Robot, T: Array, file: str) -> None:
-    """Refuse places that are all so far away that another unit must be meant."""
+    """Refuse wanted places that are all so far away that they must be in another unit.
+
+    Raises:
+        InvalidInput: They are.
+    """
     import numpy as np
 
     links = float(np.abs(robot.geometry[[0, 2]]).sum() + np.linalg.norm(robot.T_base_0[:3, 3]))
@@ -202,7 +206,7 @@ def _write(
     import pandas as pd
 
     from scalar.data.io.atomic import atomic_write
-    from scalar.estimation.frame_tables import tells_of_frame
+    from scalar.estimation.frame_tables import is_frame_column
 
     positions = np.searchsorted(table.index.to_numpy(), rows)
 
@@ -225,7 +229,7 @@ def _write(
         "smallest_singular_value": full_column(near.singular_value),
     }
     for name in table.columns:
-        if name not in ("pose", *joints, *own) and not tells_of_frame(str(name)):
+        if name not in ("pose", *joints, *own) and not is_frame_column(str(name)):
             columns[name] = table[name].to_numpy()
     columns |= own
     with atomic_write(path) as temporary:

@@ -28,8 +28,8 @@ _SEEDS = 10_000
 def demo(output: Path | None, seed: int | None) -> None:
     """Show a diagnosis on a simulated workcell with a secret effect.
 
-    An arm, its sensor or its surroundings get an effect that the rigid model lacks. The dataset does not tell which. The diagnosis reads
-    the dataset alone; the secret is told after its answer. Needs pybullet. Nothing is overwritten.
+    The arm, its sensor or its surroundings get an effect that the rigid model lacks. The dataset does not say which. The diagnosis reads
+    only the dataset; the secret is revealed after its answer. This needs pybullet. Nothing is overwritten.
 
     Writes DIR/dataset, DIR/truth and DIR/diagnosis, which has report.html.
 
@@ -97,8 +97,14 @@ def told(secret: Mapping[str, Any], found: list[Mapping[str, Any]], verdict: str
 
 
 def _same_place(found: Mapping[str, Any], secret: Mapping[str, Any]) -> bool:
-    """Return whether two targets name the same place; beginnings (`at`) are not compared; the joints found may be any subset of
-    the true ones; one of the orders found has to be the true one.
+    """Return whether two targets name the same place.
+
+    The beginnings of changes (`at`) are not compared. The joints that were found may be any subset of the true ones. Of several orders that were
+    found, one has to be the true one.
+
+    Args:
+        found: Target of an effect of the diagnosis.
+        secret: Target of the injected effect.
     """
     if "joints" in secret:
         joints = set(found.get("joints") or [found.get("joint")])

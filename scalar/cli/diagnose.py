@@ -24,7 +24,7 @@ _EFFECTS_NAMED = 8
 _COEFFICIENTS_SHOWN = 3
 _PLAIN = str.maketrans(
     {"−": "-", "±": "+-", "°": "deg", "²": "2", "×": "x", "“": '"', "”": '"'}
-)  # for terminals that know no more
+)  # for terminals that show ASCII only
 
 
 @cli.command()
@@ -33,7 +33,7 @@ _PLAIN = str.maketrans(
 @click.option(
     "--batch",
     is_flag=True,
-    help="Diagnose many datasets: those given, and all in folders that are given. A run that was stopped goes on.",
+    help="Diagnose many datasets: those given, and all below folders that are given. A run that was stopped is continued.",
 )
 @click.option(
     "--quick",

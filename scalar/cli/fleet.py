@@ -1,8 +1,8 @@
 """The diagnoses of a fleet: a process for each dataset, as many at once as there are processors, each result whole or not at all.
 
-Each dataset has a process of its own, not one of a pool: a dataset whose process ends early, for lack of memory say, does not affect the
-others. The line of the table is written with the result, so a run that was stopped can be continued: a result that is finished,
-for the same files, options and release, is not computed again.
+Each dataset has a process of its own, not one of a pool: if a process is killed, for lack of memory say, the other datasets are not affected. The
+line of the table is written with the result, so a run that was stopped can be continued: a finished result for the same files, options
+and release is not computed again.
 """
 
 from __future__ import annotations
@@ -112,7 +112,8 @@ def finished_row(job: Job, *, again: bool = False) -> dict[str, Any] | None:
 
     Args:
         job: The job whose result is read.
-        again: Whether this run has made the result; a fault of the software then counts as a result, and the job is not run once more.
+        again: Whether this run has made the result. A fault of the software then counts as a result; from an earlier run it does not, so that the
+            job is tried again.
     """
     from scalar.data.io.json_reader import read_json
 

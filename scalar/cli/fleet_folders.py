@@ -1,4 +1,4 @@
-"""The datasets of a fleet, and the name of each in the table and in the folder of results."""
+"""The datasets that `scalar diagnose --batch` diagnoses (a fleet), and the name of each in the table and in the folder of results."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ DESCRIPTION = "dataset.yaml"
 def datasets_in(folders: Sequence[Path]) -> list[Path]:
     """Return the folders to diagnose, in the order of their names: those given that are datasets, and all datasets below the others.
 
-    A folder in which there is no dataset is returned itself, so that its line of the table says so. Links to folders are followed where
-    they are given, and not below, so that no circle of links is walked for ever.
+    A folder in which there is no dataset is returned itself, so that its line of the table says so. Links to folders are followed if they are
+    given, but not if they are found below, since these may form a circle.
     """
     found: dict[Path, None] = {}
     for folder in folders:
@@ -23,7 +23,9 @@ def datasets_in(folders: Sequence[Path]) -> list[Path]:
 
 
 def names_of(paths: Sequence[Path]) -> list[str]:
-    """Return a name for each folder: the last parts of its path, the same number for each and as many as make the names distinct.
+    """Return a name for each folder: the last parts of its path, the same number of parts for each.
+
+    There are as few parts as leave the names distinct and none inside another. If no number of parts does, the names are numbered.
 
     Args:
         paths: The folders, as absolute paths, each once.

@@ -85,9 +85,9 @@ def import_bag(
     and LaserScan or PointCloud2 messages. ROS need not be installed.
 
     The arm has to stop at every pose for half a second or more. Of each stop the scan in the middle is taken, cut to its longest straight
-    piece, and given the name of the plane on which it lies; scans near no plane, or near two, are left out and counted. If more than half
-    of the stops would be left out, nothing is written (exit status 3), and the message says the main reason and what to try. Often the joints
-    are recorded in another order, or the scanner's axes have other directions.
+    piece, and labelled with the plane on which it lies; scans near no plane, or near two, are left out and counted. If more than half
+    of the stops would be left out, nothing is written (exit status 3), and the message states the main reason and what to try. Often the reason is
+    that the joints are recorded in another order, or that the scanner's axes have other directions.
 
     \b
     Example:

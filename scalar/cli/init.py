@@ -117,7 +117,7 @@ def _described(
     dh: Path | None,
     convention: str | None,
 ) -> tuple[Mapping[str, Any], list[str]]:
-    """Return the ``robot:`` block, and lines that say where it comes from."""
+    """Return the ``robot:`` block of dataset.yaml, and lines that say where it comes from."""
     if robot is not None:
         from scalar.robots import read_arm
 

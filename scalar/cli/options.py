@@ -46,7 +46,7 @@ EFFECTS_MODULE = click.option(
 
 @contextmanager
 def advice_on_units() -> Iterator[None]:
-    """Add the option ``--units deg`` to messages about angles that may be degrees, of faults that are found inside."""
+    """Mention the option ``--units deg`` in the messages of faults, raised in the block, about angles that may be degrees."""
     try:
         yield
     except InvalidInput as error:

@@ -87,8 +87,8 @@ def plan(
 ) -> None:
     """Plan which poses to measure.
 
-    ROBOT is a dataset folder with a filled dataset.yaml, nominal_pose of the sensor included (as `scalar init` begins it),
-    or an arm of the library, which is then planned for a laser tracker.
+    ROBOT is a dataset folder (as `scalar init` begins it) with a complete dataset.yaml, including nominal_pose of the sensor,
+    or the name of an arm of the library, for which poses are then planned with a laser tracker.
     Candidates are drawn within the joint limits; the sensor sees its plane from all of
     them, and neither arm nor sensor touches anything (by pybullet, with a body guessed from the arm's reach: look at the moves
     before you run them). The plan consists of those from which a calibration is expected to predict positions best.
@@ -98,7 +98,7 @@ def plan(
     says for each pair of effects whether the planned poses separate them, or whether more poses would. If even all candidates
     together separate no pair, nothing is written, and the exit status is 3.
 
-    The expected accuracy is that of a model which lacks nothing: it contains noise and repeatability alone.
+    The expected error contains only the noise of the sensor and the repeatability of the arm: it assumes that the model lacks nothing.
 
     Writes DIR/poses.csv (the columns of a dataset's poses.csv, in the order of a program with short moves), DIR/plan.json
     and DIR/plan.png.
@@ -299,7 +299,7 @@ def _write(
 
 
 def _moved(q: Array, prismatic: Sequence[int]) -> str:
-    """Return how far the joints move from pose to pose ``(k, n)``: of each move the farthest turn, and the farthest travel."""
+    """Return in words how far the joints move over the poses ``(k, n)`` [rad, m]: the sum over all moves of the joint that moves farthest."""
     import numpy as np
 
     steps = np.abs(np.diff(q, axis=0))

@@ -51,10 +51,10 @@ def predict(
     without measured orientation, does not determine its rotation
     on the flange: rx,ry,rz are then those of its declared mount, and have no standard deviation.
 
-    Neither a laser tracker, which stands anywhere, nor planes that are not declared `known` show where the base stands. Frames are then right
-    relative to one another, and where all of them stand in the base frame rests on the parameters that were fixed (gauge in
-    CALIBRATION): a joint 1 whose zero is wrong by 90 degrees turns them all by 90 degrees about its axis, and nothing in the data says so.
-    Measure three points of known place in the base frame, if that matters.
+    Neither a laser tracker, whose place is unknown, nor planes that are not declared `known` show where the base stands. Frames are then right
+    relative to one another, but their common place in the base frame follows from the parameters that were fixed (gauge in
+    CALIBRATION): if the zero of joint 1 is wrong by 90 degrees, all frames are turned by 90 degrees about its axis, and nothing in the data shows
+    it. If that matters, measure three points whose place in the base frame is known.
 
     With --units deg,mm the joint angles are read in degrees (the travel of a joint that slides in mm), and x_mm..rz_deg are
     written.

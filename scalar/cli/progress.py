@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[str, int, int], None]]:
-    """Show a progress bar on stderr while the block runs, where stderr is a terminal; yields ``advance(stage, done, total)``."""
+    """Show a progress bar on stderr while the block runs, if stderr is a terminal; yields ``advance(stage, done, total)``."""
     if not sys.stderr.isatty():
         yield lambda stage, done, total: None
         return

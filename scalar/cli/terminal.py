@@ -1,4 +1,4 @@
-"""Write text that may quote users' files on the terminal: control characters have no effect, and no character stops the program."""
+"""Write text that may quote users' files on the terminal: control characters are escaped, and no character raises an error."""
 
 from __future__ import annotations
 

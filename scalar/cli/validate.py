@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from scalar.data.located_table import Table
     from scalar.data.sensor_formats import MeasuredTable
 
-_LIDAR_NOISE = 2e-3  # m; line scanners have 1e-5 to 2e-4
+_LIDAR_NOISE = 2e-3  # m: stated noise from which a note is written; line scanners have 1e-5 to 2e-4
 
 
 @cli.command()

@@ -13,7 +13,7 @@ KNOWN_POSE_COLUMNS = ("pose", "plane", "order", "time", "temperature", "session"
 def covariate_names(columns: Sequence[str], n_joints: int) -> tuple[str, ...]:
     """Return the names of the covariates among the columns of a table of poses, in their order.
 
-    Commanded joint positions have a meaning only if there is one for each joint; otherwise they are covariates as well.
+    The columns ``qc1..qcn`` are commanded joint positions only if there is one for each joint; otherwise they are covariates as well.
     """
     joints = range(1, n_joints + 1)
     known = {*KNOWN_POSE_COLUMNS, *(f"{stem}{i}" for stem in ("q", "approach") for i in joints)}

@@ -133,4 +133,5 @@ def unit_plane(plane: PlaneGuess) -> PlaneGuess:
 
 
 def optional_float(value: Any) -> float | None:
+    """Return a number of a file as float, or None if the file has none."""
     return None if value is None else float(value)

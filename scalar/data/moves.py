@@ -18,7 +18,7 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     import pandas as pd
 
-STILL = 2e-3  # rad, a tenth of a degree: a joint that moves by less counts as standing still (a loaded brake yields a little)
+STILL = 2e-3  # rad, a tenth of a degree: a joint that moves by less counts as standing still (under load it may yield by as much)
 
 
 def step_column(joint: int) -> str:

@@ -1,4 +1,4 @@
-"""Reference nests: points fixed to the robot's base that were measured at the poses too, and show whether tracker or base moved."""
+"""Reference nests: points fixed to the robot's base, measured at the poses as well; they show whether tracker or base moved."""
 
 from __future__ import annotations
 

@@ -8,14 +8,14 @@ from scalar.errors import Fault
 
 LEAST_MARKED_SCANS = 3  # with a number that may stand for "no value"; in fewer, it may be a coincidence
 DISTINCT = 0.2  # least share of distinct numbers in a column of which one may be such a mark
-FAR_MARK = 0.1  # of the range of all other numbers of its column, by which such a number is apart from them
+FAR_MARK = 0.1  # least distance of such a number from all others of its column, as a share of their range
 
 
 def suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
-    """Add columns of scans with a number that stands for "no value".
+    """Add a fault for each column of scans with a number that stands for "no value".
 
-    Scanners write such a mark, 0 or -99.9999 for example, for points that they did not see. Such points lie on a line of their own, so that no fit
-    tells them from a second surface.
+    Scanners write such a mark, 0 or -99.9999 for example, for points that they did not see. All such points of a scan lie on one line, so that a fit
+    cannot distinguish them from a second surface.
     """
     pose = points.columns["pose"]
     for name, unit in layout.units.items():
@@ -34,7 +34,7 @@ def suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) -> 
 
 
 def _is_mark(number: float, others: np.ndarray, pose: np.ndarray, pose_of_others: np.ndarray) -> bool:
-    """Return whether a number stands for "no value": it is far from all others, and stands beside more of them in each of several scans.
+    """Return whether a number stands for "no value": it is far from all others, and occurs in several scans, which hold more other numbers.
 
     Args:
         number: The least or the largest number of a column.

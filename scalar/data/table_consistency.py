@@ -99,7 +99,7 @@ def not_a_name(text: str) -> str:
 
 
 def check_items(points: Table, item: str, faults: list[Fault]) -> None:
-    """Add the rows that repeat an item at the same pose, and the items' names that no parameter may contain."""
+    """Add a fault for each row that repeats an item at the same pose, and for each item whose name cannot be part of a parameter's name."""
     if "pose" not in points.columns:
         return
     ids, names = points.columns["pose"], points.columns[item].astype(str)
@@ -124,7 +124,7 @@ def check_items(points: Table, item: str, faults: list[Fault]) -> None:
 
 
 def check_optional_columns(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
-    """Add missing columns of groups that are only given together, and noises that are not positive."""
+    """Add a fault for each missing column of a group that is given as a whole or not at all, and for each noise that is not positive."""
     for group in layout.together:
         there = [name for name in group if name in points.columns]
         for name in group if there else ():
@@ -191,7 +191,7 @@ def points_layout(table: MeasuredTable, description: Description) -> Layout:
 
 
 def check_points(points: Table, poses: Table | None, layout: MeasuredTable, faults: list[Fault]) -> None:
-    """Add the points of unknown poses, the poses without a point, and those with several where only one is allowed."""
+    """Add a fault for each point of an unknown pose, each pose without a point, and each pose with several if only one is allowed."""
     if points.whole and points.n_rows == 0:
         faults.append(Fault(points.file, "there is no point; write one row for each point"))
         return

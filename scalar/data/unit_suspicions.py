@@ -1,4 +1,4 @@
-"""Numbers that are legal and still cannot be meant: degrees for radians, millimetres for metres.
+"""Numbers that are valid but implausible, because their unit is probably wrong: degrees for radians, millimetres for metres.
 
 The limits are magnitudes that no real workcell reaches in SI and that the same workcell passes by far in degrees or
 millimetres. They leave room for large arms (4 m of reach), trackers far away, lidars, wrists that turn
@@ -191,10 +191,10 @@ def suspect_joint_angles(
 
 
 def refuse_degrees(q: np.ndarray, limits: np.ndarray, slides: np.ndarray) -> None:
-    """Refuse joint positions of an array that can hardly be radians (or metres), as those of a table are refused.
+    """Refuse joint positions in an array that can hardly be radians (or metres), like ``suspect_joint_angles`` those in a table.
 
-    An angle more than a turn beyond both limits of its joint names no place that the joint reaches. Where no limits are stated, the bounds are those
-    for tables. Small angles in degrees pass.
+    An angle that exceeds both limits of its joint by more than a turn cannot be reached. For joints without stated limits, the bounds for
+    tables apply. Small angles in degrees are not noticed.
 
     Args:
         q: ``(N, n)``, joint positions.
@@ -241,7 +241,7 @@ def suspect_points(
     faults: list[Fault],
     advice: Callable[[str, str], str] = lambda unit, _: write_si(unit),
 ) -> None:
-    """Add columns of points that look like millimetres or degrees, or that hold a scanner's mark for "no value": one fault for each column.
+    """Add a fault for each column of points that looks like millimetres or degrees, or that holds a scanner's mark for "no value".
 
     Args:
         points: The table of points.

@@ -73,7 +73,9 @@ class MeasuredRows:
             residuals: Of the same dataset.
             model: At its optimum.
         """
-        if self._like is None or self._like.scans:  # scans show their own noise, which no model changes
+        if (
+            self._like is None or self._like.scans
+        ):  # the noise of scans is estimated from their own points, whatever the model
             return None
         T_base_sensor = residuals.kinematics(model).T_base_sensor
         coefficients = sum(len(effect.coefficients) for effect in model.effects)
@@ -90,7 +92,7 @@ def rows_given_own_noise(dataset: Dataset, model: Model, settings: WithinScanNoi
     """Return the rows of a dataset, weighted for the noise within poses that is estimated from the points themselves.
 
     Args:
-        dataset: Cleaned.
+        dataset: Without gross errors.
         model: Near the optimum; the distances of a scan's points from their own line hardly depend on it.
         settings: Thresholds.
     """

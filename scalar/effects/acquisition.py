@@ -1,4 +1,4 @@
-"""What effects need to know of a dataset: which joints move, when poses were measured, where planes were measured."""
+"""Properties of a dataset that effects need: which joints move, when poses were measured, where planes were measured."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ def turning_joints(dataset: Dataset) -> list[int]:
 
 
 def steps_are_known(dataset: Dataset) -> bool:
-    """Return whether the move that led to a pose is known from the order of the poses, for at least the share ``ENOUGH_MOVES`` of them."""
+    """Return whether, for at least the share ``ENOUGH_MOVES`` of the poses, the order of the poses shows by which move the arm came there."""
     known = moves(dataset.poses, dataset.robot.n_joints)
     moved = np.any([known[side_column(j)] != 0 for j in moving_joints(dataset)] or [[False]], axis=0)
     return bool(np.mean(moved) >= ENOUGH_MOVES)
 
 
 def order_and_time(dataset: Dataset) -> tuple[Array, Array | None]:
-    """Return the order of acquisition ``(N,)`` and the time ``(N,)`` [s], or None where it is not recorded."""
+    """Return the order of acquisition ``(N,)``, that of the rows if none is recorded, and the time ``(N,)`` [s], or None if it is not recorded."""
     poses = dataset.poses
     order = (
         poses["order"].to_numpy(dtype=float) if "order" in poses else np.arange(dataset.n_poses, dtype=float)
@@ -78,5 +78,5 @@ def range_middle(dataset: Dataset) -> float:
 
 
 def missing_column(dataset: Dataset, name: str) -> str | None:
-    """Return a sentence that poses.csv lacks a column, or None where the dataset has it."""
+    """Return a clause that poses.csv lacks a column, or None if the dataset has it."""
     return None if name in dataset.poses else f"poses.csv has no column '{name}'"

@@ -54,11 +54,11 @@ class AxisNonparallel(OneJoint, LinkEffect):
 
     @property
     def prior_std(self) -> Array:
-        """Return three degrees: an error of assembly, larger than what bends or wears."""
+        """Return 0.05 rad, about three degrees: errors of assembly are larger than those of wear or load."""
         return np.array([0.05])
 
     def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
-        """Return a one at beta of the joint."""
+        """Return a basis that is one for beta of the joint and zero elsewhere."""
         basis = np.zeros((len(poses), len(GEOMETRY), robot.n_joints, 1))
         basis[:, GEOMETRY.index("beta"), self.joint - 1, 0] = 1.0
         return basis

@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class BaseCompliance(BaseEffect):
-    """The base turns about its origin under the weight's moment, more easily about one horizontal axis than about the other.
+    """The base tilts about its origin under the moment of the arm's weight, possibly more easily about one horizontal axis than about another.
 
-    ``w = sum over frames of C_i (R_i e) x g / |g|``: tilt about each of two horizontal axes by the moment about it.
+    ``w = sum over frames i and axes e of C_ie (R_i e) x g / |g|``: the tilt about a horizontal axis is proportional to the moment about it.
 
     Attributes:
-        frames: From 1: whose first moments of mass act.
-        alike: Whether the base gives way alike about every horizontal axis: two coefficients a frame, one for each component of the
-            first moment. Else four: each component tilts the base about each of two axes.
+        frames: The frames, from 1, whose first moments of mass act.
+        alike: Whether the base is equally stiff about every horizontal axis. Each frame then has two coefficients, one for each component of its
+            first moment; else it has four, because each component tilts the base about two axes by different amounts.
     """
 
     frames: tuple[int, ...]
@@ -66,7 +66,7 @@ class BaseCompliance(BaseEffect):
         return ["rad"] * ((2 if self.alike else 4) * len(self.frames))
 
     def base_screws(self, robot: Robot, poses: Poses) -> Array:
-        """Return the tilts of unit first moments, about the origin of the base frame."""
+        """Return the tilts by unit first moments of mass, as rotations about the origin of the base frame."""
         moments, _ = unit_moments(robot, poses.q)
         index = np.array(self.frames) - 1
         across = tangent_basis(robot.down[None])[0]
@@ -89,13 +89,13 @@ class BaseCompliance(BaseEffect):
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return a base that gives way alike about every axis, and one that does not."""
+        """Return a base that is equally stiff about every horizontal axis, and one that is not."""
         frames = tuple(range(1, dataset.robot.n_joints + 1))
         return [cls(frames, alike) for alike in (True, False)]
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
-        """Return a base that gives way about two axes, under the weight of every link."""
+        """Return a base whose stiffness differs between two axes, under the weight of every link."""
         return [cls(tuple(range(1, dataset.robot.n_joints + 1)))]
 
     @property

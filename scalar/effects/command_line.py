@@ -57,8 +57,8 @@ def parse_effects(text: str, dataset: Dataset) -> tuple[Effect, ...]:
 def named_effects(effects: Iterable[Effect]) -> str:
     """Return what a command line says to free all these effects, each once: the argument that ``parse_effects`` reads.
 
-    Joints that one effect joins, as the compliance of several, are named together, and so are the orders of one joint. Flexible effects
-    have no name there and are left out.
+    Several joints of one effect (a compliance) are named together, and so are orders of one joint. Flexible effects have no name on the command
+    line and are left out.
     """
     joints: dict[str, set[int]] = {}
     places: dict[tuple[str, ...], set[int]] = {}

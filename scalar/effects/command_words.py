@@ -1,4 +1,4 @@
-"""What the words after an effect's name on a command line mean: joints, orders of a series, planes, the pose at which a change begins."""
+"""Read the words that follow an effect's name on a command line: joints, orders of a series, planes, the pose at which a change begins."""
 
 from __future__ import annotations
 

@@ -11,8 +11,8 @@ def unnoticed(size: str, error: float, remedy: str) -> str:
     """Return the sentence on an effect of natural size that these data cannot show.
 
     Args:
-        size: Of the effect, with its unit.
-        error: Of predicted positions [m], with the effect present and not in the model.
+        size: Size of the effect, with its unit.
+        error: Error of predicted positions [m] if the effect is present and not in the model.
         remedy: What would make the effect observable, a clause; may be empty.
     """
     if error < LEAST_HARM:

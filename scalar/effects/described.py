@@ -28,7 +28,7 @@ PRIOR_STD = {
     "1": 1.0,
     "rad/(N m)": 1e-4,
 }
-"""Prior standard deviation of a coefficient by its unit: at least ten times the size in real arms and workcells. Unlisted units have no prior."""
+"""Prior standard deviation of a coefficient by its unit: three to forty times the natural size of most effects. Unlisted units have no prior."""
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """The head and the rows of a table of coefficients."""
@@ -81,7 +81,7 @@ class Described(ABC):
     def prior_std(self) -> Array:
         """Return the prior standard deviation of every coefficient ``(k,)``.
 
-        It is far larger than any effect worth finding, so that it shrinks nothing that the data show; it keeps combinations of columns
+        It is larger than the natural size, so that it hardly changes coefficients that the data determine; it keeps combinations of coefficients
         that the data hardly determine from growing without bound.
         """
         return np.array([PRIOR_STD.get(unit, np.inf) for unit in self.coefficient_units])
@@ -140,8 +140,8 @@ class Described(ABC):
         """Return a sentence on the error that the effect would cause if it were present, for data in which it is unobservable.
 
         Args:
-            error: Of predicted positions [m], with a coefficient of natural size present and not in the model.
-            which: Which coefficient.
+            error: Error of predicted positions [m] if a coefficient of natural size is present and not in the model.
+            which: Index of that coefficient.
         """
         size = sized(float(self.natural_sizes[which]), self.coefficient_units[which])
         return unnoticed(size, error, self.remedy)

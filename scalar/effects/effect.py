@@ -49,7 +49,7 @@ class Effect(Described):
 
     @abstractmethod
     def to_mapping(self) -> dict[str, Any]:
-        """Return what is needed to make the same effect again, besides its name and coefficients."""
+        """Return what is needed, besides the name and the coefficients, to restore the effect from a file."""
 
     @classmethod
     @abstractmethod
@@ -72,10 +72,10 @@ class Effect(Described):
         return replace(self, coefficients=np.array(coefficients, dtype=float))
 
     def relinearised(self) -> Self:
-        """Return the effect linearised anew at its present coefficients, or the effect itself if that changes nothing.
+        """Return the effect linearised anew at its present coefficients, or the same object if it has no nonlinear parameter to update.
 
-        A nonlinear parameter of an effect has a coefficient of its own, whose column is the derivative by that parameter. Its value
-        is found by a few fits, each followed by this step.
+        A nonlinear parameter of an effect (a time constant, say) has a coefficient of its own, whose column is the derivative by that
+        parameter. Its value is found by a few fits, each followed by this step.
         """
         return self
 
@@ -123,11 +123,14 @@ class Effect(Described):
 
     @classmethod
     def nuisances(cls, dataset: Dataset) -> list[Effect]:
-        """Return the effects of this kind that every set-up has to a small degree; the model by which corrections are judged has them all."""
+        """Return the effects of this kind that every set-up has to a small degree.
+
+        When a diagnosis decides which effects to correct for, the model that judges corrections contains all of them.
+        """
         return []
 
     def generalised(self, dataset: Dataset) -> Effect | None:
-        """Return an effect of which this one is a special case, if the special case would bias the geometry where it is not quite true; else None."""
+        """Return an effect of which this one is a special case, if the special case would bias the geometry when it holds only roughly; else None."""
         return None
 
     def partial_imitators(self, dataset: Dataset) -> list[Effect]:
@@ -184,7 +187,7 @@ class Effect(Described):
         return [self]
 
     def at_a_pose(self, dataset: Dataset, poses: Poses) -> Self:
-        """Return the effect with its beginning moved to a pose of the dataset; ``variations`` may have put it between two poses."""
+        """Return the effect with its beginning at a pose of the dataset; ``variations`` may have moved it between two poses."""
         return self
 
     # What it depends on.

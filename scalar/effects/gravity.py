@@ -1,9 +1,9 @@
 """Gravity torques of an arm whose masses are unknown, as functions that are linear in the unknown first moments of mass.
 
 A link's weight enters every torque through its first moment of mass in its own frame. The component along a joint's axis acts like one of
-the previous link, so two components a frame, along x and y, generate all gravity torques of a revolute chain (Gautier and Khalil, 1990). A joint
-that slides does not turn the links that it carries, but shifts them along its axis. The first component of its frame is therefore its
-travel along that axis, relative to the farthest of its limits.
+the previous link, so two components for each frame, along x and y, generate all gravity torques of a revolute chain (Gautier and Khalil, 1990). A
+joint that slides does not turn the links that it carries, but shifts them along its axis. In its frame, the first component is therefore replaced by
+its travel along that axis, relative to the farther of its limits.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def torque_about(moments: Array, axes: Array, joint: int, frame: int) -> Array:
 
 
 def typical_torque(robot: Robot, q: Array, joint: int) -> Array:
-    """Return the torque about a joint ``(N,)`` of an arm with equal masses at the ends of its links; only its sign is reliable."""
+    """Return the gravity torque about a joint (from 1) of an arm with 1 kg at the end of each link, ``(N,)`` [N m]; only its sign is reliable."""
     frames = robot.frames(q)
     flange = frames[:, -1] @ robot.T_n_flange
     ends = np.concatenate([frames[:, joint + 1 :, :3, 3], flange[:, None, :3, 3]], axis=1)
@@ -59,7 +59,14 @@ def typical_torque(robot: Robot, q: Array, joint: int) -> Array:
 
 
 def torque_of(robot: Robot, q: Array, joint: int, masses: Sequence[float]) -> Array:
-    """Return the torque about a joint ``(N,)`` of first moments of mass in the frames from it on, ``(2 (n - joint + 1),)``."""
+    """Return the gravity torque ``(N,)`` about a joint (from 1), in any unit.
+
+    Args:
+        robot: Nominal.
+        q: ``(N, n)`` [rad, m].
+        joint: From 1.
+        masses: ``(2 (n - joint + 1),)``, first moments of mass in the frames from the joint on, x and y of each in turn, in any unit.
+    """
     return _torques(robot, q, joint) @ np.asarray(masses)
 
 

@@ -32,22 +32,24 @@ _NEEDS = {
     "moves": "; 'scalar correct' needs the poses in their order",
     "torque": "",
 }
-"""What a correction needs to know of a pose, for each value of ``by``."""
+"""What 'scalar correct' needs to know of the poses, for each value of ``by``."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointBacklash(OneAxis, JointEffect):
     """A joint rests on one side of its play or on the other: ``dq_j = b s``, s the direction of approach or the torque's sign.
 
-    Where the direction of approach is not recorded, it is taken from the order of poses, on the assumption of direct moves: a joint that stood
-    still keeps the side of its last move. Where that is not known either, as at a pose to be predicted without its order, s = 0.
+    If the direction of approach is not recorded, it may be taken from the order of the poses, assuming that the arm moves directly from each pose to
+    the next; a joint that stands still keeps the side of its last move. If the last move is unknown too, as for a pose that is predicted without
+    its order, s = 0.
 
     Attributes:
         joint: From 1.
-        by: What tells the side: ``approach``; where directions are not recorded ``moves``, the last move by the order of poses, or ``torque``.
+        by: What determines the side: ``approach``, the recorded direction; if none is recorded, ``moves``, the last move by the order of the
+            poses, or ``torque``, the sign of the gravity torque.
         masses: First moments of mass in the frames from the joint on, x and y of each in turn, in any unit: only
-            the sign of the torque matters. Empty: those of an arm with equal masses at the ends of its links.
-        slides: Whether the joint is prismatic: then no torque tells its side.
+            the sign of the torque matters. If empty, those of an arm with equal masses at the ends of its links.
+        slides: Whether the joint is prismatic; its side is then never determined by a torque.
     """
 
     joint: int
@@ -96,7 +98,7 @@ class JointBacklash(OneAxis, JointEffect):
         return poses.columns.get(side_column(self.joint), np.zeros(len(poses)))
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return the joint and what tells the side."""
+        """Return the joint, what determines the side, and the first moments of mass if there are any."""
         own = {"masses": list(self.masses)} if self.masses else {}
         return {**super().to_mapping(), "by": self.by, **own}
 
@@ -230,7 +232,7 @@ class JointBacklash(OneAxis, JointEffect):
 
 
 def told_by(dataset: Dataset, joint: int) -> str:
-    """Return what tells on which side of its play a joint rests: the recorded approach where it varies, else the torque's sign."""
+    """Return what determines on which side of its play a joint rests: ``approach`` if it is recorded and varies, else ``torque``."""
     name = f"approach{joint}"
     recorded = name in dataset.poses and len(np.unique(dataset.poses[name].to_numpy())) > 1
     return "approach" if recorded else "torque"

@@ -151,7 +151,7 @@ class JointCompliance(JointEffect):
     def _over_torque(self, view: View, joint: int) -> Profile:
         fitted = (self.joint_basis(view.nominal, view.poses) @ self.coefficients)[:, joint - 1]
         largest = max(float(np.max(np.abs(fitted))), 1e-300)
-        # Torque and deflection are the same function but for the stiffness, which is not known separately.
+        # The deflection is the torque divided by the stiffness, which is not known separately.
         axis = Axis(f"gravity torque on joint {joint}, relative to the largest", "1")
         ends = np.array([float(fitted.min()), float(fitted.max())])
         curve = np.stack([ends / largest, ends, np.zeros(2)])

@@ -62,7 +62,7 @@ class JointCoupling(JointEffect):
         return ["rad/rad"]
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
-        """Return the source's angle on the joint."""
+        """Return the source's angle as an error of the joint."""
         B = np.zeros((len(poses), robot.n_joints, 1))
         B[:, self.joint - 1, 0] = poses.q[:, self.source - 1]
         return B

@@ -25,9 +25,9 @@ def joint_profile(view: View, effect: Any, joint: int, x_axis: Axis, x: Array, *
 
     Args:
         view: The fitted model.
-        effect: On the joint.
+        effect: The effect on the joint.
         joint: From 1.
-        x_axis, x: The variable.
+        x_axis, x: The variable, and its value at each pose ``(N,)``.
         more: Further fields of the profile.
     """
     fitted = (effect.joint_basis(view.nominal, view.poses) @ effect.coefficients)[:, joint - 1]

@@ -1,4 +1,4 @@
-"""Periodic errors of a joint that are finer than eccentric gears make them."""
+"""Periodic errors of a joint with more periods a turn than eccentric gears cause."""
 
 from __future__ import annotations
 

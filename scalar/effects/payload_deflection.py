@@ -23,9 +23,10 @@ _SAME = 1e-3  # kg; payloads that differ by less count as equal
 
 @dataclass(frozen=True, eq=False)
 class PayloadDeflection(KnownTorques):
-    """Joints give way under the torque of the payload's weight, ``dq_j = s_j z_j . ((p - o_j) x m g)``, p where the payload sits, o_j on axis j.
+    """Joints give way under the torque of the payload's weight, ``dq_j = s_j z_j . ((p - o_j) x m g)``.
 
-    The payload's mass is the column ``payload`` [kg], its place ``payload_x, y, z`` [m] in the flange's frame; without these, the flange's origin.
+    p is the payload's centre of mass, z_j the direction of axis j and o_j a point on it. The mass m is the column ``payload`` [kg], and p is given by
+    ``payload_x, payload_y, payload_z`` [m] in the flange's frame; without these columns it is the flange's origin.
     """
 
     name: ClassVar[str] = "payload_deflection"

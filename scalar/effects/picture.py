@@ -1,7 +1,7 @@
 """What a picture of an effect holds, and what a fitted model provides so that an effect can draw it.
 
-An effect says over which axis it is drawn; a fitted model, seen through a ``View``, gives the *partial residuals*: the residual of every
-pose with this effect alone taken away (Larsen and McCleary, Technometrics 14, 1972). Report and studies turn them into drawings.
+An effect says over which axis it is drawn; a fitted model, seen through a ``View``, gives the *partial residuals*: the residual that every pose
+would have if this effect alone were taken out of the fitted model (Larsen and McCleary, Technometrics 14, 1972). Report and studies draw them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from scalar.units import MM
 
 CURVE_POINTS = 361  # of a fitted curve: one a degree of a full turn
 _TYPICAL_LARGEST = (
-    0.98  # quantile taken for the largest value of a map, so that one odd pose does not decide it
+    0.98  # quantile taken for the largest value of a map, so that a single outlying pose does not decide it
 )
 
 
@@ -40,7 +40,7 @@ class Profile:
     Attributes:
         x_axis, y_axis: What x and y are.
         x: ``(N,)``.
-        y: ``(N,)``, partial residuals: without the effect.
+        y: ``(N,)``, partial residuals: without the effect, in the unit of ``y_axis`` like all that follow.
         rest: ``(N,)``, residuals with the effect.
         std: ``(N,)``, standard error of each from the noise of its pose.
         fitted: ``(N,)``, what the effect predicts.
@@ -116,7 +116,11 @@ class View(Protocol):
         ...
 
     def estimated_along(self, screws: Array) -> tuple[Array, Array]:
-        """Return the size of a motion ``(N, 6)`` in the base frame that would remove each pose's residual, and its standard error, ``(N,)`` each."""
+        """Return how large a motion of the sensor would have to be to remove each pose's residual, and its standard error, ``(N,)`` each.
+
+        Args:
+            screws: ``(N, 6)``, the motion of size one at each pose, a screw in the base frame.
+        """
         ...
 
     def error_of(self, effect: Any, basis: Array) -> Array:
@@ -136,7 +140,7 @@ class View(Protocol):
         ...
 
     def added_variable(self, effect: Any) -> Profile:
-        """Return the added-variable plot: partial residuals over the effect's prediction, without the part of either that other parameters fit."""
+        """Return the added-variable plot: partial residuals over the effect's prediction, both without the part that other parameters can fit."""
         ...
 
 

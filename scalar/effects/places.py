@@ -1,7 +1,7 @@
 """Where effects act: on the joints' angles, the links' geometry, the base, the sensor on the flange, or the measured points.
 
-The place decides how an effect's columns enter the model: the screw of the joint, of the link, of the base or of the sensor that it
-moves. The model applies the correction exactly, and its derivative is the place's screw times the column.
+The place decides how an effect's columns enter the model. An effect changes a joint angle, a geometric parameter or the pose of base or sensor by
+``columns @ coefficients``; the model applies this change exactly, and its derivative is the screw of what is changed times the column.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class LinkEffect(Effect):
 
 
 class BaseEffect(Effect):
-    """A motion of the whole arm: its transform stands left of all others."""
+    """A motion of the whole arm: its transform is the leftmost, ``T_base_sensor = T_effect T_base_flange T_flange_sensor``."""
 
     acts_on_arm: ClassVar[bool] = True
 
@@ -127,7 +127,7 @@ class BaseEffect(Effect):
 
 
 class SensorEffect(Effect):
-    """A motion of the sensor on the flange: its transform stands right of all others."""
+    """A motion of the sensor on the flange: its transform is the rightmost, ``T_base_sensor = T_base_flange T_flange_sensor T_effect``."""
 
     @abstractmethod
     def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
@@ -137,7 +137,8 @@ class SensorEffect(Effect):
 class PointEffect(Effect):
     """An error of the measured points or of the surface: it adds functions of the points to the residual.
 
-    ``f_i += sum_b basis_b(p_i) (G c)_b``, the functions as ``scalar.sensors.profile.point_basis`` names them. Predicted poses do not depend on it.
+    ``f_i += sum_b basis_b(p_i) (G c)_b`` for point p_i, with coefficients c and the functions that ``scalar.sensors.profile.point_basis`` knows by
+    the names in ``basis_names``. Predicted poses do not depend on such an effect.
     """
 
     acts_by_joint_angles: ClassVar[bool] = False

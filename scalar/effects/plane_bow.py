@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PlaneBow(PointEffect):
-    """A target plane is a paraboloid: ``h = c_uu u^2 + c_uv u v + c_vv v^2``, u and v from the middle of what was scanned.
+    """A target plane is bowed: its height is ``h = c_uu u^2 + c_uv u v + c_vv v^2``, with coordinates u and v in the plane from ``centre`` on.
 
     Attributes:
         plane: Its name.
-        centre: ``(3,)`` [m], base frame.
+        centre: ``(3,)`` [m], base frame: the middle of what was scanned, where u and v are zero.
     """
 
     plane: str
@@ -64,7 +64,7 @@ class PlaneBow(PointEffect):
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
-        """Return minus the height as a quadratic form of (1, x, z)."""
+        """Return the columns of minus the height, which is a quadratic form in (1, x, z)."""
         centre = np.array(self.centre)
         mine, u, v = coordinates_by_sensor_axes(planes, self.plane, plane_index, T_base_sensor, centre)
         columns = [_quadratic(u, u), _quadratic(u, v), _quadratic(v, v)]
@@ -99,7 +99,7 @@ class PlaneBow(PointEffect):
         return [cls(p, plane_centre(dataset, p)) for p in planes_named(dataset, words)]
 
     def not_transferable(self, dataset: Dataset) -> str | None:
-        """Return that planes are another campaign's."""
+        """Return that a bow belongs to the planes of one campaign."""
         return "the planes are set up anew for every campaign"
 
     @property

@@ -29,16 +29,16 @@ CREEP_SHARES = (
     0.1,
     0.3,
     1.0,
-)  # lengths of a creep that are tried, as shares of these orders; it ends with the last of them at the latest
+)  # lengths of a creep that are tried, as shares of the range of these orders; a creep ends at the last of them at the latest
 
 
 @dataclass(frozen=True, eq=False)
 class PlaneMoved(PointEffect):
-    """A target plane stands elsewhere from a pose on, or creeps: distance and tilt change by a step, or by a ramp.
+    """A target plane stands elsewhere from a pose on, or creeps: its distance and tilt change by a step, or by a ramp.
 
     Attributes:
         plane: Its name.
-        order: Order of acquisition of the first pose after the step; of the beginning of the creep.
+        order: Order of acquisition of the first pose after the step, or at the beginning of the creep.
         time: The time of that pose [s], or None.
         centre: ``(3,)`` [m], base frame: the tilt turns about it.
         creep_span: Zero for a step; else the span of order over which a creep reaches the stated change, and stays.
@@ -100,7 +100,7 @@ class PlaneMoved(PointEffect):
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
-        """Return minus the height of the moved plane over the old one, linear in (1, x, z)."""
+        """Return the columns of minus the height of the moved plane over its first place, which is linear in (1, x, z)."""
         centre = np.array(self.centre)
         mine, u, v = coordinates_by_sensor_axes(planes, self.plane, plane_index, T_base_sensor, centre)
         b = contact.shape[1] if contact.shape[1] == 1 else 3

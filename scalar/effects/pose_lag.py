@@ -1,4 +1,4 @@
-"""A joint whose angle was logged before it had settled, or was measured before: it errs by a share of the last step."""
+"""A joint whose angle was not logged at the moment of the measurement, while the joint still moved: it errs by a share of the last step."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PoseLag(OneAxis, JointEffect):
-    """A joint's angle or travel was logged on its way: ``dq_j = s (q_j - q_j of the pose before)``.
+    """A joint's angle or travel was logged while the joint still moved: ``dq_j = s (q_j - q_j of the previous pose)``.
 
-    The share s is positive where the joint moved on after its angle had been logged, negative where it was logged later than measured. A
-    joint that comes to rest exponentially has s = exp(-t / tau), t after the end of the command. Where steps are not known, as at a
-    pose to be predicted without its order, the arm is taken to rest.
+    The share s is positive if the joint moved on between logging and measuring, negative if the angle was logged after the measurement. A
+    joint that comes to rest exponentially with the time constant tau and is logged at the time t after the command's end has s = exp(-t / tau). If
+    the step is not known, as for a pose that is predicted without its order, the arm is taken to be at rest.
 
     Attributes:
         joint: From 1.

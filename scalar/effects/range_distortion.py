@@ -19,16 +19,16 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-ZERO_STD = 2e-5  # m: a parabola of 0.01 per metre, about a middle that is wrong by 0.045 m
+ZERO_STD = 2e-5  # m: what a parabola of 0.01 per metre adds to the zero if its middle is wrong by 0.045 m
 
 
 @dataclass(frozen=True, eq=False)
 class RangeDistortion(RangeError):
     """The measured range is curved: ``r -> r + k (r - m)^2 + s r + o``.
 
-    Parabolas about different middles differ by a gain and a zero, so these two are fitted as well. Where planes of unknown place do not determine
-    the gain, it is fixed: the slope of the range at ``middle`` is then taken to be right. A wrong middle makes the arm too long or too short, and
-    leaves no residual (``acquisition.range_middle`` says which middle is taken, and why).
+    k is the curvature, m the middle, s a gain and o a zero. Parabolas about different middles differ by a gain and a zero, so these two are fitted as
+    well. Planes of unknown place do not determine the gain; it is then fixed, so that the slope of the range at ``middle`` is taken to be right. A
+    wrong middle makes the arm too long or too short, and leaves no residual (``acquisition.range_middle`` says which middle is taken, and why).
 
     Attributes:
         middle: m [m].
@@ -63,7 +63,7 @@ class RangeDistortion(RangeError):
 
     @property
     def prior_std(self) -> Array:
-        """Return the usual prior standard deviations, but for the zero the size that a wrong middle gives it: a larger one is a ``range_offset``."""
+        """Return the usual prior standard deviations, but for the zero what a wrong middle adds to it: a larger zero is a ``range_offset``."""
         return np.array([*super().prior_std[:2], ZERO_STD])
 
     def contact_columns(
@@ -109,5 +109,5 @@ class RangeDistortion(RangeError):
         return np.column_stack([(reach - self.middle) ** 2, reach, np.ones_like(reach)])
 
     def pictures(self, view: View) -> list[Profile | Map]:
-        """Return the curvature over the range: gain and zero hide in the geometry nearly whole, so the straight line says nothing."""
+        """Return the curvature over the range, without a straight line: gain and zero are almost confounded with the geometry."""
         return [self._over_range(view, without_line=True)]

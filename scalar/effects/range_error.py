@@ -57,7 +57,7 @@ class RangeError(PointEffect):
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
-        """Return the normal along the sensor's x and z axes: by these, a correction of the point along x and z changes its height over the plane."""
+        """Return the plane's normal along the sensor's x and z axes, the derivatives of a point's height over the plane by its x and z."""
         return contact[:, 1:, None]
 
     def to_mapping(self) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 """The one list of effects: those of this package, of installed packages, and of files that a user names.
 
 An installed package offers effects by the entry point group ``scalar.effects``, each entry being a class or a module that defines some. A file
-is loaded by ``load_file``, as the option ``--effects-module`` does. A saved effect keeps the name of the module that it came from; that
-name is looked up among these and is never imported because a file says so.
+is loaded by ``load_file``, as the option ``--effects-module`` does. A saved effect keeps the name of the module that it came from. When it is read,
+that name is only looked up in this list: a module is never imported because a saved file names it.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ BUILT_IN: tuple[type[Effect], ...] = (
 )
 
 _OF_USERS: dict[str, tuple[type[Effect], str]] = {}  # by name: the class and the module that it came from
-_asked = False  # whether installed packages have been asked
+_asked = False  # whether the entry points of installed packages have been loaded
 
 
 def known() -> dict[str, type[Effect]]:
@@ -87,8 +87,8 @@ def found(name: str, module: str | None = None) -> type[Effect]:
     """Return the kind of effect with a name.
 
     Args:
-        name: Of the effect.
-        module: That it came from, as saved; None for the package's own.
+        name: Name of the effect.
+        module: The module that it came from, as saved; None for an effect of this package.
 
     Raises:
         InvalidInput: The module is absent, or the name is unknown.

@@ -1,4 +1,4 @@
-"""A smooth error of a scanner over its profile, which its maker's calibration has left."""
+"""A smooth error of a scanner over its profile that remains after its maker's calibration."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 DEGREE = 4  # largest total degree of the polynomials in x and z: about two waves across the profile
 TERMS = tuple((i, j) for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i) if i + j)
 _POWERS = ((0, 0), *TERMS)
-FIRST_DEGREE_SHARE = 0.1  # prior std of slopes, as a share of the natural size: a maker calibrates them first, and the arm's lengths follow them
+FIRST_DEGREE_SHARE = 0.1  # prior std of slopes over the natural size: makers calibrate slopes; lengths of the arm are confounded with them
 _LEAST_HALF = 1e-4  # m: a profile of less than this half width counts as a point
 
 
@@ -32,13 +32,13 @@ _LEAST_HALF = 1e-4  # m: a profile of less than this half width counts as a poin
 class SensorMap(RangeError):
     """The measured range needs a smooth correction over the profile: products of Legendre polynomials in x and z.
 
-    The constant is left out: it is the zero of the range (``range_offset``). The terms of first degree are almost confounded with the arm's
-    lengths and the scanner's place, so every coefficient has a prior as narrow as the errors that makers state: the higher the degree of a
-    term, the narrower, and narrowest for the first degree.
+    The constant is left out, since it is the zero of the range (``range_offset``). Every coefficient has a prior of the size of the errors that
+    makers state, narrower for terms of higher degree. It is narrowest for the terms of first degree, which are almost confounded with the arm's
+    lengths and the scanner's place.
 
     Attributes:
-        middle: x and z of the middle of what was measured [m].
-        half: Half its width in x and in z [m].
+        middle: x and z [m] of the middle of the measured part of the profile.
+        half: Half the width of that part in x and in z [m].
     """
 
     middle: tuple[float, float] = (0.0, 0.0)
@@ -92,7 +92,7 @@ class SensorMap(RangeError):
         return np.column_stack([of_x[:, i] * of_z[:, j] for i, j in TERMS])
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return the part of the profile that it is a map of."""
+        """Return middle and half width of the part of the profile that the map covers."""
         return {"middle_m": list(self.middle), "half_m": list(self.half)}
 
     @classmethod

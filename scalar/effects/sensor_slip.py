@@ -68,7 +68,7 @@ class SensorSlip(SensorEffect):
         return np.array([0.02 if unit == "m" else 0.05 for unit in self.coefficient_units])
 
     def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
-        """Return unit screws after the slip, zero before."""
+        """Return unit motions of the sensor for poses after the slip, and zeros for those before."""
         after = (poses.order >= self.order).astype(float)
         unit = np.zeros((6, len(self.coefficient_names)))
         unit[3:, :3] = np.eye(3)

@@ -44,7 +44,7 @@ class Series(JointEffect):
 
     @property
     def prior_std(self) -> Array:
-        """Return the usual prior standard deviations, or those of each term."""
+        """Return the prior standard deviations of ``term_std``, or the usual ones if it is empty."""
         return np.repeat(self.term_std, 2) if self.term_std else super().prior_std
 
     @property
@@ -68,7 +68,7 @@ class Series(JointEffect):
         return type(self)(self.joint, tuple(sorted({*self.orders, *other.orders}))).with_coefficients_of(self)
 
     def same_place(self, other: Effect) -> bool:
-        """Return whether the other is the same order, or also several orders of the joint."""
+        """Return whether the other has the same order of the joint, or whether both have several orders of it."""
         if isinstance(other, Series) and min(len(self.orders), len(other.orders)) > 1:
             return type(self) is type(other) and self.joint == other.joint
         return super().same_place(other)

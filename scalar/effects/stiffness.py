@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 _UNIT = "rad/(N m)"
 _SEEN = 2.0  # standard errors from which a compliance is one
-_STILL = 1e-6  # N m; a torque that varies by less shows nothing
+_STILL = 1e-6  # N m: a torque that varies by less cannot show a compliance
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,8 +32,8 @@ _COMPONENTS = ("rx", "ry", "rz", "x", "y", "z")
 class TargetDrift(BaseEffect):
     """The base moves relative to the tracker: by half waves of time, or as references on the base show it.
 
-    ``T_base_moved = exp(sum over k of cos(k pi s) c_k)``, s the share of the campaign that has passed: a slow motion is, to nine tenths of its
-    variance, a sum of a few such waves. Poses that were not part of a campaign (no order, no time) are predicted where the base stands on average.
+    ``T_base_moved = exp(sum over k of cos(k pi s) c_k)``, s the share of the campaign that has passed and c_k the coefficients. The first few such
+    waves make up nine tenths of the variance of a slow random motion. Poses without order or time are predicted with the base at its mean place.
 
     Attributes:
         by: ``time`` or ``order``, the clock of the half waves; or ``references``: the motion that references on the base show, times one
@@ -84,7 +84,7 @@ class TargetDrift(BaseEffect):
         return np.einsum("nk,ij->nikj", profile, np.eye(6)).reshape(len(poses), 6, -1)
 
     def _clock(self, poses: Poses) -> Array:
-        """Return time or order ``(N,)``; NaN where it is not known."""
+        """Return the time [s] or the order of the poses ``(N,)``; NaN where it is not known."""
         if self.by == "order":
             return np.where(np.isfinite(poses.order), poses.order, np.nan)
         return poses.columns.get("time", np.full(len(poses), np.nan))

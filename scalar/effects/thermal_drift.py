@@ -26,20 +26,20 @@ DRIVERS = ("temperature", "time", "order")
 WARM_UP_SHARES = (0.1, 0.3, 1.0)  # of the whole time: time constants of a warm-up that are tried
 _CLOCK = {"time": "s", "order": "poses"}
 _LARGEST_STEP = np.log(2.0)  # of the logarithm of a time constant, between two fits
-_LEAST_STEP = 1e-3  # the same: a smaller one is not worth another fit, since its square is what is neglected
+_LEAST_STEP = 1e-3  # the same: after a smaller step the linearisation is accurate to about its square, and no further fit is made
 
 
 @dataclass(frozen=True, eq=False)
 class ThermalDrift(LinkEffect):
-    """All lengths of the arm grow alike: ``a, d -> (1 + g x) a, d``, x the temperature, or a function of time.
+    """All lengths of the arm grow in proportion, ``a, d -> (1 + g x) (a, d)``, with x the temperature or a function of time.
 
     Attributes:
         by: ``temperature``, ``time`` or ``order``: the column that drives the growth.
         reference: Value of the column at which the lengths are those of the model.
-        time_constant: Of a warm-up ``1 - exp(-(t - reference) / time_constant)``; zero for growth in proportion.
-        last: Last order of acquisition, at which predictions without ``order`` are made. None where it is not known.
-        about: Growth of a warm-up about which its time constant is estimated: its second coefficient is ``ln(tau) - ln(time_constant)``, with
-            the derivative at this growth as its column. Zero where the time constant is not estimated.
+        time_constant: Time constant of a warm-up, ``x = 1 - exp(-(t - reference) / time_constant)``; zero for growth in proportion to the column.
+        last: Last order of acquisition, at which predictions without ``order`` are made. None if another column drives the growth.
+        about: Growth g at which a warm-up is linearised to estimate its time constant tau as well: the second coefficient is
+            ``ln(tau) - ln(time_constant)``, and its column the derivative by it at this growth. Zero if the time constant is not estimated.
     """
 
     by: str
@@ -102,7 +102,7 @@ class ThermalDrift(LinkEffect):
         return np.stack(columns, axis=1)
 
     def relinearised(self) -> Self:
-        """Return a warm-up whose time constant stands where it was estimated; the first time, one whose time constant is estimated."""
+        """Return a warm-up linearised at the estimated time constant; at the first call, one whose time constant is to be estimated."""
         if not self.time_constant or not self.coefficients[0]:
             return self
         growth = float(self.coefficients[0])
@@ -116,7 +116,7 @@ class ThermalDrift(LinkEffect):
 
     @property
     def _log_change(self) -> float:
-        """Return the logarithm of the estimated time constant, minus that of the one for which the columns were computed."""
+        """Return the logarithm of the ratio of the estimated time constant to ``time_constant``, for which the columns are computed."""
         return float(self.coefficients[1] * self.about / self.coefficients[0]) if self.about else 0.0
 
     def stated(self, std: Sequence[float | None]) -> dict[str, tuple[float, float | None]]:

@@ -1,4 +1,4 @@
-"""What an effect is called: its place, then its kind."""
+"""The titles of effects: the place where an effect acts, then its kind, as in ``joint 4: backlash``."""
 
 from __future__ import annotations
 

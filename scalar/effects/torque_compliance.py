@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class TorqueCompliance(KnownTorques):
     """Joints give way under their own measured torque, ``dq_j = s_j tau_j``; the sign of tau is the controller's, so s may have either sign.
 
-    Unlike a compliance under the weight of an arm whose masses are unknown, it holds for other payloads, as long as their torques are recorded.
+    Unlike ``joint_compliance``, which knows only the arm's own weight, it holds for other payloads, as long as the torques are recorded with them.
     """
 
     name: ClassVar[str] = "torque_compliance"

@@ -22,7 +22,7 @@ def listed(words: Sequence[str], conjunction: str = "and") -> str:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Return a number with a few significant digits, a true minus, and powers of ten written out."""
+    """Return a number with a few significant digits, a minus sign instead of a hyphen, and powers of ten as in ``1.2 × 10⁻⁷``."""
     if value is None or not np.isfinite(value):
         return UNKNOWN
     if value != 0 and not 1e-5 <= abs(value) < 1e5:
@@ -49,7 +49,7 @@ _OF_WEIGHT = re.compile(r"joint(\d+)_frame(\d+)_([xyz])")
 def coefficient(name: str, value: float, std: float | None) -> tuple[str, str, str, str]:
     """Return a coefficient's name, value, standard error and unit for a table, in millimetres, degrees and milliradians.
 
-    The end of the name tells the unit; a lone ``per_m`` is one over metres.
+    The end of the name states the unit in the files; ``per_m`` without a unit before it is one over metres.
     """
     for ending, scale, unit in (
         ("_rad_per_rad", MRAD, "mrad/rad"),

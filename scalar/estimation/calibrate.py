@@ -2,7 +2,7 @@
 
 The one objective is the squared whitened residual of ``scalar.estimation.residuals``; robot, sensor, target and effects are fitted together.
 The parameters that the data do not determine are derived for the robot and the poses at hand (``scalar.estimation.identifiability``)
-and fixed; no list of them is kept.
+and fixed; there is no list of parameters that are always fixed.
 """
 
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
@@ -54,7 +54,7 @@ def calibrate(
 
     Raises:
         InvalidInput: The data contradict themselves.
-        Undetermined: The data cannot determine the model, the fit did not converge, or most scans have lost their line to stray points.
+        Undetermined: The data cannot determine the model, the fit did not converge, or stray points hide the lines of too many scans.
 
     Example:
         >>> from scalar import calibrate, read_dataset
@@ -74,7 +74,7 @@ def calibrate(
             if explain:
                 _refuse_gross_errors(dataset, settings)
             raise misfit_refused(dataset, distances)
-        return _stray_points_said(
+        return _with_stray_points_reported(
             conclude(dataset, prepared, found, residuals, settings.fit), dataset, settings.gross_errors
         )
     except (TooManyStrayPoints, TooManyUnknowns):
@@ -85,15 +85,16 @@ def calibrate(
         raise
 
 
-def _stray_points_said(
+def _with_stray_points_reported(
     calibration: Calibration, dataset: Dataset, settings: GrossErrorSettings
 ) -> Calibration:
-    """Return a calibration which says that points lie off their own scan's line; the same object if the noise explains its residual.
+    """Return the calibration with a suspicion added to its summary if points lie off the line of their own scan, else the same object.
 
-    All points have part in a calibration, and of least squares a single stray point changes the optimum without bound.
+    The points are examined only if the noise does not explain the residual. A calibration uses all points, and in least squares a single
+    stray point can change the optimum without bound.
 
     Raises:
-        TooManyStrayPoints: Most scans have lost their line to stray points.
+        TooManyStrayPoints: More than ``most_set_aside`` of the scans have so many stray points that they show no line.
     """
     summary = calibration.summary
     if summary["misfit_p_value"] is not None and not lacks_something(summary):
@@ -102,13 +103,13 @@ def _stray_points_said(
     if not count and not corrupted.any():
         return calibration
     most = f", and in {corrupted.sum()} scans most of them" if corrupted.any() else ""
-    said = Suspicion(
+    suspicion = Suspicion(
         "points",
         dataset.sensor.kind,
         f"{count} points lie off the line of their own scan{most}; this calibration uses them, and may err because of them: let 'scalar diagnose' "
         "set them aside, or remove them",
     )
-    setup = [*summary["setup"], {**said.to_mapping(), "sentence": said.sentence}]
+    setup = [*summary["setup"], {**suspicion.to_mapping(), "sentence": suspicion.sentence}]
     return replace(calibration, summary={**summary, "setup": setup})
 
 
@@ -116,7 +117,7 @@ def _explain(error: InvalidInput | Undetermined, dataset: Dataset, settings: Est
     """Refuse a dataset with the cause of an error; do nothing if no cause is found.
 
     Raises:
-        InvalidInput: Its set-up is described wrongly, or poses contradict the rest.
+        InvalidInput: Its set-up is described wrongly, or single poses contradict the rest.
         Undetermined: So many poses contradict each other that none can be trusted.
     """
     if isinstance(error, Undetermined) or any(
@@ -131,8 +132,8 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
     """Refuse a dataset with poses that contradict the rest, naming them.
 
     Raises:
-        InvalidInput: Poses lie on another plane than said, or on none.
-        Undetermined: So many contradict each other that none can be trusted.
+        InvalidInput: Poses lie on another plane than poses.csv states, or on none.
+        Undetermined: So many poses contradict each other that none can be trusted.
     """
     cleaned = clean(dataset, settings)
     rows = {int(pose): row for row, pose in enumerate(dataset.pose_ids)}

@@ -1,7 +1,7 @@
 """Check the content of a calibration file: against its schema, and each part against the others.
 
-A calibration that was damaged or edited must not predict poses that are a little wrong: what does not fit together is refused, and its key
-is named.
+A file that was damaged or edited could predict poses that are slightly wrong, without any sign of it. Parts that contradict each other are
+therefore refused, and the message names their key.
 """
 
 from __future__ import annotations
@@ -57,12 +57,12 @@ def check_effects_made(effects: Sequence[Effect], mapping: Any, file: str) -> No
     """Refuse effects whose target or coefficients contradict their settings in the file.
 
     Args:
-        effects: As they were made from the file's settings.
+        effects: Built from the effects' settings in the file.
         mapping: The plain data of the file.
         file: Its name, in messages.
 
     Raises:
-        InvalidInput: With the key of each.
+        InvalidInput: With the key of each contradiction.
     """
     content = Description(mapping, {}, file)
     for i, (effect, entry) in enumerate(zip(effects, mapping["effects"], strict=True)):

@@ -14,7 +14,7 @@ from scalar.estimation.calibration_file import check_calibration
 
 FORMAT = "scalar-calibration/2"
 VERSION_1 = "scalar-calibration/1"
-"""Read, no longer written: it nests the names of the free parameters and their matrix under ``covariance``."""
+"""Is still read but no longer written. It nests the names of the free parameters and their covariance matrix under ``covariance``."""
 KEYS = frozenset(
     {"format", "run", "robot", "sensor", "parameters", "gauge", "effects", "residual_rms_m", "planes", "tracker_frames", "summary"}
     | {"names", "covariance", "target", "targets", "noise"}
@@ -28,8 +28,8 @@ def read_calibration(path: Path, build: Callable[[Mapping[str, Any]], _Built]) -
     """Return what ``build`` makes of the content of a calibration file, which is first brought to the present version of the format.
 
     Args:
-        path: Of the file.
-        build: Is called with the checked content.
+        path: The calibration file.
+        build: Called with the checked content.
 
     Raises:
         InvalidInput: The file is missing, is not JSON, is damaged (the key is named), is not a calibration, or has an effect whose

@@ -43,7 +43,17 @@ def conclude(
 ) -> Calibration:
     """Return the calibration of a converged fit: reporting coordinates, standard errors, which parameters are fixed and why.
 
-    The covariance is that of the noise, widened where the residual is larger than the noise explains.
+    The covariance follows from the noise. It is multiplied by the misfit's inflation if the residual is larger than the noise explains.
+
+    Args:
+        dataset: What was measured.
+        prepared: The same dataset, prepared for the fit.
+        found: The converged fit.
+        residuals: Whitened at the optimum.
+        settings: Thresholds.
+
+    Raises:
+        Undetermined: The data do not distinguish all free parameters, or a length or an angle is implausibly far from its nominal value.
     """
     guess = residuals.measurement.initial_target(dataset)
     model = reporting(found.model, guess)

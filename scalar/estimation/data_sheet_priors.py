@@ -41,8 +41,9 @@ def fit_near_data_sheet(
 ) -> Model:
     """Return a coarse fit of all parameters, with priors unless the data determine every direction well without them.
 
-    This is decided at the fit and not at the initial estimate, at which the tool may be nearer to an axis or farther from it. *Well* means with a
-    standard error less than a ``settings.identifiability.prior_matters``-th of the prior standard deviation, the misfit included.
+    This is decided at the fit and not at the initial estimate, at which the tool may be nearer to an axis or farther from it. A direction is
+    determined *well* if its standard error, misfit included, times ``settings.identifiability.prior_matters`` is less than its prior
+    standard deviation.
 
     Args:
         residuals: The residuals of the dataset.

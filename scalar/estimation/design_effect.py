@@ -71,7 +71,7 @@ def design_effect(
 def similar_poses(q: Array, most: int, least: int) -> Array:
     """Return the index of the group of every pose, ``(N,)``, from 0.
 
-    In each step, that group is halved in which one joint has the largest range of all, at the median of this joint.
+    Each step takes the group and the joint with the largest range of angles, and halves this group at the median of this joint.
 
     Args:
         q: Joint angles ``(N, n)`` [rad].

@@ -1,7 +1,7 @@
-"""How predicted positions move with the parameters of a model, apart from the places of base and sensor, which every workcell sets anew.
+"""How predicted positions move with the parameters of a model, apart from a motion of the base or of the sensor, which every workcell sets anew.
 
-The place of the base is a convention that neither planes nor a tracker determine, so predictions are compared after the motion that brings them
-nearest to each other.
+The place of the base is a convention that neither planes nor a tracker determine, so predictions are compared after the rigid motion of the base
+that brings them nearest to each other.
 """
 
 from __future__ import annotations
@@ -21,23 +21,26 @@ def kinematics_at(model: Model, poses: Poses) -> Kinematics:
 
 
 def shifts(kinematics: Kinematics, screws: Array) -> Array:
-    """Return by how much the sensor's origins move ``(3 N, P)`` [m] with screws ``(N, 6, P)``."""
+    """Return the derivatives ``(3 N, P)`` [m per unit] of the sensor's origins, from the screws ``(N, 6, P)`` of P parameters."""
     o = kinematics.T_base_sensor[:, :3, 3]
     return (screws[:, 3:] - skew(o) @ screws[:, :3]).reshape(3 * len(o), -1)
 
 
 def position_std(columns: Array, covariance: Array) -> float:
-    """Return the standard error of a position [m], root mean square over K poses, by a covariance ``(P, P)`` of parameters.
+    """Return the standard error of a predicted position [m], root mean square over K poses.
 
     Args:
         columns: ``(3 K, P)``, derivatives of the positions [m] by the parameters.
-        covariance: Of the parameters.
+        covariance: ``(P, P)``, of the parameters.
     """
     return float(np.sqrt(np.sum((columns @ covariance) * columns) / (len(columns) / 3)))
 
 
 def displacement_columns(model: Model, poses: Poses) -> Array:
-    """Return the derivatives ``(3 N, P)`` of predicted positions [m] by all parameters, the best motion of the base removed from each."""
+    """Return the derivatives ``(3 N, P)`` of predicted positions [m] by all P parameters.
+
+    From each column, the rigid motion of the base that fits it best is subtracted.
+    """
     kinematics = kinematics_at(model, poses)
     basis = np.linalg.qr(base_and_sensor_columns(kinematics.T_base_sensor)[:, :6])[0]
     shift = shifts(kinematics, kinematics.screws())
@@ -45,7 +48,7 @@ def displacement_columns(model: Model, poses: Poses) -> Array:
 
 
 def base_and_sensor_columns(T: Array) -> Array:
-    """Return the derivatives ``(3 N, 9)`` of positions by a small motion of the base (turn, shift) and a shift of the sensor on its flange.
+    """Return the derivatives ``(3 N, 9)`` of positions by a small motion of the base (rotation, shift) and a shift of the sensor on its flange.
 
     Args:
         T: ``(N, 4, 4)``, the sensor in the base frame.

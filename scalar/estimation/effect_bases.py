@@ -49,7 +49,11 @@ class JointBasis:
         return q
 
     def columns(self, by_angle: Array) -> Array:
-        """Return the derivatives ``(N, m, k)`` by the coefficients, where those by the angles are ``by_angle`` ``(N, m, n)``."""
+        """Return the derivatives ``(N, m, k)`` of m quantities by the coefficients.
+
+        Args:
+            by_angle: ``(N, m, n)``, the derivatives of the same quantities by the joint angles [per rad].
+        """
         columns = np.zeros((*by_angle.shape[:2], self.n_columns))
         for j, basis in self.parts:
             columns += by_angle[:, :, j, None] * basis[:, None, :]

@@ -50,9 +50,9 @@ def explain(
     Args:
         names: ``(C,)``, of the candidates.
         index: Which of them is fixed.
-        direction: ``(C,)``, the null direction that it removes, its own component being 1.
+        direction: ``(C,)``, the null direction that fixing it removes, its own component being 1.
         still: Joints, counted from 1, that never move.
-        values: Values [m or rad] of the candidates, without the others that are fixed.
+        values: Values [m or rad] by name, of all parameters except the other fixed ones.
         cause: As in ``FixedParameter``.
         prismatic: Joints that slide, from 0.
     """

@@ -17,8 +17,8 @@ _PAIRS = [(i, j) for i in range(6) for j in range(i + 1, 6)]
 _UNCERTAINTY = re.compile(r"(x|y|z|rx|ry|rz)_std(_mm|_deg)?|(x|y|z|rx|ry)_(y|z|rx|ry|rz)_correlation")
 
 
-def tells_of_frame(column: str) -> bool:
-    """Return whether a column says where a frame is, or how well that is known, as tables of predicted frames do."""
+def is_frame_column(column: str) -> bool:
+    """Return whether a column of this name holds a coordinate of a predicted frame, or its standard deviation or correlation."""
     return column in FRAME_COLUMNS or _UNCERTAINTY.fullmatch(column) is not None
 
 
@@ -40,8 +40,8 @@ def write_frames(
         covariance: ``(N, 6, 6)`` of shift [m] and small turn [rad] in the base frame, or None. With it, the standard deviations
             ``x_std .. rz_std`` and the correlations ``x_y_correlation ..`` of every pair follow.
         units: Of the numbers; where they are not SI, a column's name ends with its unit.
-        orientation_known: Whether the sensor shows how it is turned on the flange. If not, its orientation is that of its declared
-            mount, and the uncertainty of it is left out: the calibration knows none.
+        orientation_known: Whether the measurements depend on the sensor's orientation on the flange. If not, that orientation is the
+            declared one, and its uncertainty is left out, because the calibration has none.
     """
     import pandas as pd
 

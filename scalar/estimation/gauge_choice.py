@@ -1,7 +1,7 @@
 """Which parameters to fix so that the others are determined: one for each direction that no measurement observes.
 
-The choice is rank-revealing, QR with column pivoting on the null space (Golub and Van Loan, 5.4), and prefers the parameters of
-the base and of the flange, whose places are conventions, wherever they leave the remaining problem nearly as well conditioned.
+QR with column pivoting on the null space finds a well-conditioned choice (rank-revealing QR: Golub and Van Loan, 5.4). The parameters of the
+base and of the flange, whose places are conventions, are preferred wherever they leave the remaining problem nearly as well conditioned.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def choose_fixed(
 
     Args:
         null: ``(C, r)``, orthonormal null space of the scaled Jacobian.
-        order: Candidates, preferred first.
+        order: Indices of the candidates, the preferred first, as ``preference`` gives them.
         J_scaled: ``(rows, C)``, its columns of unit length.
         settings: Thresholds.
     """

@@ -8,7 +8,7 @@ from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared, prepare
 from scalar.estimation.settings import DEFAULTS, EstimationSettings
 
-_TOLERANCE = 1e-6  # relative: enough to compare millimetres
+_TOLERANCE = 1e-6  # relative, on cost and coordinates: enough to compare distances of millimetres
 
 
 def geometry_fit(

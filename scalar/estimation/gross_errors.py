@@ -1,7 +1,8 @@
-"""Set gross errors aside before anything is explained: points off their own scan, poses far off every plane, wrong plane labels.
+"""Set gross errors aside before a diagnosis: points off the line of their scan, poses that contradict the others, wrong plane labels.
 
-Nothing is deleted from the user's files: what is set aside is listed. An error is gross if it is far larger than what an effect does
-to an arm (millimetres, where effects make tenths) and scattered: a run of successive poses that are all off is a change, not outliers.
+Nothing is deleted from the user's files; what is set aside is listed. An error is gross if it is far larger than what effects on an arm cause
+(millimetres instead of tenths) and occurs at scattered poses. A run of successive poses that are all off is a change of the set-up, not a row of
+outliers, and stays.
 """
 
 from __future__ import annotations
@@ -31,8 +32,8 @@ class Cleaned:
 
     Attributes:
         dataset: What remains.
-        outlier_poses: Ids of poses that lie on no plane.
-        mislabelled_poses: Ids of poses that lie on another plane than said, with that plane's name.
+        outlier_poses: Ids of poses that contradict the others and lie on no other plane.
+        mislabelled_poses: Ids of poses that lie on another plane than their label says, with the name of that plane.
         points: Number of points set aside within the remaining scans.
     """
 
@@ -43,7 +44,7 @@ class Cleaned:
 
 
 class TooManyStrayPoints(Undetermined):
-    """So many points are stray that the lines of the scans are lost: the set-up need not be searched for the cause."""
+    """So many points are stray that the lines of the scans are lost. The cause is known, so signs, zeros and units need not be searched for it."""
 
 
 def without_stray_points(
@@ -52,7 +53,7 @@ def without_stray_points(
     """Return the dataset without points off their own scan's line, their number, and which scans are corrupted, ``(N,)`` bool.
 
     Raises:
-        TooManyStrayPoints: Most scans have lost their line to stray points.
+        TooManyStrayPoints: More than ``most_set_aside`` of the scans have so many stray points that they show no line.
     """
     dataset, count, corrupted = without_outlying_points(dataset, settings)
     share = share_of_broken_lines(dataset, corrupted, settings)
@@ -68,8 +69,8 @@ def clean(dataset: Dataset, settings: EstimationSettings = DEFAULTS) -> Cleaned:
     """Return a dataset without gross errors.
 
     Raises:
-        TooManyStrayPoints: Most scans have lost their line to stray points.
-        Undetermined: So much is off that nothing can be said of what is right.
+        TooManyStrayPoints: More than ``most_set_aside`` of the scans have so many stray points that they show no line.
+        Undetermined: So many poses contradict each other that it cannot be decided which are right.
     """
     dataset, n_points, corrupted = without_stray_points(dataset, settings.gross_errors)
     keep = ~corrupted
@@ -103,12 +104,13 @@ def clean(dataset: Dataset, settings: EstimationSettings = DEFAULTS) -> Cleaned:
 def clean_given_effects(
     cleaned: Cleaned, distance: Array, settings: GrossErrorSettings = DEFAULTS.gross_errors
 ) -> Cleaned:
-    """Return the cleaned dataset without poses that stand out once effects are modelled; the same object where there are none.
+    """Return the cleaned dataset without poses that prove to be gross errors once effects are modelled; the same object if there are none.
 
-    Without its effect in the model, a plane that moved or an arm that sags enlarges all residuals, and a gross error may hide among them.
+    As long as the model lacks an effect (an arm that sags, a plane that moved), all residuals are enlarged, and a gross error may hide among
+    them. If more than ``settings.most_late`` of the poses stand out, the effects are not trusted yet, and no pose is set aside.
 
     Args:
-        cleaned: By ``clean``.
+        cleaned: As ``clean`` returned it.
         distance: ``(N,)`` [m], root mean square distance of every pose that remains, effects applied.
         settings: Thresholds.
     """

@@ -1,11 +1,12 @@
 """Identifiability: which directions of the model the measurements do not determine, and which parameters to fix because of them.
 
 The Jacobian is taken for *perfect* measurements (``scalar.estimation.perfect_jacobian``). Axes within a few degrees of parallel are
-taken as parallel: with them, plain DH can exchange d of one joint for d of the next with almost no residual, and the fit would run
+taken as parallel: with such axes, plain DH can exchange d of one joint for d of the next with almost no residual, and the fit would run
 away along that direction.
 
-A direction is *structural* if no poses at all would determine it (the base, the flange, the scale), hidden by a joint that stays *still*, or
-due to *these poses*. Singular values as in Hollerbach and Wampler (1996); the choice of what to fix is ``scalar.estimation.gauge_choice``.
+An undetermined direction has one of three causes: it is *structural* if no poses at all would determine it (the base, the flange, the scale); a
+joint that stays *still* hides it; or *these poses* do not determine it and others would. The singular values are those of Hollerbach and Wampler
+(1996); ``scalar.estimation.gauge_choice`` chooses what to fix.
 """
 
 from __future__ import annotations
@@ -80,7 +81,8 @@ def analyse(
         model: Where the Jacobian is taken; its target should fit the data roughly. Its effects are left out.
         candidates: ``(P,)`` bool over robot, sensor and target: what would be free if the data determined it.
         settings: Thresholds.
-        gauge_alone: Whether directions that other poses of the same joints would determine are left free, because priors determine them.
+        gauge_alone: Whether to fix parameters only for directions that are structural or hidden by still joints. The directions that
+            only these poses leave open then stay free, because priors determine them.
 
     Raises:
         Undetermined: No pose reaches its target.

@@ -28,7 +28,7 @@ class InitialEstimate:
     Attributes:
         model: Sensor and target fitted, robot nominal.
         rms: Root mean square distance [m].
-        origin: ``nominal pose`` or ``linear guess``.
+        origin: Where the fit of sensor and target started: at the ``nominal pose`` of the sensor or at a ``linear guess``.
     """
 
     model: Model
@@ -44,8 +44,8 @@ def estimate_initially(
     Args:
         residuals: Of the dataset, without effects.
         robot: Nominal.
-        target: As first guessed.
-        T_flange_sensor: The sensor's nominal pose, or None.
+        target: At its initial guess.
+        T_flange_sensor: ``(4, 4)``, the sensor's nominal pose, or None.
 
     Raises:
         Undetermined: No pose is stated, and the data determine no linear guess.
@@ -65,14 +65,14 @@ def estimate_initially(
 def proposals(
     measurement: Any, robot: Robot, q: Array, target: Any, T_flange_sensor: Array | None
 ) -> list[tuple[str, Array, Any]]:
-    """Return where a fit may start: (origin, sensor's pose on the flange ``(4, 4)``, target) each.
+    """Return where a fit may start: for each start its origin, the sensor's pose on the flange ``(4, 4)`` and the target.
 
     Args:
         measurement: The dataset as rows.
         robot: Nominal.
         q: ``(N, n)`` [rad], joint angles.
         target: At its initial guess.
-        T_flange_sensor: The sensor's nominal pose, or None.
+        T_flange_sensor: ``(4, 4)``, the sensor's nominal pose, or None.
 
     Raises:
         Undetermined: No pose is stated, and the data determine no linear guess.
@@ -97,7 +97,7 @@ def proposals(
 
 
 def sensor_and_target(residuals: Residuals, model: Model) -> Array:
-    """Return which coordinates ``(P,)`` are those of the sensor, as far as it is observed, and of the target."""
+    """Return which coordinates ``(P,)`` bool are the target's or the sensor's; the sensor's orientation counts only if it is observed."""
     free = np.zeros(len(model.vector), dtype=bool)
     free[model.blocks["target"]] = True
     sensor = model.blocks["sensor"].start

@@ -20,7 +20,7 @@ from scalar.estimation.settings import DEFAULTS, EstimationSettings
 from scalar.estimation.sufficiency import check_effects
 from scalar.geometry.se3 import Array
 
-_ROUNDS = 6  # of fitting and whitening anew; usually two suffice
+_ROUNDS = 6  # of fitting and recomputing the weights; usually two suffice
 
 
 def fit_all(
@@ -34,9 +34,9 @@ def fit_all(
 
     Args:
         dataset: What was measured.
-        prepared: The same, prepared.
-        effects: To estimate; the fit starts from their coefficients.
-        fixed_effects: To apply as they are.
+        prepared: The same dataset, prepared for the fit.
+        effects: Effects to estimate; the fit starts from their coefficients.
+        fixed_effects: Effects to apply with their coefficients as they are.
         settings: Thresholds.
 
     Raises:
@@ -63,7 +63,9 @@ def fit_from(
     residuals: Residuals | None = None,
     settings: EstimationSettings = DEFAULTS,
 ) -> tuple[Fit, Residuals]:
-    """Return the fit from a model near the optimum, reweighted until that changes nothing, and the residuals whitened at its optimum.
+    """Return the fit from a model near the optimum, and the residuals whitened at its optimum.
+
+    The weights are recomputed after each fit until they move the optimum by less than ``settings.fit.settled_step``.
 
     Args:
         dataset: What was measured.
@@ -112,7 +114,8 @@ def unobservable_coefficients(
         residuals: Of the dataset.
         model: Where the columns are taken.
         free: ``(P,)`` bool.
-        least_share: Least length of a column without these combinations, as a share of its whole length, for a coefficient to be observable.
+        least_share: A coefficient is observable if what remains of its column, these combinations projected out, is longer than this share
+            of the column.
     """
     J = residuals.linearise(model)[1]
     where = model.blocks["effects"]

@@ -22,7 +22,7 @@ class Kinematics:
         bases: The columns of the model's effects at these poses.
         frames: ``(N, n + 1, 4, 4)``, of the base and of every link, in the base frame before effects move the base.
         geometry_offsets: ``(N, 5, n)`` [m, rad] or None: what effects add to ``Robot.geometry``.
-        T_base_tilted: ``(N, 4, 4)`` or None: the motion of the base that effects make.
+        T_base_tilted: ``(N, 4, 4)`` or None: the motion of the base that effects cause.
         T_base_mount: ``(N, 4, 4)``: where the sensor would be without effects on the sensor.
         T_base_sensor: ``(N, 4, 4)``.
     """
@@ -37,7 +37,13 @@ class Kinematics:
 
     @classmethod
     def of(cls, model: Model, poses: Poses, bases: EffectBases) -> Kinematics:
-        """Return the kinematics of a model at poses."""
+        """Return the kinematics of a model at N poses.
+
+        Args:
+            model: Robot, sensor and effects.
+            poses: With joint angles ``(N, n)`` [rad].
+            bases: The columns of the model's effects at these poses.
+        """
         c = np.concatenate([np.zeros(0), *(effect.coefficients for effect in model.effects)])
         q = poses.q
         for basis, where in bases.joints:
@@ -60,13 +66,14 @@ class Kinematics:
         return cls(model, bases, frames, offsets, T_tilted, T_mount, T)
 
     def screws(self, *, joint_effects: bool = True) -> Array:
-        """Return the screw of the sensor, in the base frame, by every coordinate of robot, sensor and effects.
+        """Return the derivative of the sensor's pose by every coordinate of robot, sensor and effects, as a screw in the base frame.
 
         Args:
             joint_effects: Whether to compute the columns of effects on joints; else they are zero.
 
         Returns:
-            ``(N, 6, P)`` in the order of ``Model.names``; zero for the target's coordinates and for effects on points.
+            ``(N, 6, P)``, rotation then translation at the base origin, in the order of ``Model.names``; zero for the target's coordinates
+            and for effects on points.
         """
         model, blocks = self.model, self.model.blocks
         N = len(self.frames)

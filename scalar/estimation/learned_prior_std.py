@@ -87,10 +87,10 @@ def most_likely_prior_stds(
     Args:
         gram: ``(F, F)``, J'J of the whitened rows divided by the misfit ratio.
         gradient: ``(F,)``, J'r of the same rows, where the corrections are ``off``.
-        off: ``(F,)``, the corrections at which the model is linear.
+        off: ``(F,)`` [m or rad], the corrections at which the model was linearised.
         stds: ``(F,)``, prior standard deviations, infinite where there is no prior.
         groups: For each group ``(F,)`` bool, which corrections belong to it.
-        typical: For each group the usual standard deviation and its count.
+        typical: For each group the usual standard deviation [m or rad] and the number of corrections that it counts as.
     """
     belongs = np.array([groups[g] for g in groups], dtype=float)  # (groups, F)
     prior, count = np.array([typical[g] for g in groups]).T

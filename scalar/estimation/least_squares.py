@@ -1,7 +1,8 @@
-"""One Levenberg-Marquardt run: free coordinates of a model, analytic Jacobian, covariance by our own algebra.
+"""One Levenberg-Marquardt run over the free coordinates of a model, with the analytic Jacobian, and the covariance at its optimum.
 
-``minimise |r(x)|^2`` over the free coordinates; r is whitened, so ``(J' J)^-1`` at the optimum is the covariance. The steps are those of
-MINPACK (More, 1978), which SciPy and lmfit call as well; ``scalar.estimation.lmfit_fit`` is the same fit through lmfit, with its report.
+``minimise |r(x)|^2`` over the free coordinates x; r is whitened, so ``(J' J)^-1`` at the optimum is their covariance. The steps are those of
+MINPACK (Moré, 1978), taken by the compiled library where it applies and else by SciPy. ``scalar.estimation.lmfit_fit`` is the same fit through
+lmfit, with lmfit's report.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
-TOLERANCE = 1e-10  # relative, on cost and coordinates; less than that is rounding, and a step for nothing
+TOLERANCE = 1e-10  # relative, on cost and coordinates; a smaller tolerance would only add steps that are as large as rounding errors
 MAX_EVALUATIONS = 200
 FIRST_STEP = 0.1  # of the coordinates' own size: with MINPACK's default, 100, angles along a weak direction jump by whole turns
 RANK_TOLERANCE = 1e-10  # of the largest singular value of the column-scaled Jacobian
@@ -26,14 +27,14 @@ NEGLIGIBLE_STEP = 1e-3  # standard deviations: a remaining Gauss-Newton step bel
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """What a run found.
+    """The result of a run.
 
     Attributes:
         model: At the optimum.
         free: ``(P,)`` bool, which coordinates were free.
         chi_squared: Sum of squared whitened residuals.
         evaluations: Calls of the residual.
-        message: The solver's own words.
+        message: How the solver says that it ended.
         linearised: Returns the residual ``(R,)`` at the optimum and its Jacobian ``(R, F)`` by the free coordinates.
     """
 
@@ -56,13 +57,13 @@ class Fit:
 
     @property
     def converged(self) -> bool:
-        """Return whether the remaining step is negligible."""
+        """Return whether the remaining Gauss-Newton step is negligible beside the standard errors."""
         step = self._covariance_and_step[1]
         return bool(np.isfinite(step) and step < NEGLIGIBLE_STEP)
 
 
 class Objective:
-    """Residual and Jacobian as functions of the free coordinates, each state computed once.
+    """Residual and Jacobian as functions of the free coordinates. The latest ones are kept, because solvers ask for them again.
 
     Attributes:
         free: ``(F,)``, indices of the free coordinates.
@@ -96,14 +97,20 @@ class Objective:
         return self.linearised(self.at(x))[1]
 
     def linearised(self, model: Model) -> tuple[Array, Array]:
-        """Return residual and Jacobian by the free coordinates; SciPy asks twice at the start."""
+        """Return the residual ``(R,)`` and its Jacobian ``(R, F)`` by the free coordinates; SciPy asks for it twice at the start."""
         if self._linearised is None or self._linearised[0] is not model:
             residual, jacobian = self.residuals.linearise(model)
             self._linearised = model, residual, jacobian[:, self.free]
         return self._linearised[1], self._linearised[2]
 
     def ended(self, x: Array, free: Array, message: str) -> Fit:
-        """Return what a solver found that ended at free coordinates ``(F,)``."""
+        """Return the result of a solver that ended at the free coordinates ``x`` ``(F,)``.
+
+        Args:
+            x: ``(F,)``.
+            free: ``(P,)`` bool, which coordinates were free.
+            message: How the solver says that it ended.
+        """
         optimum = self.at(x)
         residual = self.residuals.residual(optimum)
         return Fit(
@@ -150,7 +157,7 @@ def fit(residuals: Residuals, model: Model, free: Array, *, tolerance: float = T
 
 
 def _compiled(objective: Objective, tolerance: float) -> Array | None:
-    """Return the optimum ``(F,)`` by the compiled library, which takes MINPACK's steps; None where it does not apply, or lost too many digits."""
+    """Return the optimum ``(F,)`` by the compiled library, which takes MINPACK's steps; None if it does not apply or gave up numerically."""
     residuals, model = objective.residuals, objective.model
     problem = None if residuals.known is not None else residuals.plane_problem(model)
     if problem is None:
@@ -185,8 +192,8 @@ class Decomposed:
         scale: ``(F,)``, lengths of the columns; 1 where a column is zero.
         s: ``(F,)``, singular values, the largest first.
         Vt: ``(F, F)``.
-        along: ``(F,)``, the residual along each of the left singular vectors.
-        rms: Of the residual.
+        along: ``(F,)``, the component of the residual along each left singular vector ``Q U``.
+        rms: Root mean square of the residual.
     """
 
     scale: Array
@@ -225,7 +232,7 @@ class Decomposed:
 
     @property
     def covariance(self) -> Array:
-        """Return ``(J' J)^-1``, ``(F, F)``, of the directions that are observed."""
+        """Return the pseudo-inverse of ``J' J``, ``(F, F)``: directions that are not observed count as exactly known."""
         inverse = (self.Vt[self._observed].T / self.s[self._observed]) / self.scale[:, None]
         return inverse @ inverse.T
 
@@ -238,9 +245,9 @@ class Decomposed:
 def covariance_and_step(J: Array, residual: Array) -> tuple[Array, float]:
     """Return ``(J' J)^-1`` and the length of the remaining Gauss-Newton step in standard deviations.
 
-    The step's length, ``|P_J r|`` with P_J the projection on the columns, is set against the residual's own size where that is large, so
-    that a coarse model with many sigmas of misfit is not asked for more digits than it has. Where J or the residual is not finite
-    there is no covariance, and the step is infinite.
+    The step's length is ``|P_J r|``, with P_J the projection on the columns. It is divided by the residual's root mean square if that exceeds
+    one: a coarse model with a misfit of many standard deviations need not be optimised to more digits than it can have. If J or the residual
+    is not finite, the covariance is NaN and the step infinite.
     """
     found = Decomposed.of(J, residual)
     if found is None:

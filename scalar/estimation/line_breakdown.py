@@ -2,9 +2,9 @@
 
 The line of least absolute deviations withstands between 29 % of stray points (all at one end of the scan, all to one side) and nearly one
 half (anywhere, to either side). Beyond that it follows the stray points, and the limit beyond which a point is stray grows with them: hardly a
-point is set aside, and nothing looks wrong. The points that are kept show the breakdown. Without stray points among them, their densest part
-scatters about some line as all of them do about theirs. With stray points among them, it scatters far less. That part need not be more than
-half of the points, as for the least median of squares (Rousseeuw, 1984), since stray points are scattered: a third is enough.
+point is set aside, and nothing looks wrong. The points that are kept show the breakdown. Without stray points among them, the third of them that
+lies closest to a common line scatters about it as all points do about theirs. With stray points among them, that third scatters far less. The
+least median of squares (Rousseeuw, 1984) compares half of the points; a third is enough here, since stray points are scattered.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from scalar.estimation.settings import DEFAULTS, GrossErrorSettings
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 
-_PART = 1.0 / 3.0  # of a scan's points that are compared with all
+_PART = 1.0 / 3.0  # share of a scan's points that is compared with all of them
 _LEAST_PART = 11  # points: fewer lie near some line by chance
-_LINES = 150  # through pairs of points that are tried: with two points in three stray, some sixteen of them have none
-_POINTS = 60  # of a scan by which the lines are compared; more change nothing
-_SCANS = 100  # that are judged: a share of one half is then known to a twentieth
+_LINES = 150  # lines through pairs of points that are tried: with two points in three stray, about sixteen pairs hold no stray point
+_POINTS = 60  # points of a scan with which the lines are compared; with more, the result is the same
+_SCANS = 100  # scans that are judged: a share of one half is then known with a standard error of a twentieth
 _ROUNDS = 10  # of refining the line; later ones change nothing
 _CORE = 2.5  # standard deviations: points nearer to the line than this are its core
-_CORE_TO_STD = 1.048  # of a normal law that is cut off there
+_CORE_TO_STD = 1.048  # ratio of a normal law's standard deviation to that of the same law cut off at the core
 
 
 def share_of_broken_lines(
@@ -75,7 +75,11 @@ def _line(points: Array) -> tuple[Array, float, float]:
 
 
 def _core_scatter(points: Array) -> float:
-    """Return the standard deviation [m] of the densest third of points ``(M, 2)`` [m] about the line that they lie on, as if the law were normal."""
+    """Return the standard deviation [m] that a normal law would have if its densest third lay as close to a line as that of these points.
+
+    Args:
+        points: ``(M, 2)`` [m]. Infinite is returned if a third of them is fewer than ``_LEAST_PART``.
+    """
     some = points[:: -(-len(points) // _POINTS)]
     M = len(some)
     part = max(int(np.ceil(_PART * M)), _LEAST_PART)

@@ -35,8 +35,8 @@ def lmfit_names(names: Sequence[str]) -> list[str]:
 def to_lmfit(names: Sequence[str], values: Array) -> list[lmfit.Parameter]:
     """Return free lmfit parameters of the given names and values.
 
-    A list, which lmfit's Minimizer takes as it is; a ``Parameters`` it would copy deeply, at a tenth of the
-    cost of a fit.
+    They are returned as a list, which lmfit's Minimizer takes as it is. A ``Parameters`` object it would copy deeply, which costs a tenth
+    of a fit.
     """
     import lmfit  # slow to import, and the names need none of it
 

@@ -1,4 +1,8 @@
-"""Compare the residual of a model with the noise. In standard errors, and in the weight of priors, what the model lacks counts as noise."""
+"""Compare the residual of a model with the noise.
+
+A model that lacks something leaves a larger residual than the noise explains. The excess counts as noise: it enlarges the standard errors and the
+weight of priors.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +19,10 @@ from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS
 from scalar.geometry.se3 import Array
 
-_WORTH_SAYING, _BY_CHANCE = 1.15, 1e-3  # chosen: ratio and p-value from which a user hears of it
+_WORTH_SAYING, _BY_CHANCE = (
+    1.15,
+    1e-3,
+)  # chosen: a larger ratio with a smaller p-value is reported to the user
 
 
 @dataclass(frozen=True)
@@ -25,7 +32,7 @@ class Misfit:
     Attributes:
         ratio: Root mean square of the whitened residual over the value that the noise explains; about 1 for a complete model.
         p_value: Probability of a residual at least this large from noise alone; None where the noise is not known independently.
-        inflation: Factor on the covariance.
+        inflation: Factor on the covariance, the squared ratio; 1 if the noise explains the residual.
     """
 
     ratio: float
@@ -34,10 +41,10 @@ class Misfit:
 
 
 def excess_factor(summary: Mapping[str, Any]) -> float:
-    """Return by how much the residual of a calibration exceeds the noise, at least 1; 1 where the noise is not known.
+    """Return the ratio of a calibration's residual to the noise, at least 1; 1 if the summary states none.
 
     Args:
-        summary: Of the calibration.
+        summary: ``Calibration.summary``.
     """
     ratio = summary.get("misfit")
     return 1.0 if ratio is None else max(float(ratio), 1.0)
@@ -47,7 +54,7 @@ def lacks_something(summary: Mapping[str, Any]) -> bool:
     """Return whether the residual of a calibration clearly exceeds what the noise explains.
 
     Args:
-        summary: Of the calibration: ``misfit`` and ``misfit_p_value``, None where the noise is not known.
+        summary: ``Calibration.summary``, with ``misfit`` and ``misfit_p_value``; one of these is None if the noise is not known.
     """
     ratio, p_value = summary.get("misfit"), summary.get("misfit_p_value")
     return ratio is not None and p_value is not None and ratio > _WORTH_SAYING and p_value < _BY_CHANCE
@@ -93,13 +100,13 @@ def misfit(
 def unexplained_shift(residuals: Residuals, model: Model, found: Misfit) -> float:
     """Return the root mean square shift [m] of the measured point that would explain why the residual exceeds the noise; zero if it does not.
 
-    The shift is taken to be independent from pose to pose, with the same variance along each axis, so that a residual along one direction shows a
-    third of its square. Where poses do not repeat, their scatter is part of it.
+    The shift is taken to be independent from pose to pose, with the same variance along each axis. A residual along one direction then shows a
+    third of its mean square. If the arm does not repeat its poses, their scatter is part of the shift.
 
     Args:
         residuals: Of the dataset.
         model: At its optimum.
-        found: How the residual compares with the noise.
+        found: As ``misfit`` returned it.
     """
     measurement = residuals.measurement
     common = measurement.common_error(residuals.kinematics(model).T_base_sensor, model.target)
@@ -108,7 +115,7 @@ def unexplained_shift(residuals: Residuals, model: Model, found: Misfit) -> floa
 
 
 def determined_by_data(residuals: Residuals, model: Model, free: Array) -> float:
-    """Return how many of the free coordinates the data determine rather than priors: the trace of MacKay (1992), all where there is no prior.
+    """Return how many of the free coordinates the data determine rather than priors: MacKay's (1992) number of well-determined parameters.
 
     Args:
         residuals: Of the dataset.

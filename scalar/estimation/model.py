@@ -1,8 +1,8 @@
-"""The model that is fitted, a robot, a sensor on its flange, a target and effects, with the coordinates of its parameters.
+"""The model that is fitted: a robot, a sensor on its flange, a target and effects, with the coordinates of its parameters.
 
-A vector of coordinates leads from a reference to any other point of the model's manifold: the geometry itself, the sensor's translation and
-a rotation vector about its reference rotation, the target's coordinates, the effects' coefficients. One order of names serves
-everywhere: ``a_1 .. beta_n, sensor_x .. sensor_rz, normal_<plane>_u .., <effect>.<coefficient>``.
+The coordinates are the robot's geometry, the sensor's translation, a rotation vector from the sensor's reference rotation, the target's
+coordinates (of planes: tangents from their reference normals) and the effects' coefficients. Their names have the same order everywhere:
+``a_1 .. beta_n, sensor_x .. sensor_rz, normal_<plane>_u .., <effect>.<coefficient>``.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class ParameterPrior:
         name: Of the parameter.
         mean: Its value in the data sheet [m or rad].
         std: Prior standard deviation [m or rad].
-        reason: A sentence where the data hardly determine the parameter, else empty.
+        reason: A sentence if the prior rather than the data decides the parameter, else empty.
     """
 
     name: str
@@ -43,18 +43,18 @@ class ParameterPrior:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """Robot, sensor, target and effects at one point of their manifold.
+    """Robot, sensor, target and effects with definite values of all parameters.
 
     Attributes:
         robot: The arm, its geometry as estimated.
         nominal: The arm of the data sheet; the effects' columns are computed with it.
-        reference_rotation: ``(3, 3)``, of the sensor on the flange.
+        reference_rotation: ``(3, 3)``, a rotation of the sensor on the flange from which its rotation vector is counted.
         sensor: ``(6,)``, translation [m] and rotation vector [rad] about the reference: ``R = exp(r) R_reference``.
         target: Planes or tracker frames.
         effects: With their coefficients.
-        priors: On parameters, where the data hardly determine some of them.
-        misfit_ratio: The residual's real size in units of the noise by which its rows are whitened. The rows of priors are multiplied by
-            it, so that what the model lacks counts as noise where data and priors are weighed.
+        priors: Priors on parameters of robot and sensor; none if the data determine all of them well.
+        misfit_ratio: Ratio of the residual to the noise by which its rows are whitened. The rows of priors are multiplied by it, so that what
+            the model lacks counts as noise when data and priors are weighed against each other.
     """
 
     robot: Robot
@@ -76,7 +76,7 @@ class Model:
 
     @cached_property
     def T_flange_sensor(self) -> Array:
-        """Return the sensor's pose on the flange ``(4, 4)``; computed once, and read-only therefore."""
+        """Return the sensor's pose on the flange ``(4, 4)``; it is computed once and shared, and therefore read-only."""
         T = transform(exp_so3(self.sensor[3:]) @ self.reference_rotation, self.sensor[:3])
         T.setflags(write=False)
         return T
@@ -124,7 +124,7 @@ class Model:
         return index, np.array(means, dtype=float), np.array(stds, dtype=float)
 
     def prior_rows(self) -> tuple[Array, Array, Array]:
-        """Return the rows ``(k,)`` of the priors on parameters, which coordinates they are on, and their derivatives by these ``(k,)``."""
+        """Return the residual rows of the k priors ``(k,)``, the indices of their coordinates ``(k,)``, and the derivatives by these ``(k,)``."""
         index, means, stds = self._prior_places
         slope = self.misfit_ratio / stds
         return (self.vector[index] - means) * self.misfit_ratio / stds, index, slope
@@ -154,7 +154,7 @@ class Model:
         return model._named_like(self)
 
     def _named_like(self, other: Model) -> Model:
-        """Return this model with the cached names, units and places in the vector of another model, which differs in numbers alone."""
+        """Return this model after copying the cached names, units and positions in the vector from another model with the same parameters."""
         vars(self).update({key: value for key, value in vars(other).items() if key in _COMMON})
         return self
 

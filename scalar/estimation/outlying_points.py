@@ -22,8 +22,11 @@ def without_outlying_points(
 ) -> tuple[Dataset, int, Array]:
     """Return the dataset without points that are off their own scan's line, their number, and which scans are corrupted.
 
-    Each scan's line is found by iteratively reweighted least squares that tends to the least absolute distance, which tolerates a
-    third of wrong points. A scan with more than that off its line is corrupted: all its points stay, and the mask ``(N,)`` names it.
+    Each scan's line is found by iteratively reweighted least squares, which approach the line of least absolute distances; it tolerates about
+    a third of wrong points. A scan with a larger share off its line (``settings.corrupted_share``) counts as corrupted, and all its points stay.
+
+    Returns:
+        The dataset, the number of removed points, and ``(N,)`` bool, which scans are corrupted.
     """
     counts = np.diff(dataset.starts)
     corrupted = np.zeros(dataset.n_poses, dtype=bool)
@@ -38,7 +41,7 @@ def without_outlying_points(
         distance = np.abs(_line_distance(dataset.points, weight, first, scan))
         scale = np.maximum(MAD_TO_STD * _median_within(distance, scan, first, counts), _LEAST_SCALE)
         weight = 1.0 / np.maximum(distance / scale[scan], _LEAST_RATIO)
-    floor = np.median(scale)  # a short scan's own spread is low by chance now and then
+    floor = np.median(scale)  # the scatter of a short scan may be small by chance
     limit = np.maximum(settings.point_sigmas * np.maximum(scale, floor), settings.least_point_error)
     off = (distance > limit[scan]) & (counts[scan] >= settings.least_points)
     share = np.add.reduceat(off.astype(float), first) / counts
@@ -63,7 +66,14 @@ def scatter_about_lines(dataset: Dataset) -> Array:
 
 
 def _line_distance(points: Array, weight: Array, first: Array, scan: Array) -> Array:
-    """Return the signed distance of every point to its scan's weighted line of total least squares."""
+    """Return the signed distance of every point to its scan's weighted line of total least squares, in metres.
+
+    Args:
+        points: ``(M, 2)`` [m], of all scans.
+        weight: ``(M,)``.
+        first: ``(N,)``, index of the first point of each scan.
+        scan: ``(M,)``, the scan of each point.
+    """
     total = np.add.reduceat(weight, first)
     mean = np.add.reduceat(points * weight[:, None], first) / total[:, None]
     centred = points - mean[scan]

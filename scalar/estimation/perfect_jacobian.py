@@ -1,7 +1,7 @@
 """The Jacobian of perfect measurements, which satisfy the model exactly.
 
-Noise makes every direction look observable a little. Taken at measurements without error, a direction that leaves the residual
-unchanged has a singular value of rounding size, whatever the noise of the dataset.
+With noisy measurements, no singular value is exactly zero, and every direction looks slightly observable. For measurements without error, a
+direction that leaves the residual unchanged has a singular value as small as the rounding error, however noisy the dataset is.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ def perfect_jacobian(
     """Return the Jacobian ``(rows, P)`` of measurements that satisfy the model exactly.
 
     Args:
-        residuals: Of the dataset; gives what is known of the planes.
+        residuals: Of the dataset; states which planes are known as references.
         measurement: The sensor kind's rows.
         model: Without effects.
         q: ``(N, n)`` [rad], joint angles near which the perfect measurements are taken.
-        index: ``(N,)``, the target that each pose measures.
+        index: ``(N,)``, index of the plane or tracker frame that each pose measures.
     """
     J = _of_scans(measurement, model, q, index)
     if J is None:

@@ -17,12 +17,12 @@ from scalar.sensors import measure
 def other_labels(
     dataset: Dataset, keep: Array, off: list[int], settings: EstimationSettings
 ) -> dict[int, str]:
-    """Return for poses that are off, by index, the name of the plane that they do lie on, where there is one.
+    """Return the name of the plane on which a pose really lies, by the index of the pose; poses that lie on none are left out.
 
     Args:
         dataset: What was measured.
         keep: ``(N,)`` bool, the poses that agree with their labels.
-        off: Indices of the others.
+        off: Indices of the poses that do not.
         settings: Thresholds.
     """
     if not dataset.planes or not len(off):

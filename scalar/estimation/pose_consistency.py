@@ -1,8 +1,8 @@
 """Which poses agree with one robot, sensor and set of planes: first coarsely with the arm nominal, then with a fitted geometry.
 
-Both steps are least trimmed squares by concentration (Rousseeuw and Van Driessen, 2006): the model is fitted to the better part of
-the poses, the better part is chosen anew, until it no longer changes. Successive poses of one plane that are all off are a change
-(a plane that was knocked, a sensor that slipped), not outliers, and stay.
+Both steps are least trimmed squares by concentration (Rousseeuw and Van Driessen, 2006): the model is fitted to those poses that fit best, these
+are chosen anew by the fitted model, and so on until the choice no longer changes. Successive poses of one plane that are all off are a change of
+the set-up (a plane that was knocked, a sensor that slipped), not outliers, and stay.
 """
 
 from __future__ import annotations
@@ -21,16 +21,23 @@ from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement, measure
 from scalar.sensors.robust_scale import robust_std
 
-_ROUNDS = 12  # of fitting and setting aside; they end by themselves, mostly after two
-_CONCENTRATIONS = 4  # of fits to the better part of the poses; later ones change nothing
+_ROUNDS = 12  # most rounds of fitting and setting aside; usually nothing changes after two
+_CONCENTRATIONS = 4  # fits to the best-fitting poses; later ones change nothing
 _LEAST_SHARE, _MOST_SHARE = (
     1e-3,
     0.95,
-)  # bounds of the share of poses that are off, whose logarithm says how long runs by chance are
+)  # bounds of the share of poses that are off, from which the length of runs by chance is computed
 
 
 def pose_distances(measurement: Measurement, T_base_sensor: Array, planes: Planes, index: Array) -> Array:
-    """Return the root mean square distance of every pose's points to the plane of index ``(N,)``, in metres."""
+    """Return the root mean square distance of every pose's points to a plane, ``(N,)`` [m].
+
+    Args:
+        measurement: The dataset as rows.
+        T_base_sensor: ``(N, 4, 4)``.
+        planes: The K planes.
+        index: ``(N,)``, the plane with which each pose is compared.
+    """
     points, starts = measurement.points_in_base(T_base_sensor)
     counts = np.diff(starts)
     of_point = np.repeat(index, counts)
@@ -39,7 +46,13 @@ def pose_distances(measurement: Measurement, T_base_sensor: Array, planes: Plane
 
 
 def coarsely_consistent(dataset: Dataset, usable: Array, settings: GrossErrorSettings) -> Array:
-    """Return which of the usable poses ``(N,)`` agree roughly with the planes, the arm and the sensor being nominal."""
+    """Return which poses ``(N,)`` bool agree roughly with the planes, the arm and the sensor being nominal.
+
+    Args:
+        dataset: What was measured.
+        usable: ``(N,)`` bool, the poses to judge; all of them are kept if there are no planes or no nominal pose of the sensor.
+        settings: Thresholds.
+    """
     T_flange_sensor = dataset.sensor.T_flange_sensor
     if not dataset.planes or T_flange_sensor is None:
         return usable
@@ -75,16 +88,21 @@ def _merged(planes: Planes, found: Planes) -> Planes:
 
 
 def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSettings) -> Array:
-    """Return which poses agree with a calibration of the geometry.
+    """Return which poses ``(N,)`` bool agree with a calibration of the geometry.
 
-    Where some do not, they would distort a fit to all: the geometry is first fitted to the better part of the poses, until that part
-    no longer changes, and then to all that agree with it.
+    Poses that do not agree would distort a fit to all poses. The geometry is therefore first fitted to the poses that fit best, until their choice
+    no longer changes, and then to all poses that agree with this fit.
+
+    Args:
+        dataset: What was measured.
+        keep: ``(N,)`` bool, the poses that are usable so far.
+        settings: Thresholds.
     """
     gross = settings.gross_errors
     model, prepared = geometry_fit(dataset.subset(keep), settings)
     distance = _distances_under(dataset, model)
-    # Thirty free parameters follow a single wrong pose and spread its centimetres over all others: no ratio of distances shows
-    # that, but their size does.
+    # Thirty free parameters adapt to a single wrong pose and spread its error of centimetres over all others. The size of the distances shows
+    # that; their ratios need not.
     if np.all(distance[keep] < gross.least_pose_error) and not _heavy_tailed(distance[keep], gross):
         return _agreeing(dataset, distance, keep, gross)
     usable = core = keep
@@ -108,13 +126,13 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
 
 
 def _left_out(dataset: Dataset, model: Model, free: Array, trained: Array) -> Array:
-    """Return the whitened residual ``(N,)`` that every pose would have if the fit had been made without it: ``(I - H_ii)^-1 r_i``.
+    """Return the length ``(N,)`` of the whitened residual that every pose would have if the fit had been made without it: ``(I - H_ii)^-1 r_i``.
 
     Args:
         dataset: All poses.
         model: Fitted to some of them.
         free: ``(P,)`` bool.
-        trained: ``(N,)`` bool, those that it was fitted to.
+        trained: ``(N,)`` bool, the poses that it was fitted to; for the others, the residual is taken as it is.
     """
     residuals = Residuals.of(dataset, model).reweighted(model)
     residual, jacobian = residuals.linearise(model)
@@ -145,7 +163,7 @@ def _agreeing(dataset: Dataset, distance: Array, trusted: Array, settings: Gross
 
 
 def _core(dataset: Dataset, distance: Array, usable: Array, settings: GrossErrorSettings) -> Array:
-    """Return the better part of the usable poses on every plane."""
+    """Return which poses ``(N,)`` bool are trusted at first: of the usable poses on every plane, the share with the smallest distances."""
     core = np.zeros(len(usable), dtype=bool)
     index = dataset.plane_index
     for k in np.unique(index):
@@ -163,7 +181,10 @@ def _distances_under(dataset: Dataset, model: Model) -> Array:
 
 
 def in_runs(dataset: Dataset, off: Array, settings: GrossErrorSettings) -> Array:
-    """Return which of the poses that are off stand in runs of successive poses of one plane that are all off."""
+    """Return which of the poses that are off ``(N,)`` bool belong to runs: successive poses of one plane that are all off.
+
+    A run counts if it is longer than ``settings.contiguous_run`` and than runs of scattered outliers would be by chance.
+    """
     runs = np.zeros_like(off)
     for k in np.unique(dataset.plane_index):
         mine = np.flatnonzero(dataset.plane_index == k)

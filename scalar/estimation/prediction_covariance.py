@@ -1,6 +1,7 @@
-"""The covariance of predicted poses, from that of the parameters: ``C_pose = M C M'``, with M the screws of what is free.
+"""The covariance of predicted poses, from that of the parameters: ``C_pose = M C M'``, with M the derivatives by the free parameters.
 
-What is fixed because no measurement shows it (the base's place, say) is taken as exact: the poses are those of the frame that it defines.
+Parameters that are fixed because no measurement determines them (the place of the base, say) are taken as exact: they define the frame in which
+poses are predicted.
 """
 
 from __future__ import annotations
@@ -22,16 +23,16 @@ def pose_deviations(
     covariance: Array,
     on_flange: str | None = None,
 ) -> Array | None:
-    """Return independent deviations of the predicted poses, of one standard deviation each, ``(N, 6, K)`` [m, rad]; None without covariance.
+    """Return a root D of the covariances of the predicted poses, ``(N, 6, K)`` [m, rad]: ``D D'`` are the covariances ``(N, 6, 6)``.
 
-    The first three rows are the shift of the origin of the sensor, or of one of several targets on the flange, the others a small turn about
-    its origin, both in the base frame.
-    Their products ``D D'`` are the covariances ``(N, 6, 6)``.
+    Each column of D is the deviation of a pose by one standard deviation of one of K independent causes. The first three rows are the shift of the
+    origin of the sensor, or of one of several targets on the flange, the others a small rotation about this origin, both in the base frame. The
+    result is None if the calibration has no covariance.
 
     Args:
         model: The calibrated one.
         kinematics: Of the predicted poses.
-        free: F names of what was estimated.
+        free: Names of the F parameters that were estimated.
         covariance: ``(F, F)``.
         on_flange: Name of a further target on the flange; None for the sensor.
     """

@@ -66,9 +66,9 @@ def prepare(
         fix: Further parameters to fix at their nominal values, by name.
         settings: Thresholds.
         lean_on_priors: Whether priors from the data sheet may determine directions that these poses do not determine at all. A calibration
-            may rest on them, since its standard errors show that; a diagnosis needs data.
-        effects_follow: Whether effects are looked for in the residual of the coarse fit, so that this residual must give the priors no more
-            weight.
+            may rely on them, since its standard errors show it; a diagnosis needs data.
+        effects_follow: Whether effects are selected from the residual of the coarse fit. The effects that it still contains must then
+            not increase the weight of the priors.
 
     Raises:
         InvalidInput: The initial guess of a plane is too far off for the fit.
@@ -149,9 +149,15 @@ def _identify_again(
     """Return the identifiability at the coarse fit, the coordinates that are free because of it, and a new coarse fit of these.
 
     Args:
-        first: The same three as found at the initial estimate. They are returned if the second fit is worse: then the first coarse fit did
-            not end near the true arm.
-        others: As in ``_identify`` and ``prepare``.
+        dataset: What was measured.
+        residuals: Whitened at the initial estimate.
+        initial: The initial estimate.
+        candidates: ``(P,)`` bool, as ``candidate_mask`` returns it.
+        first: The same three results, from the initial estimate. They are returned if the second analysis fails or the second fit is worse:
+            the first coarse fit then did not end near the true arm.
+        settings: Thresholds.
+        lean_on_priors: As in ``prepare``.
+        effects_follow: As in ``prepare``.
     """
     found = first[2]
     try:
@@ -167,7 +173,7 @@ def _identify_again(
 
 
 def candidate_mask(model: Model, fix: Sequence[str] = ()) -> Array:
-    """Return which coordinates ``(P,)`` would be free if the data determined them: all but beta and those to be fixed.
+    """Return which coordinates ``(P,)`` bool would be free if the data determined them: all but beta and those to be fixed.
 
     Raises:
         InvalidInput: A name in ``fix`` is no parameter.

@@ -1,4 +1,4 @@
-"""Random poses within the joint limits, at which models of one arm are compared; every call draws the same."""
+"""Random poses within the joint limits, at which models of one arm are compared; with the same arguments they are always the same."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from scalar.geometry.se3 import Array
 
 _SEED = 0
 _UNBOUNDED = 4 * np.pi  # rad: a joint whose limit lies beyond two turns counts as unlimited
-_TEMPERATURE = (10.0, 30.0)  # deg C: a workshop's
+_TEMPERATURE = (10.0, 30.0)  # deg C: the range in a workshop
 
 
 def random_poses(model: Model, count: int) -> Poses:
     """Return poses with uniform joint angles, and with columns that effects may need: directions of approach, a temperature.
 
     Args:
-        model: Of the arm.
+        model: The model of the arm; only its nominal limits are used.
         count: How many.
     """
     rng = np.random.default_rng(_SEED)
@@ -28,10 +28,10 @@ def random_poses(model: Model, count: int) -> Poses:
 
 
 def poses_within_limits(limits: Array, seen: Poses, count: int, seed: int) -> Poses:
-    """Return random poses within joint limits; other columns take values that were measured, and the order is the median of the measured ones.
+    """Return random poses within joint limits; other columns take random measured values, and the order of all is the measured median.
 
     Args:
-        limits: ``(n, 2)`` [rad].
+        limits: ``(n, 2)`` [rad; m of a prismatic joint].
         seen: The measured poses.
         count: How many.
         seed: Of the draws.

@@ -18,7 +18,7 @@ class ReferencePlanes:
     """Planes that the dataset declares known, and the residual rows that keep their tilt and distance near what is declared.
 
     Attributes:
-        index: ``(k,)``, which planes of the target.
+        index: ``(k,)``, their indices among the K planes of the target.
         normals, distances: As declared, ``(k, 3)`` and ``(k,)`` [m].
         normal_std, distance_std: ``(k,)`` [rad] and [m]; infinite where not declared.
     """
@@ -37,6 +37,7 @@ class ReferencePlanes:
         by_name = {plane.name: plane for plane in dataset.planes}
         found = []
         for k, name in enumerate(target.names):
+            # With several sessions, the target's planes are called name@session; each has what is declared of the plane.
             plane = by_name[name.split("@")[0] if name not in by_name else name]
             if plane.normal_std is not None or plane.distance_std is not None:
                 found.append((k, plane))
@@ -55,7 +56,10 @@ class ReferencePlanes:
         )
 
     def rows(self, planes: Planes) -> tuple[Array, Array]:
-        """Return the rows ``(4 k,)``, in standard deviations, and their derivatives by the planes' coordinates ``(4 k, 3 K)``."""
+        """Return the rows ``(4 k,)``, in standard deviations, and their derivatives by the planes' coordinates ``(4 k, 3 K)``.
+
+        First come the three components of each normal, then the distances. Rows of what is not declared are zero.
+        """
         count = len(self.index)
         delta = (planes.normals[self.index] - self.normals) / self.normal_std[:, None]
         residual = np.concatenate(

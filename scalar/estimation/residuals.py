@@ -1,8 +1,8 @@
 """The whitened residual of a model on a dataset, its signed components, and its analytic Jacobian.
 
-Rows are those of the sensor (``scalar.sensors``), pose by pose, then the rows of prior information: planes that the user declared
-``known``, prior sizes of effects, priors on parameters. The derivative of a row by a coordinate is the row's wrench times the
-coordinate's screw.
+The rows of the sensor (``scalar.sensors``) come first, pose by pose, then those of prior information: planes that the user declared ``known``,
+prior standard deviations of effects, priors on parameters. The derivative of a row by a coordinate is the row's wrench (its derivative by a
+motion of the sensor) times the coordinate's screw (that motion's derivative by the coordinate).
 """
 
 from __future__ import annotations
@@ -40,22 +40,22 @@ class BoundPointEffect:
 
     @property
     def basis_names(self) -> tuple[str, ...]:
-        """Functions of the points that the effect adds."""
+        """Return the names of the functions of the points that the effect adds."""
         return self.effect.basis_names
 
     @property
     def coefficients(self) -> Array:
-        """Coefficients ``(k,)`` of the effect."""
+        """Return the coefficients ``(k,)`` of the effect."""
         return self.effect.coefficients
 
     def contact_columns(self, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array) -> Array:
-        """Return the effect's columns at its poses."""
+        """Return the effect's columns at its poses; arguments and result are those of ``PointEffect.contact_columns``."""
         return self.effect.contact_columns(self.poses, T_base_sensor, planes, plane_index, contact)
 
 
 @dataclass(eq=False)
 class Residuals:
-    """A dataset and the effects of a model, ready to be evaluated at any point of the model.
+    """A dataset and the effects of a model, ready to be evaluated for any values of the model's parameters.
 
     Attributes:
         measurement: The whitened rows.
@@ -89,7 +89,7 @@ class Residuals:
         return cls(measurement, poses, bases, ReferencePlanes.of(dataset, model.target))
 
     def kinematics(self, model: Model) -> Kinematics:
-        """Return where the sensor is at every pose."""
+        """Return the kinematics of a model at every pose of the dataset."""
         if self._kinematics is None or self._kinematics.model is not model:
             self._kinematics = Kinematics.of(model, self.poses, self.bases)
         return self._kinematics
@@ -126,7 +126,7 @@ class Residuals:
         return self._problem[1]
 
     def wrench(self, model: Model) -> Array:
-        """Return the derivatives ``(N, m, 6)`` of the measured rows by a motion of the whole arm: a screw in the base frame."""
+        """Return the derivatives ``(N, m, 6)`` of the measured rows by a motion of the sensor, a screw in the base frame."""
         return self._at(model)[1].wrench
 
     def residual(self, model: Model) -> Array:
@@ -180,7 +180,7 @@ class Residuals:
         return rows.residual.ravel(), jacobian.reshape(N * m, -1)
 
     def _priors(self, model: Model) -> tuple[Array, Array]:
-        """Return the rows of prior information and their Jacobian: reference planes, prior sizes of effects, priors on parameters."""
+        """Return the rows of prior information ``(k,)`` and their Jacobian ``(k, P)``: reference planes, effects' priors, priors on parameters."""
         blocks = model.blocks
         if (
             self.known is None and not model.effects and not model.priors
@@ -202,7 +202,7 @@ class Residuals:
         return np.concatenate([known, coefficients[bounded] / sizes[bounded], off]), below
 
     def reweighted(self, model: Model) -> Residuals:
-        """Return the same residuals, whitened for the geometry of the estimate."""
+        """Return the same residuals with the weights computed anew at a model, since they depend on how rays meet planes."""
         T = self.kinematics(model).T_base_sensor
         return Residuals(self.measurement.reweighted(T, model.target), self.poses, self.bases, self.known)
 
@@ -212,7 +212,7 @@ class Residuals:
         return float(np.sqrt(squares.sum() / counts.sum()))
 
     def squared_distances(self, model: Model) -> tuple[Array, Array]:
-        """Return per pose the sum of squared distances [m^2] and their number."""
+        """Return for every pose the sum of its squared distances ``(N,)`` [m^2] and their number ``(N,)``."""
         T = self.kinematics(model).T_base_sensor
         return self.measurement.distances(T, model.target, self.point_effects(model))
 
@@ -223,9 +223,9 @@ class Residuals:
 
 
 def plane_problem(model: Model, q: Array, index: Array, factors: Array) -> PlaneProblem | None:
-    """Return rows ``factors @ c``, c the contact vectors, as a problem of the compiled library.
+    """Return rows ``factors @ c``, c the contact vectors (defined at ``PlaneProblem``), as a problem of the compiled library.
 
-    None without the library, and for what it does not know: targets other than planes, prismatic joints, effects.
+    None is returned without the library, and for what it does not support: targets other than planes, prismatic joints, effects.
 
     Args:
         model: Gives what does not change with the coordinates: fixed transforms and references.

@@ -1,5 +1,5 @@
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-"""What a calibration is: a model with its covariance, what was fixed and why; to predict with, to save and to load."""
+"""The result of a calibration: a model with its covariance and with the reasons of fixed parameters; it predicts, and is saved and loaded."""
 
 from __future__ import annotations
 
@@ -47,10 +47,12 @@ class Calibration:
         free: Names of the parameters that were estimated.
         covariance: ``(F, F)`` of the free parameters, in their units squared.
         fixed: ``{name: reason}`` of every parameter that was not estimated.
-        gauge: The directions that the data do not determine: one mapping for each, with the parameter that was fixed because of it.
+        gauge: The directions that the data do not determine: one mapping for each, with the parameter that was fixed because of it
+            (``held``), the reason, the parameters that would take up its change (``moves_with``) and the cause.
         residual_rms: Root mean square distance of points and target [m].
-        summary: Numbers for people: poses, points, noise, misfit, how the fit started and ended.
-        noise: The components of the noise by which the measurements were weighted, as the file lists them; none where it is white and of one size.
+        summary: Figures that describe the calibration: numbers of poses and points, noise, misfit, how the fit started and ended, what is suspected
+            of the set-up.
+        noise: The components of the noise by which the measurements were weighted, as the file lists them; none if it is white and of one size.
     """
 
     model: Model
@@ -65,11 +67,14 @@ class Calibration:
 
     @classmethod
     def nominal(cls, dataset: Dataset, T_flange_sensor: Array | None = None) -> Calibration:
-        """Return the model as the dataset declares it, nothing estimated: the state before.
+        """Return the model as the dataset declares it, with nothing estimated: the state before calibration.
 
         Args:
             dataset: Gives robot, sensor and planes.
             T_flange_sensor: ``(4, 4)``, for a dataset that states no pose of the sensor.
+
+        Raises:
+            ValueError: Neither the dataset nor the argument states a pose of the sensor.
         """
         T = dataset.sensor.T_flange_sensor if T_flange_sensor is None else T_flange_sensor
         if T is None:
@@ -92,7 +97,7 @@ class Calibration:
 
     @property
     def observes_orientation(self) -> bool:
-        """Return whether the sensor showed how it is turned on the flange; if not, its orientation is the declared one."""
+        """Return whether the measurements depend on the sensor's orientation on the flange; if not, that orientation is the declared one."""
         return kind_named(self.sensor["kind"]).observes_orientation or "sensor_rx" in self.free
 
     def parameters(self) -> dict[str, dict[str, Any]]:
@@ -126,8 +131,8 @@ class Calibration:
                 each, or one number for all poses.
 
         Raises:
-            InvalidInput: A column that an effect needs is missing, or an array has another shape; or a joint angle is more than a turn
-                beyond the limits of its joint, as degrees in place of radians are. Degrees that are as small as radians are not noticed.
+            InvalidInput: A column that an effect needs is missing; an array has the wrong shape; no target has that name; or a joint angle is
+                more than a turn beyond the limits of its joint, as happens if degrees are given. Small angles in degrees are not noticed.
 
         Example:
             A calibration of an arm of one joint, with nothing estimated:
@@ -150,16 +155,16 @@ class Calibration:
     def correct(self, q: ArrayLike | pd.DataFrame, **columns: ArrayLike) -> Array:
         """Return joint angles ``(N, n)`` [rad] at which the real arm stands where the nominal arm would stand at ``q``.
 
-        The inverse of ``predict``, all effects applied: ``predict(correct(q))`` is the nominal arm's flange at ``q`` with the sensor
-        as calibrated, to 1e-7 m. An arm of fewer than six joints meets the place, and the orientation as far as it may. Limits
-        are not looked at; ``scalar.estimation.correction`` returns them, with what is near a singularity.
+        This is the inverse of ``predict``, all effects applied: ``predict(correct(q))`` is the nominal arm's flange at ``q`` with the sensor
+        as calibrated, to 1e-7 m. An arm with fewer than six joints meets the position, and the orientation as closely as it can. Joint limits
+        are not checked; ``scalar.estimation.correction`` says which joints leave them and which poses are near a singularity.
 
         Args:
             q: As in ``predict``: nominal joint angles.
             columns: As in ``predict``.
 
         Raises:
-            InvalidInput: A column that an effect needs is missing, or the arm cannot take a pose (it is named).
+            InvalidInput: As in ``predict``, or the arm cannot take a pose near its nominal joint angles (the first such row is named).
         """
         if hasattr(q, "columns"):
             table: Any = q
@@ -174,7 +179,7 @@ class Calibration:
         return found.q
 
     def predict_std(self, q: ArrayLike | pd.DataFrame, **columns: ArrayLike) -> tuple[Array, Array]:
-        """Return the standard errors of the predicted poses, what is fixed being taken as exact.
+        """Return the standard errors of the predicted poses; fixed parameters are taken as exact.
 
         Args:
             q: As in ``predict``.
@@ -194,9 +199,9 @@ class Calibration:
     def predict_covariance(
         self, q: ArrayLike | pd.DataFrame, *, target: str | None = None, **columns: ArrayLike
     ) -> Array:
-        """Return the covariances ``(N, 6, 6)`` [m, rad] of the predicted poses, what is fixed being taken as exact.
+        """Return the covariances ``(N, 6, 6)`` [m, rad] of the predicted poses; fixed parameters are taken as exact.
 
-        The first three coordinates are a shift of the sensor's origin, the others a small turn about it, in the base frame. NaN where
+        The first three coordinates are a shift of the sensor's origin, the others a small rotation about it, in the base frame. They are NaN if
         the fit gave no covariance.
 
         Args:

@@ -16,7 +16,7 @@ from scalar.sensors import kind_named
 
 
 def standard_dh_mapping(nominal: Robot) -> dict[str, Any]:
-    """Return the end of the last link of a standard-DH table, which the modified parameters in the file do not hold; empty for a modified table."""
+    """Return a and alpha of the last link of a standard-DH table, which the modified-DH parameters in the file lack; else nothing."""
     if nominal.standard_end is None:
         return {}
     a, alpha = nominal.standard_end

@@ -1,7 +1,7 @@
 """The thresholds of the estimator in one frozen object: each with its unit, its meaning, and its source or the reason for its size.
 
-A threshold decides: which points and poses are gross errors, which data suffice, which parameters are fixed, when a fit is done. Shapes of an
-algorithm that decide nothing (how many terms a basis has, how many rounds a search) stay where the algorithm is. "Chosen" says that no
+A threshold decides which points and poses are gross errors, which data suffice, which parameters are fixed, or when a fit is done. Constants of an
+algorithm that decide nothing (how many terms a basis has, how many rounds a search) stay in the file of that algorithm. "Chosen" says that no
 source gives the number; the study ``snakemake sensitivity`` says how much depends on it.
 """
 
@@ -37,16 +37,16 @@ class GrossErrorSettings:
         5,
         "points",
         "a shorter scan has no outlying points",
-        "chosen: two points make a line, three must agree against two",
+        "chosen: any two points lie on a line, so that three have to agree before two others can be called wrong",
     )
     corrupted_share: float = setting(
         1.0 / 3.0, "of a scan's points", "a scan with more of its points off its line is set aside whole",
-        "chosen: least absolute deviations forgive about a third of wrong points",
+        "chosen: least absolute deviations tolerate about a third of wrong points",
     )  # fmt: skip
     line_breakdown: float = setting(
-        3.0, "1", "standard deviation of a scan's kept points about their line over that of their densest third beyond which the line has "
-        "broken down", "simulated: points of a normal law have 1.0, of Laplace's and of Student's with three degrees of freedom 1.5, and at "
-        "most one scan in eight of these has more than 3; where stray points led the line astray, it is 3 to 200",
+        3.0, "1", "a scan's line has broken down if the standard deviation of its kept points exceeds that of their densest third by more than "
+        "this factor", "simulated: the factor is 1.0 for normal errors and 1.5 for Laplace's law and Student's with three degrees of freedom, "
+        "where at most one scan in eight exceeds 3; with a line that stray points led astray it is 3 to 200",
     )  # fmt: skip
     pose_sigmas: float = setting(
         10.0, "robust standard deviations", "a pose farther than this off the fit is set aside",
@@ -55,15 +55,15 @@ class GrossErrorSettings:
     least_pose_error: float = setting(
         1.0 * MM, "m", "a pose nearer than this to the fit is never set aside",
         "chosen: linear accuracy of an uncalibrated arm is better than 0.65 mm (ABB IRB 1600: Slamani, Nubiola and Bonev, "
-        "Industrial Robot 39, 2012), so that what an arm does stays in",
+        "Industrial Robot 39, 2012), so that the errors of an arm are never set aside",
     )  # fmt: skip
     coarse_pose_error: float = setting(
         20.0 * MM, "m", "a pose nearer than this is kept while the arm is still nominal",
-        "chosen: a nominal arm and a rough sensor pose make several millimetres",
+        "chosen: a nominal arm and a rough sensor pose cause errors of several millimetres",
     )  # fmt: skip
     label_ratio: float = setting(
         0.2, "1", "a pose is mislabelled where another plane is nearer than this share of its own distance",
-        "chosen: five times nearer is no chance",
+        "chosen: a plane is hardly five times nearer by chance",
     )  # fmt: skip
     core_share: float = setting(
         0.6,
@@ -72,26 +72,26 @@ class GrossErrorSettings:
         "chosen: least trimmed squares needs more than half",
     )
     most_set_aside: float = setting(
-        0.45, "of the poses", "with more set aside, nothing can be said of which are right",
-        "the breakdown point of any such estimate is one half; a little less, for the planes share the poses unevenly",
+        0.45, "of the poses", "with more poses (or scans) set aside, it cannot be decided which are right",
+        "the breakdown point of any such estimate is one half; a little less is taken, since the planes have unequal numbers of poses",
     )  # fmt: skip
     most_late: float = setting(
-        0.02, "of the poses", "with more that stand out only once effects are known, the effects are not yet right",
-        "chosen: few gross errors hide behind effects, many are a sign of a missing effect",
+        0.02, "of the poses", "if more of them stand out once effects are modelled, the effects are taken to be incomplete, and none is set aside",
+        "chosen: few gross errors hide behind effects, and many are a sign of a missing effect",
     )  # fmt: skip
     contiguous_run: int = setting(
-        4, "poses", "so many successive poses of a plane that are all off are a change, not outliers",
+        4, "poses", "this many or more successive poses of a plane that are all off are a change of the set-up, not outliers",
         "chosen: with one pose in ten off, four in a row come once in ten thousand",
     )  # fmt: skip
     run_by_chance: float = setting(
         0.05,
         "runs",
-        "expected number of runs as long that scattered outliers would make",
+        "a run is a change only if scattered outliers would form fewer than this many runs of its length in the whole set",
         "the usual five per cent",
     )
     heavy_tail: float = setting(
-        2.0, "1", "root mean square over median of the poses' distances beyond which gross errors may have dragged the fit",
-        "a chi law of two degrees of freedom has 1.2",
+        2.0, "1", "with a larger ratio of root mean square to median of the poses' distances, gross errors may have distorted the fit",
+        "a chi law of two degrees of freedom has a ratio of 1.2",
     )  # fmt: skip
 
 
@@ -101,7 +101,7 @@ class SufficiencySettings:
 
     least_span: float = setting(
         float(np.sin(10 * DEG)), "1", "least singular value of the planes' normals",
-        "chosen: planes nearer than ten degrees to parallel amplify noise sixfold",
+        "chosen: planes that are less than ten degrees from parallel amplify noise sixfold or more",
     )  # fmt: skip
     farthest_guess: float = setting(
         60 * DEG, "rad", "an initial guess of a normal may be this far off the plane that the points lie on",
@@ -115,11 +115,11 @@ class SufficiencySettings:
     )  # fmt: skip
     gross_error: float = setting(
         10.0 * MM, "m", "a pose farther off than this after a fit is a gross error",
-        "chosen: no effect on an arm makes a centimetre, a wrong label or a wrong pose does",
+        "chosen: no effect on an arm causes an error of a centimetre; a wrong label or a wrong pose does",
     )  # fmt: skip
     equations_for_setup: float = setting(
         2.0, "equations for each unknown of sensor and target", "with fewer, not even the maker's tolerance makes a fit possible",
-        "chosen: with 1.2 to 1.6 of them, fits of simulated scans ended in other optima, centimetres off; with 2 none did",
+        "chosen: with 1.2 to 1.6, fits of simulated scans ended in wrong optima, centimetres off; with 2 none did",
     )  # fmt: skip
 
 
@@ -129,25 +129,26 @@ class IdentifiabilitySettings:
 
     null_tolerance: float = setting(
         1e-8, "of the largest singular value", "a direction below it is not observed at all",
-        "the root of the rounding error: perfect measurements leave nothing but rounding",
+        "the square root of the rounding error; for perfect measurements, only rounding keeps such a singular value from zero",
     )  # fmt: skip
     still: float = setting(
         STILL, "rad", "a joint that moves less than this is still",
-        "chosen: a tenth of a degree, which a loaded brake gives",
+        "chosen: a tenth of a degree, by which a joint may yield under load while its brake is on",
     )  # fmt: skip
     span_tolerance: float = setting(
         0.05,
         "1",
-        "what a parameter must add to those already fixed to be worth fixing",
-        "chosen: a twentieth of a direction",
+        "a parameter is fixed only if this much of its part in the null space is independent of those already fixed",
+        "chosen: a twentieth of a unit vector",
     )
     condition_slack: float = setting(
-        30.0, "1", "how much worse than the rank-revealing set the conventional one may be conditioned",
-        "chosen: one and a half digits, for parameters whose place is a convention",
+        30.0, "1", "factor by which the smallest singular value may be smaller with the preferred set of fixed parameters than with the "
+        "rank-revealing one",
+        "chosen: costs one and a half digits, so that the fixed parameters are those whose values are conventions",
     )  # fmt: skip
     plausible_length: float = setting(
-        5e-3, "m", "how far a length may be from the data sheet (1 sigma), where the data do not say",
-        "chosen: an arm off by more is another arm; absolute errors of uncalibrated arms are a few millimetres",
+        5e-3, "m", "how far a length may be from the data sheet (1 sigma), if the data do not determine it",
+        "chosen: an arm that differs by more is another arm; absolute errors of uncalibrated arms are a few millimetres",
     )  # fmt: skip
     plausible_angle: float = setting(
         0.0175, "rad", "the same for an angle", "chosen: a degree, as far as a joint's zero is set by hand"
@@ -162,11 +163,11 @@ class IdentifiabilitySettings:
     enough_to_judge: int = setting(
         10,
         "degrees of freedom",
-        "for the residual to say how large the noise is",
-        "a standard deviation of ten is known to a quarter",
+        "with fewer, the residual is not used to judge whether the model fits",
+        "a standard deviation from ten of them has a standard error of a quarter",
     )
     typical_link: float = setting(
-        0.3e-3, "m, or rad", "how far lengths, and angles between axes, are from the data sheet (1 sigma), before the arm itself says so",
+        0.3e-3, "m, or rad", "how far lengths, and angles between axes, are from the data sheet (1 sigma), before anything is known of the arm",
         "chosen: castings machined to tenths of a millimetre, over links of about a metre; corrections published for industrial arms are of "
         "that size",
     )  # fmt: skip
@@ -174,44 +175,47 @@ class IdentifiabilitySettings:
         1e-3, "rad", "the same for the zeros of the joints", "chosen: a witness mark is set to a twentieth of a degree"
     )  # fmt: skip
     typical_count: float = setting(
-        6.0, "corrections", "number of them that the typical lengths and angles count as, when they are pooled with those of the arm",
-        "chosen: as many as a six-axis arm has of each, so that an arm that differs soon outweighs them; zeros, often degrees off, count as one",
+        6.0, "corrections", "the typical size of lengths and angles counts as much as this many corrections of the arm itself",
+        "chosen: as many as a six-axis arm has of each, so that an unusual arm soon outweighs them; the typical zero counts as one, since zeros are "
+        "often wrong by degrees",
     )  # fmt: skip
     prior_matters: float = setting(
-        10.0, "1", "the priors of the data sheet are left out where every direction's standard error is smaller than its prior standard "
-        "deviation by more", "a prior then lowers no variance by more than 1 %: nothing would be gained",
+        10.0, "1", "the priors of the data sheet are left out if, in every direction, the standard error is smaller than the prior standard "
+        "deviation by more than this factor", "a prior then lowers no variance by more than 1 %: nothing would be gained",
     )  # fmt: skip
     prior_decides: float = setting(
-        0.5, "of the prior standard deviation", "a parameter whose standard error exceeds this is said to be kept near the data sheet",
-        "chosen: a quarter of what is known of it comes from the data sheet then",
+        0.5, "of the prior standard deviation", "a parameter whose standard error exceeds this is reported as kept near the data sheet",
+        "chosen: the data sheet then gives a quarter or more of the information on it",
     )  # fmt: skip
     settled_weight: float = setting(
-        0.05, "1", "a weight of the priors that changes by less is the last", "chosen: a prior's size is not known as well"
+        0.05, "1", "the weights of the priors are final once the logarithm of none of them changes by more",
+        "chosen: a prior's standard deviation is known less well than that"
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class FitSettings:
-    """When a fit is done, and what it may not say."""
+    """When a fit is done, and which results are refused."""
 
     settled_step: float = setting(
-        0.02, "standard deviations", "a new whitening that moves the optimum by less is the last", "chosen: invisible beside the standard errors"
+        0.02, "standard deviations", "the weights are final once computing them anew moves the optimum by less",
+        "chosen: negligible beside the standard errors"
     )  # fmt: skip
     unseen_share: float = setting(
-        3e-3, "of a column's length", "a coefficient of an effect with less left, given everything else, is fixed at zero",
-        "chosen: its standard error is three hundred times that of a well-placed one",
+        3e-3, "of a column's length", "a coefficient of an effect is fixed at zero if less of its column remains with those before it projected out",
+        "chosen: its standard error would be over three hundred times as large as without the other parameters",
     )  # fmt: skip
     misfit_p_value: float = setting(
         1e-3,
         "1",
-        "a residual less likely than this under the noise says that the model lacks something",
+        "if the noise alone would give so large a residual with a smaller probability, the model lacks something",
         "the usual one in a thousand",
     )
     largest_length_change: float = setting(
         0.5,
         "m",
-        "a length that ran farther from its nominal value is refused",
-        "chosen: no workshop builds such an arm",
+        "a fit in which a length is farther from its nominal value is refused",
+        "chosen: no arm differs from its data sheet by so much",
     )
     largest_angle_change: float = setting(
         1.5, "rad", "the same for an angle", "chosen: a quarter turn is another convention"

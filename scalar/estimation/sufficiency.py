@@ -1,4 +1,4 @@
-"""Refuse data that cannot determine a model, with what would help, before or after a first fit of the geometry."""
+"""Refuse data that cannot determine a model, before or after a first fit of the geometry; the messages say what would help."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def check_span(
         model: With the planes as a fit found them.
 
     Raises:
-        Undetermined: Naming two that are parallel.
+        Undetermined: Naming the two planes that are nearest to parallel.
     """
     planes = model.target
     if not isinstance(planes, Planes) or not residuals.measurement.needs_spanning_planes:
@@ -196,7 +196,7 @@ def check_setup(
     guess: Any,
     settings: SufficiencySettings = DEFAULTS.sufficiency,
 ) -> None:
-    """Refuse data that hardly determine even sensor and target, so that a fit may end anywhere, whatever is known of the arm.
+    """Refuse data that hardly determine even sensor and target, so that a fit may end in a wrong optimum, whatever is known of the arm.
 
     Args:
         dataset: What was measured.
@@ -205,7 +205,7 @@ def check_setup(
         settings: Thresholds.
 
     Raises:
-        Undetermined: With the two numbers.
+        Undetermined: With the numbers of equations and unknowns.
     """
     equations = int(measurement.equations.sum())
     unknowns = (6 if measurement.observes_orientation else 3) + len(guess.vector)
@@ -217,7 +217,7 @@ def check_setup(
 
 
 class TooManyUnknowns(Undetermined):
-    """With the effects asked for, a fit has as many unknowns as equations: the set-up need not be searched for the cause."""
+    """With the effects asked for, a fit has as many unknowns as equations. The cause is known, so the set-up is not searched for it."""
 
 
 def check_effects(dataset: Dataset, measurement: Measurement, n_free: int) -> None:
@@ -229,7 +229,7 @@ def check_effects(dataset: Dataset, measurement: Measurement, n_free: int) -> No
         n_free: Parameters and coefficients that would be estimated.
 
     Raises:
-        TooManyUnknowns: With the two numbers.
+        TooManyUnknowns: With the numbers of equations and unknowns.
     """
     equations = int(measurement.equations.sum())
     if n_free >= equations:

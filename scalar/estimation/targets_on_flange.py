@@ -31,7 +31,9 @@ def sensor_to_target(model: Model, name: str | None) -> Array:
 
 
 def own_screws(model: Model, name: str | None) -> Array:
-    """Return how a target moves with the last k coordinates of ``model.target``, in axes of the sensor's frame: ``(6, k)``; k is 0 for the sensor.
+    """Return how a target moves relative to the sensor with the last k coordinates of ``model.target``, ``(6, k)`` (shift [m], rotation [rad]).
+
+    The axes are those of the sensor's frame; k is 0 for the sensor itself.
 
     Args:
         model: As calibrated.

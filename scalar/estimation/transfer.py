@@ -1,7 +1,7 @@
-"""Which effects go with an arm from one campaign to the next, and which stay where they were found.
+"""Which effects of one calibration apply to later datasets of the same arm, and which belong to the campaign in which they were found.
 
-Effects of joints, links and the pedestal belong to the arm, and a range error belongs to the laser. What happened on one day in one workcell
-belongs to that campaign: applied in another, it would add an error. Each effect says for itself to which it belongs.
+Effects of joints, links and the pedestal belong to the arm, and a range error belongs to the laser. A sensor that slipped or a plane that moved
+belongs to one campaign: applied in another, it would add an error. The class of each effect says to what it belongs.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ OPTION = "--effects-from"
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """What another calibration gives to a dataset.
+    """The effects of another calibration that are applied to a dataset, and those that are not.
 
     Attributes:
-        effects: To be fixed as they were found.
-        left: The others, each with the reason why it was not taken.
+        effects: Effects to apply with the coefficients that the other calibration found.
+        left: The other effects, each with the reason why it does not apply.
     """
 
     effects: tuple[Effect, ...]
@@ -43,8 +43,8 @@ def carried(model: Model, dataset: Dataset) -> Carried:
     """Return the effects of another calibration that apply to a dataset of the same arm.
 
     Args:
-        model: Of the other calibration.
-        dataset: To be calibrated.
+        model: The model of the other calibration.
+        dataset: The dataset to be calibrated.
 
     Raises:
         InvalidInput: The other calibration is of an arm with another number of joints.

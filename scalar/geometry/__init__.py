@@ -1,1 +1,1 @@
-"""Rigid geometry: transforms, serial chains and planes; knows no data."""
+"""Rigid geometry: transforms, serial chains and planes, without any knowledge of data."""

@@ -3,7 +3,7 @@
 Between two axes that are far from parallel, the x axis of a frame lies along their common normal. Between near-parallel axes the
 common normal is badly determined. There d is zero, x points from the frame's origin to where the next axis crosses the frame's xy
 plane, and Hayati's beta describes the tilt (Hayati and Mirmirani, 1985). Of the two directions that x may have, the one with the smaller
-absolute theta is taken, which gives the tables that makers print.
+absolute theta is taken, as in the tables that makers print.
 """
 
 from __future__ import annotations

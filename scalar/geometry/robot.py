@@ -2,8 +2,8 @@
 
 ``T_{i-1,i} = Rx(alpha_i) Tx(a_i) Ry(beta_i) Rz(q_i + theta_i) Tz(d_i)`` (Craig, with Hayati's beta for near-parallel axes),
 between a fixed transform before the first joint and one after the last. A prismatic joint slides by q along its z axis:
-``Rz(theta_i) Tz(q_i + d_i)``, q in metres. Assumes rigid links; compliance and drift enter as offsets to ``q`` and to the
-geometry, pose by pose (see ``scalar.effects``).
+``Rz(theta_i) Tz(q_i + d_i)``, q in metres. Links are assumed to be rigid; compliance and drift enter as offsets to ``q`` and to the
+geometry, different at each pose (see ``scalar.effects``).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ DEFAULT_TRAVEL = 1.0  # m, the same for a prismatic joint
 
 @dataclass(frozen=True)
 class Tolerance:
-    """By how much an arm may differ from its data sheet according to its maker, as standard deviations.
+    """How far an arm may differ from its data sheet according to its maker, as standard deviations.
 
     Attributes:
         length: Standard deviation of every length [m].

@@ -1,4 +1,4 @@
-"""Screws: how rigid motions move points, batched over poses; knows no robot.
+"""Screws: how rigid motions move points, batched over poses.
 
 A screw is ``(w, v)``: the angular velocity [rad] and the velocity of the point that coincides with the origin [m], so that a
 point moves by ``dp = w x p + v``. The derivative of a frame by a parameter is a screw; k of them are an array ``(N, 6, k)``.
@@ -14,8 +14,8 @@ from scalar.geometry.se3 import Array, exp_so3, left_jacobian_so3, skew, transfo
 def exp_screw(screw: Array) -> Array:
     """Return the transform ``(..., 4, 4)`` by which a small screw ``(..., 6)``, (w [rad], v [m]), moves points.
 
-    The rotation is ``exp(w)``, and ``v`` is applied as a translation. At zero this has the same derivative as the exponential of se(3),
-    and it is a rigid motion for every argument. Corrections of some milliradians need no more.
+    The rotation is ``exp(w)``, and ``v`` is applied as a translation. This is a rigid motion for every argument, and at zero it has the same
+    derivative as the exponential of se(3); for corrections of some milliradians the two hardly differ.
     """
     return transform(exp_so3(screw[..., :3]), screw[..., 3:])
 

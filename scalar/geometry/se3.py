@@ -1,4 +1,4 @@
-"""Rigid transforms and rotations as plain arrays, batched over leading dimensions; knows no robot.
+"""Rigid transforms and rotations as plain arrays, batched over leading dimensions.
 
 ``T_a_b`` takes coordinates in frame b to frame a. Screws, the derivatives of transforms, are in ``scalar.geometry.screws``.
 """

@@ -71,7 +71,7 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
 def _check_reach(
     path: Path, table: Table, values: dict[str, list[float] | None], faults: list[Fault]
 ) -> None:
-    """Add a fault if the arm is too short or too long to be meant; the message names the unit in which it would be right."""
+    """Add a fault if the arm is implausibly short or long; the message names the unit that was probably meant."""
     chain = sum(abs(length) for key in ("a", "d") for length in values[key] or ())
     if not chain or MIN_CHAIN <= chain <= MAX_CHAIN:
         return

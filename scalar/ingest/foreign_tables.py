@@ -1,7 +1,7 @@
 """Read foreign tables: text with any separator and decimal sign, a spreadsheet, a matrix in a MATLAB file, a scanner's profile.
 
-Every row keeps the number of its line in the file, so that a fault found later can be found with an editor; the rows of a matrix are numbered
-from 1. MATLAB's newer HDF5 files (save with -v7 instead) and spreadsheets older than .xlsx are not read.
+Every row keeps the number of its line in the file, by which the message about a fault names it; the rows of a matrix are numbered from 1.
+MATLAB's newer HDF5 files (save with -v7 instead) and spreadsheets older than .xlsx are not read.
 """
 
 import csv

@@ -62,14 +62,14 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
     description = _description(given, path, robot)
     poses, points, nests = content["poses"], content.get("points"), content.get("nests")
     table = None if description.sensor_format is None else description.sensor_format.table
-    fixed = None if description.sensor_format is None else description.sensor_format.references
+    references = None if description.sensor_format is None else description.sensor_format.references
     mapping = MappingFile(
         description,
         content.get("text", {}),
         content.get("matrix", {}).get("variable"),
         _block(given, "poses", poses, table, description),
         None if points is None else _block(given, "points", points, table, description),
-        None if nests is None else _block(given, "nests", nests, fixed, description),
+        None if nests is None else _block(given, "nests", nests, references, description),
     )
     if not description.faults:
         check_columns(given, mapping)
@@ -124,7 +124,15 @@ def _block(
     table: MeasuredTable | None,
     description: Description,
 ) -> Block:
-    """Return a block of the mapping; its faults go to ``given.faults``."""
+    """Return a block of the mapping; its faults go to ``given.faults``.
+
+    Args:
+        given: The mapping file.
+        key: Of the block in it: ``poses``, ``points`` or ``nests``.
+        block: Its content.
+        table: The dataset's table of measurements for which the block is meant; None if the sensor's kind has none.
+        description: The dataset to be written.
+    """
     columns: dict[str, Column] = {}
     for name, entry in block["columns"].items():
         columns[name] = _column(
@@ -166,6 +174,10 @@ def _block(
 def _column(
     given: Description, path: tuple[str | int, ...], name: str, entry: Mapping[str, Any], quantity: str | None
 ) -> Column:
+    """Return the column of a table that becomes the dataset's column ``name``; ``quantity`` is None if values are kept without a unit.
+
+    Its faults go to ``given.faults``, under the key ``path``.
+    """
     unit = entry.get("unit")
     units = UNITS.get(quantity or "", {})
     if quantity is None and unit is not None:

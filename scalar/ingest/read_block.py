@@ -26,8 +26,8 @@ class LeftOut:
 
     Attributes:
         file: Its name.
-        rows: As an editor counts them; a row that is a whole profile stands there once for each point that is left out.
-        columns: As the file calls them: any of these is empty there.
+        rows: Numbers of the rows, as an editor counts them; a row that is a whole profile stands there once for each point that is left out.
+        columns: The columns of ``drop_without``, by their names in the file; in each of these rows at least one of them is empty.
     """
 
     file: str

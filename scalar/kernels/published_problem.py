@@ -10,14 +10,16 @@ from numpy.typing import NDArray
 from scalar.kernels import LIBRARY, Array, PublishedStruct, checked, contiguous
 
 READINGS = ("raise", "abs", "clip")
-"""How the root of a negative number is read, in the order in which ``published_model.h`` counts the readings."""
+"""How the root of a negative number is read, in the order in which ``published_model.h`` counts the readings: as NaN (on which the caller ends
+the fit, or does not), as the root of the absolute value, or as zero."""
 
 
 class PublishedProblem:
-    """N poses that measure K planes with three rows each: ``factors @ c``, c the contact vector ``(n.o - d, n.X, n.Z)``.
+    """N poses that measure K planes, with three rows for each pose: ``factors @ c`` with the contact vector c = ``(n.o - d, n.X, n.Z)``.
 
-    n and d are the plane's normal and distance, o, X and Z the sensor's origin and axes.
-    The parameters ``(P,)`` are a, alpha, d, theta ``(4, n)``, the sensor's axis, angle and place, and normal and distance of every plane.
+    n and d are the plane's normal and distance, o, X and Z the sensor's origin and axes in the base frame.
+    The ``P = 4 n + 7 + 4 K`` parameters, in metres and radians, are a, alpha, d and theta, each ``(n,)``; the sensor's rotation axis ``(3,)``, angle
+    and position ``(3,)`` on the flange; and the normal ``(3,)`` and distance of every plane.
     """
 
     def __init__(
@@ -36,7 +38,7 @@ class PublishedProblem:
         Args:
             q: ``(N, n)`` [rad].
             index: ``(N,)``, which plane each pose measures.
-            factors: ``(N, 3, 3)``.
+            factors: ``(N, 3, 3)``, the triangular factor of the points ``[1, x, z]`` of each scan, to which a scan is compressed.
             beta: ``(n,)`` [rad].
             T_base_0: ``(4, 4)``, before the first joint.
             T_n_flange: ``(4, 4)``, after the last joint.

@@ -1,4 +1,4 @@
-"""What further poses tell of what a diagnosis left open: the same judgement for `scalar plan --after` and for the report."""
+"""Whether further poses would answer the questions that a diagnosis left open; `scalar plan --after` and the report use the same judgement."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from scalar.planning.workcell import Workcell
 
 @dataclass(frozen=True, eq=False)
 class After:
-    """The poses to add after a diagnosis, and what they tell.
+    """The poses to add after a diagnosis, and how well they answer its open questions.
 
     Attributes:
-        chosen: Indices of the candidates.
-        pairs: What was left open.
-        answers: For each of them, what becomes of it.
-        not_by_poses: What was left open and no joint angles answer, in words.
+        chosen: Indices of the candidates to add.
+        pairs: The open questions: pairs of confounded effects, and effects that were unobservable.
+        answers: For each of them, how well the measured poses and the added ones answer it.
+        not_by_poses: The open questions that no further joint angles can answer, in words.
     """
 
     chosen: list[int]
@@ -39,14 +39,14 @@ def poses_after(
     left_open: tuple[list[Pair], list[str]],
     count: int = FURTHER_POSES,
 ) -> After:
-    """Return which candidates to add after a diagnosis, and what they tell; none where it left nothing open that poses answer.
+    """Return which candidates to add after a diagnosis, and how well they answer its open questions; none if poses can answer no question.
 
     Args:
-        cell: Near the calibration after the diagnosis.
+        cell: The workcell near the calibration after the diagnosis.
         found: The candidates.
-        dataset: That was diagnosed.
-        calibration: The one after the diagnosis.
-        left_open: What the diagnosis left open, as ``open_pairs`` returns it.
+        dataset: The dataset that was diagnosed.
+        calibration: The calibration after the diagnosis.
+        left_open: The open questions, as ``open_pairs`` returns them.
         count: How many poses.
     """
     pairs, not_by_poses = left_open
@@ -59,7 +59,7 @@ def poses_after(
 
 
 def outcome(answer: Answer) -> str:
-    """Return what becomes of a question, as plan and report say it."""
+    """Return in words how the signal that answers a question grows with the added poses, and whether they answer it."""
     sizes = f"{answer.now**0.5:.1f} -> {answer.planned**0.5:.1f} standard errors"
     if answer.separated:
         return f"{sizes}; separated"

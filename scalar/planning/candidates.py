@@ -21,7 +21,7 @@ Allowed = Callable[[Array], Array]
 """Takes joint angles ``(N, n)`` [rad] and returns which of them touch nothing, ``(N,)`` bool."""
 
 _BATCH = 2048
-_BATCHES = 200  # chosen: 400,000 draws; a plane that is not seen by then is hardly seen at all
+_BATCHES = 200  # chosen: 400,000 draws; a plane that is rarely seen in so many can hardly be measured
 _CLEARANCE = 0.02  # m, least distance of joints and sensor from the planes
 _BASE_FRAMES = 2  # the first frames of an arm stand at its base, and may be on the floor
 _LEAST_SHARE = 0.1  # of the wanted candidates of a plane: with fewer there is nothing to choose from
@@ -54,11 +54,11 @@ def draw_candidates(
         cell: The workcell.
         count: Number of poses, over all planes.
         rng: Draws them.
-        allowed: Says which joint angles touch nothing; None where that is not known.
-        one_turn: Whether joints whose limits are wider stay within one turn, which gives the same postures by shorter moves.
+        allowed: Says which joint angles touch nothing; None if collisions are not tested.
+        one_turn: Whether joints with limits wider than a turn stay within one turn, which gives the same postures by shorter moves.
 
     Raises:
-        InvalidInput: A plane cannot be seen from enough poses.
+        InvalidInput: A plane cannot be measured from enough poses, or too few poses touch nothing.
     """
     items = range(len(cell.planes)) if cell.on_planes else [-1]
     share = -(-count // len(items))
@@ -78,7 +78,7 @@ def _poses_for_plane(
     allowed: Allowed | None,
     one_turn: bool,
 ) -> Array:
-    """Return up to ``wanted`` poses ``(K, n)`` [rad] that measure the plane with index k, or anything if k is -1."""
+    """Return up to ``wanted`` poses ``(K, n)`` [rad] that measure the plane with index k, or that have no plane to measure if k is -1."""
     limits = cell.model.nominal.limits
     low, high = (_one_turn(limits) if one_turn else limits).T
     kept: list[Array] = []

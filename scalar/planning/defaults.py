@@ -1,10 +1,10 @@
-"""What a plan takes where nothing else is said."""
+"""Default values of a plan."""
 
 from scalar.units import MM
 
 REPEATABILITY = 0.02 * MM
-"""Of an arm, one standard deviation along each axis [m]."""
+"""Standard deviation along each axis with which an arm repeats a position [m]."""
 N_CANDIDATES = 1200
-"""How many poses to choose from."""
+"""Number of candidate poses from which a plan is chosen."""
 FURTHER_POSES = 20
-"""How many poses are added after a diagnosis."""
+"""Number of poses that are added after a diagnosis."""

@@ -1,7 +1,8 @@
 """Optimal designs by exchange: which of N candidate poses to measure, so that a criterion of the covariance is least.
 
 Candidate i has m whitened rows A_i, so that a set S has the information ``M = M_0 + sum over S of A_i' A_i`` and the covariance ``C = M^-1``.
-The criteria are A, ``trace(B C)`` with B of what is predicted, and D, ``-log det M``. One candidate changes M by rank m, so that with
+The criteria are A, ``trace(B C)``, the variance of what is predicted (B states what that is), and D, ``-log det M``. One candidate changes M by
+rank m, so that with
 ``G = A C A'`` and ``H = A C B C A'`` (Fedorov, Theory of Optimal Experiments, 1972; Mitchell, Technometrics 16, 1974)
 
     added:    trace(B C) falls by trace((I + G)^-1 H),  log det M grows by log det(I + G)
@@ -21,7 +22,7 @@ import numpy as np
 from scalar.geometry.se3 import Array
 
 _LEAST_LEFT = 1e-10  # smallest eigenvalue of I - G: below it the pose alone determines a direction, and cannot be removed
-_WORTH = 1e-9  # relative: an exchange that gains less is rounding
+_WORTH = 1e-9  # relative: a smaller gain of an exchange may be a rounding error
 
 
 @dataclass(eq=False)
@@ -151,7 +152,7 @@ def exchange(design: Design, fixed: int = 0) -> int:
 
     Args:
         design: The design, which is changed.
-        fixed: How many of the first chosen candidates stay.
+        fixed: Number of candidates at the beginning of ``design.chosen`` that are never exchanged.
     """
     done = 0
     tried: set[int] = set()

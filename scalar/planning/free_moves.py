@@ -16,11 +16,11 @@ _DETOUR = 10.0  # rad, added to the length of a move that touches something
 
 
 def ordered(q: Array, allowed: Allowed | None) -> tuple[list[int], list[int]]:
-    """Return an order of poses ``(N, n)`` [rad] with short moves, and the places in it after which a straight move touches something.
+    """Return an order of N poses with short moves, and the positions in this order after which a straight joint move touches something.
 
     Args:
-        q: Joint angles.
-        allowed: Says which joint angles touch nothing; None where that is not known.
+        q: ``(N, n)`` [rad], joint angles.
+        allowed: Says which joint angles touch nothing; None if collisions are not tested, and then no move counts as touching.
     """
     lengths = move_lengths(q)
     tour = program_order(lengths)

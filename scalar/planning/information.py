@@ -1,8 +1,8 @@
 """The information that candidate poses give on the parameters of a model, and the error of predicted positions that it leaves.
 
-The rows of a pose are those of the estimator: the whitened Jacobian of what the sensor would measure there. The arm takes a pose again only
-to its repeatability: all measurements of a pose share a shift s of the sensor, of standard deviation r along each axis, so the rows have the
-covariance ``I + r^2 W W'`` with W their derivative by s, and are whitened for it.
+The rows of a pose are those of the estimator: the whitened Jacobian of what the sensor would measure there. An arm returns to a pose only within
+its repeatability. All measurements of a pose therefore share a random shift s of the sensor, of standard deviation r along each axis, so the rows
+have the covariance ``I + r^2 W W'`` with W their derivative by s, and are whitened for it.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def linearised_at(model: Model, poses: Dataset, *, measured: bool = True) -> tup
 
 
 def prior_std(model: Model) -> Array:
-    """Return the prior standard deviation of every parameter of a model ``(P,)``."""
+    """Return the weak prior standard deviation of every parameter of a model, ``(P,)`` in its unit."""
     return np.array([_PRIOR_STD.get(unit, _OTHER_PRIOR) for unit in model.units])
 
 
@@ -112,5 +112,5 @@ def whitened_rows(residuals: Residuals, model: Model, repeatability: float = 0.0
 
 
 def workspace_columns(model: Model) -> Array:
-    """Return the derivatives ``(3 K, P)`` of predicted positions [m] at K random poses by all parameters, the best motion of the base removed."""
+    """Return the derivatives ``(3 K, P)`` of predicted positions [m] at K random poses by all parameters, as ``displacement_columns`` does."""
     return displacement_columns(model, random_poses(model, N_WORKSPACE))

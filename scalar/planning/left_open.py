@@ -1,10 +1,11 @@
-"""How far predictions may err within the joint limits by what a diagnosis left open: the error of the found model does not count it.
+"""How far predictions may err within the joint limits because of questions that a diagnosis left open.
 
-The error that is expected of a calibration is that of its own parameters. Poses that show little of the joint space also leave open coefficients
-of the effects that were found (the torques of other links), what the effects are confounded with, and effects that they do not show at all. Here all
-of these are parameters: those of an effect that was found with a prior standard deviation of the size of its coefficients, the others with their
-natural size. The rows of the measured poses give the covariance of all parameters, and this the error of a predicted position. The noise is that
-of the fit, with what the residual has beyond it: that is how far measured poses scatter, whatever the arm's repeatability is said to be.
+The error that a calibration states for its predictions comes from its own parameters alone. Poses that cover little of the joint space leave more
+open: further coefficients of the effects that were found (the torques of other links), effects with which these are confounded, and effects that
+were unobservable. Here all of these are parameters. The prior standard deviation of a found effect's coefficients is their own root mean square,
+that of the others is their natural size. The rows of the measured poses then give the covariance of all parameters, and from it follows the error
+of a predicted position. The noise is that of the fit, with what the residual has beyond it: that is how far measured poses scatter, whatever the
+arm's repeatability is said to be.
 """
 
 from __future__ import annotations
@@ -26,16 +27,16 @@ from scalar.geometry.se3 import Array
 from scalar.planning.information import linearised_at, prior_std, whitened_rows
 from scalar.planning.questions import Pair, open_pairs, with_whole, with_zero
 
-_N_POSES, _SEED = 500, 20240  # random poses at which predictions count
+_N_POSES, _SEED = 500, 20240  # random poses over which the error of predictions is averaged
 
 
 @dataclass(frozen=True, eq=False)
 class LeftOpen:
-    """What a diagnosis left open, and how far predictions may err by it.
+    """What a diagnosis left open, and how far predictions may err because of it.
 
     Attributes:
-        error: Of a predicted position [m], root mean square over random poses within the joint limits, all that was left open included.
-        effects: Which effects were left open.
+        error: Error of a predicted position [m], root mean square over random poses within the joint limits, with everything that was left open.
+        effects: The effects in question.
     """
 
     error: float
@@ -43,11 +44,11 @@ class LeftOpen:
 
 
 def left_open(dataset: Dataset, calibration: Calibration, diagnosis: Mapping[str, Any]) -> LeftOpen | None:
-    """Return how far predictions may err by what a diagnosis left open; None where it left nothing open that acts on the arm.
+    """Return how far predictions may err because of what a diagnosis left open; None if it left nothing open that acts on the joint angles.
 
     Args:
-        dataset: That was diagnosed.
-        calibration: The one after the diagnosis.
+        dataset: The dataset that was diagnosed.
+        calibration: The calibration after the diagnosis.
         diagnosis: Content of ``diagnosis.json``.
     """
     pairs, _ = open_pairs(diagnosis, calibration.model.effects, dataset)
@@ -70,7 +71,7 @@ def left_open(dataset: Dataset, calibration: Calibration, diagnosis: Mapping[str
 
 
 def _on_the_arm(pair: Pair) -> bool:
-    """Return whether a pair concerns what moves the arm by its joint angles; a wrong range, say, is no matter of where poses lie."""
+    """Return whether all effects of a pair belong to the arm and depend on its joint angles, unlike a wrong range of the sensor, say."""
     effects = (pair.effect,) if pair.rival is None else (pair.effect, pair.rival)
     return all(effect.stays_with_arm and effect.acts_by_joint_angles for effect in effects)
 
@@ -84,7 +85,7 @@ def _priors(model: Model, fitted: Calibration) -> Array:
 
 
 def _sizes(effect: Effect) -> Array:
-    """Return the size that each coefficient of an effect may have: that of those found, or the natural one."""
+    """Return the size that each coefficient of an effect may have, ``(k,)``: the root mean square of those found, or else the natural size."""
     found = effect.coefficients[effect.coefficients != 0]
     if len(found):
         return np.full(len(effect.coefficients), float(np.sqrt(np.mean(found**2))))

@@ -1,7 +1,7 @@
 """Choose poses by the error of predicted positions in the workspace that a calibration from them is expected to have.
 
 The expected error comes from the estimator's linearisation at the nominal arm or at an earlier calibration. It contains the noise of the
-sensor and the repeatability of the arm, and nothing of errors that the model lacks.
+sensor and the repeatability of the arm, but no errors that the model does not describe.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _RANDOM_DRAWS = 20
 _EQUATIONS_TO_SPARE = 1.3  # a plan has at least this many independent equations for each free parameter
 # Each plane gets at least this part of an equal share of the poses, so that a fit converges from rough guesses of the planes.
 _LEAST_OF_EACH = 0.5
-_STARTS = 3  # sets from which exchanges begin: the greedy one, and random ones
+_STARTS = 3  # sets from which exchanges begin: the greedy one (poses added one by one, each the best), and random ones
 _MOST = 400  # the most poses that are considered for a wanted accuracy
 
 
@@ -81,7 +81,7 @@ def choose_poses(
 
 
 def poses_for_error(info: Information, wanted: float, least: int, criterion: str) -> int | None:
-    """Return how many poses a wanted error takes, or None where as many as are considered do not give it.
+    """Return the number of poses that a wanted error requires, or None if even the most that are considered (400) do not reach it.
 
     Args:
         info: The information of the candidates.

@@ -1,7 +1,7 @@
 """The order in which a program takes poses, so that moves between them are short: an open tour, nearest neighbour and then 2-opt.
 
-The length of a move is the largest turn of any joint, to which its time is proportional if all joints are equally fast. A metre of a
-prismatic joint counts as a radian.
+The length of a move is the largest rotation of any joint; the time of the move is proportional to it if all joints are equally fast. A metre of
+a prismatic joint counts as a radian.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ def move_lengths(q: Array) -> Array:
 
 
 def program_order(lengths: Array) -> list[int]:
-    """Return an order of N poses in which the sum of the moves is small, and never larger than in the order given.
+    """Return an order of N poses in which the sum of the moves is small, and not larger than in the given order.
 
     Args:
         lengths: ``(N, N)``, symmetric.

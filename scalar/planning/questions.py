@@ -1,9 +1,9 @@
 """The questions that a diagnosis leaves open: effects that it could not distinguish from others, and effects that it could not observe.
 
-A diagnosis keeps those coefficients of an effect that its poses show. Where joint 3 hardly moved, the sag of joint 2 by the torques of all links is
-that by the torque of link 2 alone, which is a sine of the angle of joint 2, as the error of a gear is; the other links weigh something all the same,
-and poses with another joint 3 show it. So it is asked for the whole effect: of its coefficients that explain the measured poses as those found do,
-the least ones.
+A diagnosis keeps only those coefficients of an effect that its poses show. An example is the compliance of joint 2 if joint 3 hardly moved: the
+torques of all links then vary like that of link 2 alone, a sine of the angle of joint 2, and so does the error of a gear. But the other links have
+masses, and poses with another angle of joint 3 would show their torques. A question is therefore asked about the whole effect, with all its
+coefficients. Of the coefficients that explain the measured poses as well as those found, the smallest are taken.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from scalar.planning.workcell import Workcell
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """An effect, and a rival that may take its place.
+    """An open question: an effect, and a rival that explains the data as well, or whether the effect acts at all.
 
     Attributes:
-        effect: The effect, with coefficients of the size in question.
-        rival: The other effect; None where the question is whether the effect acts at all, because it was unobservable.
+        effect: The effect, with coefficients of the size that was found, or of natural size.
+        rival: The confounded effect; None if the question is whether the effect acts at all, because it was unobservable.
     """
 
     effect: Effect
@@ -44,10 +44,10 @@ class Pair:
 
 @dataclass(frozen=True, eq=False)
 class OpenQuestions:
-    """Questions about P parameters, the information on these that there is already, and that of further poses.
+    """Questions about P parameters, the information on these that the measured poses give, and that of candidate poses.
 
     Attributes:
-        questions: Their indices are those of the P parameters.
+        questions: The questions; their indices refer to the P parameters.
         start: ``(P, P)``, information of the measured poses and of weak priors.
         rows: ``(N, m, P)``, whitened rows of the candidate poses.
     """
@@ -94,7 +94,7 @@ def open_pairs(
 
 
 def with_doubtful(effects: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Return the entries of a diagnosis, each followed by the effects that an entry without a name is most like."""
+    """Return the entries of a diagnosis; an entry without a certain name is followed by the effects that it is most like."""
     return [found for entry in effects for found in (entry, *entry.get("most_like", ()))]
 
 
@@ -145,7 +145,7 @@ def open_questions(
 
 
 def whole(effect: Effect, pool: Sequence[Effect]) -> Effect:
-    """Return an effect with all coefficients of the candidate of which it has some; those that it has not are zero."""
+    """Return an effect widened to all coefficients that the candidate of its name and target has; the added ones are zero."""
     terms = set(effect.term_names)
     wider = [
         e for e in pool if e.name == effect.name and e.target == effect.target and terms < set(e.term_names)
@@ -154,7 +154,7 @@ def whole(effect: Effect, pool: Sequence[Effect]) -> Effect:
 
 
 def with_whole(effects: Sequence[Effect], pairs: Sequence[Pair]) -> tuple[Effect, ...]:
-    """Return effects, each that a pair asks for with more coefficients as it is there."""
+    """Return effects; where a pair has the same effect with more coefficients, that one is returned instead."""
     asked_for = [pair.effect for pair in pairs]
     return tuple(
         next((wide for wide in asked_for if whole(effect, [wide]) is not effect), effect)
@@ -163,7 +163,7 @@ def with_whole(effects: Sequence[Effect], pairs: Sequence[Pair]) -> tuple[Effect
 
 
 def with_zero(base: Sequence[Effect], further: Sequence[Effect]) -> tuple[Effect, ...]:
-    """Return effects, followed by those of further ones that are not among them, with coefficients of zero, each once."""
+    """Return the effects of ``base``, followed by the further effects that are not among them, each once and with coefficients of zero."""
     effects = list(base)
     for effect in further:
         if not any(same_effect(effect, other) for other in effects):
@@ -172,10 +172,10 @@ def with_zero(base: Sequence[Effect], further: Sequence[Effect]) -> tuple[Effect
 
 
 def _least(rows: Array, found: Array) -> Array:
-    """Return the least coefficients ``(k,)`` with which an effect explains the measured poses as with those found.
+    """Return the smallest coefficients ``(k,)`` with which an effect explains the measured poses as well as with those found.
 
     Args:
-        rows: ``(R, k)``, whitened, of the measured poses.
+        rows: ``(R, k)``, whitened rows of the measured poses by the effect's coefficients.
         found: ``(k,)``; zero where the diagnosis left a coefficient out.
     """
     prior = float(np.sqrt(np.mean(found[found != 0] ** 2)))
@@ -227,7 +227,7 @@ def same_effect(one: Effect, other: Effect) -> bool:
 
 
 def _text_settings(effect: Effect) -> dict[str, str]:
-    """Return the settings that are text, such as what tells the side of a backlash; settings that are numbers are estimates."""
+    """Return the settings of an effect that are text, such as how the side of a backlash is known; settings that are numbers are estimates."""
     return {key: value for key, value in effect.to_mapping().items() if isinstance(value, str)}
 
 

@@ -1,10 +1,10 @@
 """Choose further poses that separate effects which a diagnosis could not distinguish, and that show those which it could not observe.
 
-A question is an effect e of a known size c, and what may take its place: the geometry, the other effects that were found, and a rival. If e acts
-and the model has the rival instead, the best fit of these leaves residuals whose squared length is the noncentrality (Atkinson and Fedorov,
+A question is an effect e of a known size c, and what may explain the data in its place: the geometry, the other effects that were found, and a
+rival. If e acts and the model has the rival instead, its best fit leaves residuals whose squared length is the noncentrality (Atkinson and Fedorov,
 Biometrika 62, 1975: T-optimality)
 
-    lambda = c' [(M^-1)_ee]^-1 c,   M the information on e and on all that may take its place.
+    lambda = c' [(M^-1)_ee]^-1 c,   M the information on e and on all parameters that may explain the data in its place.
 
 Its root is the signal in standard errors. Poses are added one by one: each time the one with which the sum over the questions of
 log(lambda) grows most, where lambda counts only up to the value that answers a question. One pose changes M by rank m, which gives lambda for
@@ -22,17 +22,17 @@ from scalar.geometry.se3 import Array
 
 ANSWERED = 25.0
 """Noncentrality from which a question counts as answered: a signal of five standard errors."""
-_LEAST = 1e-6  # noncentralities below this one count as this one, whose logarithm is finite
+_LEAST = 1e-6  # lower bound of noncentralities, so that their logarithms are finite
 
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """Whether an effect acts, or what may take its place.
+    """Whether an effect acts, or what may explain the data in its place.
 
     Attributes:
         title: The question in words.
         own: ``(k,)``, indices of the effect's coefficients among the P parameters of the rows.
-        rest: Indices of the parameters that may take its place.
+        rest: ``(r,)``, indices of the parameters that may explain the data in its place.
         size: ``(k,)``, the effect's coefficients c, in the units of the parameters.
     """
 
@@ -103,7 +103,7 @@ class _QuestionState:
         self.covariance = (self.covariance + self.covariance.T) / 2
 
     def value_with_all(self) -> float:
-        """Return the noncentrality with all candidates added to the start."""
+        """Return the noncentrality with all candidates added to the measured poses."""
         A = self.rows.reshape(-1, len(self.start))
         C = np.linalg.inv(self.start + A.T @ A)
         return float(self._noncentrality(C[None, self.own, self.own])[0])

@@ -17,7 +17,7 @@ from scalar.geometry.se3 import Array
 from scalar.sensors import kind_named, measure
 from scalar.units import DEG
 
-_TEMPERATURE = 20.0  # deg C, of poses that nobody has measured
+_TEMPERATURE = 20.0  # deg C, assumed for poses that are not measured yet
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Workcell:
 
     Attributes:
         model: Arm, sensor, target and effects, at their best known values.
-        sensor: The sensor, of which kind and noise are used; the noise is stated.
+        sensor: The sensor. Its kind and its noise are used; the noise has to be stated.
         planes: The planes of the target, as ``model.target`` has them; empty without planes.
         view: What the sensor sees, if it is a scanner.
         repeatability: Standard deviation, along each axis, with which the arm takes a pose again [m].

@@ -57,7 +57,14 @@ class Item:
 
 
 def advice(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[Item]:
-    """Return the advice, the most useful first: what to do about each kind of finding, in the controller, and with the next measurements."""
+    """Return the advice, the most useful first.
+
+    It says what to do about each kind of finding, what to change in the controller, and what to measure next.
+
+    Args:
+        diagnosis: The diagnosis to report.
+        mapping: Its ``to_mapping()``.
+    """
     more = [
         *few_poses(diagnosis),
         *_mislabelled(mapping),

@@ -1,4 +1,4 @@
-"""Axes in the units that people read: labels, values, ranges, and the texts of dots."""
+"""Axes of charts in degrees and millimetres: labels, values, ranges, and the texts that dots show when they are pointed at."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _written(axis: Axis, value: float) -> str:
 
 
 def range_of(values: Sequence[Array], share: float = 1.0, around_zero: bool = False) -> tuple[float, float]:
-    """Return a range that holds a share of all finite values, with a margin; about zero where asked."""
+    """Return a range that holds the middle ``share`` of all finite values, with a margin; with ``around_zero`` it contains zero too."""
     pool = np.concatenate([np.asarray(v, dtype=float).ravel() for v in values])
     pool = pool[np.isfinite(pool)]
     if not len(pool):

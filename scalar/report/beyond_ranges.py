@@ -1,4 +1,4 @@
-"""What the report says of predictions beyond the measured ranges of the joints: how far they may err, with what the data leave open."""
+"""The report's sentence on predictions beyond the measured ranges of the joints: how far they may err, open questions included."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from scalar.report.words import length, listed, quoted
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
 
-MUCH_FARTHER = 3.0  # times the expected error within the measured ranges: chosen
-_COUNTS = 1.2  # times the error of the found model from which what is left open is mentioned
-_SHOWN = 3
+MUCH_FARTHER = 3.0  # chosen: ratio of the error over the joint limits to that within the measured ranges beyond which the sentence is given
+_COUNTS = 1.2  # chosen: open questions are mentioned if they raise the error of the found model by more than this factor
+_SHOWN = 3  # effects in question that are named
 
 
 def beyond_ranges(diagnosis: Diagnosis) -> list[str]:
-    """Return a sentence where predictions over the whole of the joint limits err by much more than within the measured ranges; or none."""
+    """Return one sentence if predictions over all of the joint limits err by much more than within the measured ranges, else none."""
     if diagnosis.shipped.without_effects:
         return []
     choice = diagnosis.shipped.choice
@@ -42,7 +42,7 @@ def beyond_ranges(diagnosis: Diagnosis) -> list[str]:
 
 
 def error_left_open(diagnosis: Diagnosis) -> LeftOpen | None:
-    """Return how far predictions may err within the joint limits by what a diagnosis left open; None where it found or left open nothing."""
+    """Return how far predictions may err because of what a diagnosis left open; None if it found nothing, or left nothing open."""
     return _left_open(diagnosis) if diagnosis.findings else None
 
 

@@ -1,4 +1,4 @@
-"""The page of a calibration: how wrong the arm was, how wrong it is now, and every parameter."""
+"""The page of a calibration: the errors of the arm by its data sheet and as calibrated, and every parameter."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def answer_on(diagnosis: Diagnosis, finding: Finding) -> Answer | None:
-    """Return what further poses tell of a finding and the first effect with which it is confounded; None where joint angles decide nothing."""
+    """Return how well further poses would separate a finding from the first effect with which it is confounded; None if poses cannot."""
     near = finding.confounded_with[0]
     after = _after(diagnosis)
     if after is None:
@@ -38,7 +38,7 @@ def answer_on(diagnosis: Diagnosis, finding: Finding) -> Answer | None:
 
 
 def in_words(diagnosis: Diagnosis, finding: Finding) -> str:
-    """Return what further poses tell of a finding and the first effect with which it is confounded, a sentence or nothing."""
+    """Return ``answer_on`` in words, or an empty text if it is None."""
     answer = answer_on(diagnosis, finding)
     if answer is None:
         return ""
@@ -52,7 +52,7 @@ def in_words(diagnosis: Diagnosis, finding: Finding) -> str:
 
 @lru_cache(maxsize=1)
 def _after(diagnosis: Diagnosis) -> After | None:
-    """Return what further poses tell, whatever they may touch; None where no candidate poses are found."""
+    """Return how well further poses would answer the open questions; None if no candidate poses are found. Collisions are not tested."""
     dataset = diagnosis.dataset
     sensor = replace(dataset.sensor, noise=stated_sigma(dataset.sensor.noise))
     calibration = diagnosis.calibration_after

@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 
 
 def lacking(calibration: Calibration) -> float:
-    """Return the root mean square distance [m] by which the residual of a calibration exceeds the noise; zero where it does not clearly."""
+    """Return the root mean square distance [m] by which the residual of a calibration exceeds the noise; zero unless it clearly does."""
     summary = calibration.summary
     return float(summary.get("misfit_shift_m", 0.0)) if lacks_something(summary) else 0.0
 
 
 def lacking_after(diagnosis: Diagnosis) -> float:
-    """Return the same of the calibration that a diagnosis ships; zero where the diagnosis names the excess as a random error.
+    """Return the same distance [m] for ``after.json``; zero if the diagnosis names the excess as a random error.
 
-    Weights of a variance component hide the excess from the fit. Where the component is not confirmed, or has no name, it is no random error, and
-    the excess is that of equal weights; that the component was identified shows that there is one.
+    If poses are weighted by a variance component, the weighted residual no longer shows the excess. If the component is not confirmed as a random
+    error, or has no name, the excess is taken from the residual with equal weights, even if its p-value alone would not show it.
     """
     shipped = diagnosis.shipped
     named = bool(diagnosis.reported_noise) and not diagnosis.noise_without_a_name

@@ -1,4 +1,4 @@
-"""Sentences and the card of the report on a variance component: what scatters, by how much, and whether it is random."""
+"""Sentences and the section of the report on a variance component: what scatters, by how much, and whether it is random."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ REPEAT_POSES = (
 
 PLACES = {"sensor": "the place of the sensor on the flange", "base": "the place of the base"}
 SCATTER = "scatter without a certain cause"
-SURE = 0.8  # confidence below which a cause is to be confirmed before anything is repaired
+SURE = 0.8  # confidence: a cause with less has to be confirmed before anything is repaired
 
 
 def noise_clause(diagnosis: Diagnosis) -> str:

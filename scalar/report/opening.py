@@ -28,13 +28,13 @@ def opening(diagnosis: Diagnosis, mapping: Mapping[str, Any], pictures: Sequence
     Args:
         diagnosis: The diagnosis to report.
         mapping: Its ``to_mapping()``.
-        pictures: Those of each finding, in the order of the findings; findings without an entry have no size in the sentence.
+        pictures: The pictures of each finding, in the order of the findings; a finding without an entry has no size in the sentence.
     """
     return [_what_matters(diagnosis, mapping, pictures), _what_to_do(diagnosis)]
 
 
 def by_importance(findings: Sequence[Finding]) -> list[Finding]:
-    """Return findings by how far each lowered the squared held-out error when it was added, the most important first."""
+    """Return findings in descending order of how far each lowered the squared held-out error when it was added."""
     return sorted(findings, key=lambda finding: finding.after.rms**2 - finding.before.rms**2)
 
 
@@ -168,7 +168,7 @@ def caution(diagnosis: Diagnosis, finding: Finding) -> str:
 
 
 def _distinguish(diagnosis: Diagnosis, lead: Finding) -> str:
-    """Return what to do where two causes are confounded: measure poses that distinguish them, or, where none would, look for the cause."""
+    """Return what to do if two causes are confounded: measure poses that distinguish them or, if no poses would, look for the cause."""
     answer = answer_on(diagnosis, lead)
     unclear = f"these data do not distinguish {words.quoted(lead.effect.title)} from {words.quoted(lead.confounded_with[0].title)}"
     if answer is None:

@@ -1,4 +1,8 @@
-"""Write a diagnosis, or a calibration with its page: every file whole or not at all, each with the identifier of its run, the index last."""
+"""Write a diagnosis, or a calibration with its page.
+
+Every file is written whole or not at all and contains the identifier of its run. The main file, ``diagnosis.json`` or ``calibration.json``, comes
+last, so that its presence shows that the result is complete.
+"""
 
 from __future__ import annotations
 

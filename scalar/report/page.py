@@ -46,7 +46,7 @@ _RIVALS_SHOWN = 3  # confounded effects that are named
 
 
 def page(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return everything that the template ``report.html.jinja`` needs."""
+    """Return everything that the template ``report.html.jinja`` needs, by the names of its variables."""
     mapping = diagnosis.to_mapping()
     view = FittedView.of(
         diagnosis.after, diagnosis.calibration_found.free, diagnosis.calibration_found.covariance
@@ -109,7 +109,7 @@ def _headline(diagnosis: Diagnosis) -> str:
 
 
 def _files(diagnosis: Diagnosis) -> list[str]:
-    """Return sentences on what the two calibrations are, and on how to use the one that is shipped."""
+    """Return sentences on what ``before.json`` and ``after.json`` contain, and on how to use ``after.json``."""
     use = (
         "'scalar correct after.json program.csv -o corrected.csv' writes joint angles at which the arm stands where it is wanted, "
         "'scalar predict after.json joints.csv -o frames.csv' says where it stands, and 'scalar export' writes its geometry for controllers."
@@ -142,7 +142,7 @@ def _workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
 
 
 def _errors(mapping: Mapping[str, Any], changed: bool) -> dict[str, Any]:
-    """Return the bars of the held-out errors, all on one scale; before and after, or after alone where nothing was added to the model."""
+    """Return the bars of the held-out errors, all on one scale: before and after, or after alone if nothing was added to the model."""
     residual = mapping["residual"]
     floor = residual["floor_mm"]
     errors = {

@@ -1,8 +1,9 @@
-"""The parameters by the rows of the robot's own DH table, in millimetres and degrees: data sheet, found, change, standard error.
+"""Tables of the parameters in the rows of the robot's own DH table, in millimetres and degrees.
 
-The model is in modified DH. In a standard-DH table, a and alpha of a row belong to the end of its link, which is the beginning of the next
-one: they are those of the next joint in modified DH. The a and alpha of the last row of such a table are part of the flange, which is
-not calibrated.
+Their columns are the value in the data sheet, the estimated value, the change and its standard error.
+
+The model is in modified DH. If dataset.yaml has a standard-DH table, a and alpha of its row i are those of joint i + 1 in modified DH, because they
+act after joint i. The a and alpha of the last row of such a table are part of the flange, which is not calibrated.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from scalar.geometry.standard_dh import AFTER_THE_JOINT, in_rows
 from scalar.report.words import UNKNOWN
 from scalar.units import DEG, MM
 
-_BEYOND_CHANCE = 1.96  # standard errors, which chance alone exceeds once in twenty times
+_BEYOND_CHANCE = 1.96  # standard errors: chance alone exceeds them one time in twenty
 DATA_SHEET, STATED = "data sheet", "stated"
 _LEAST_DECIMALS, _MOST_DECIMALS = 3, 6
 
@@ -70,7 +71,7 @@ Entry = tuple[str, float | None, float, float | None, str]
 
 
 def _geometry(calibration: Calibration) -> Iterator[tuple[str, str, float | None, float, float | None, str]]:
-    """Yield kind and entry of every geometric parameter of the robot's own table, row by row."""
+    """Yield the kind (``a``, ``alpha`` ...) and the ``Entry`` of every geometric parameter of the robot's own table, row by row."""
     robot, nominal, std = calibration.model.robot, calibration.model.nominal, calibration.std
     near = calibration.summary.get("kept_near_data_sheet") or {}
     for row in range(0 if nominal.standard_dh else 1, robot.n_joints + 1):

@@ -1,4 +1,4 @@
-"""Draw the profiles and maps of effects: each without the effect and with it in the model, in the same axes, side by side if there is room."""
+"""Draw the profiles and maps of effects: each twice, without and with the effect in the model, in the same axes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from scalar.report.panel import Panel
 from scalar.report.thinning import in_caption, thinned
 
 _SHOWN = 0.985  # share of the values within the axes; the others are drawn at their edge
-_UNSURE = 3.0  # times the median standard error: a pose beyond it hardly shows the effect, and is left out
+_UNSURE = (
+    3.0  # times the median standard error: a pose with a larger one hardly shows the effect, and is left out
+)
 _LEAST_PER_BIN = 4  # poses in a group of neighbours whose mean is drawn
 _MOST_BINS = 72  # groups of neighbours
 _LARGEST_MARK = 13.0  # points across, on a map

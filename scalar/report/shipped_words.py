@@ -1,4 +1,4 @@
-"""Sentences of the report on the fit that is shipped: how it weights the poses, which effects it contains, and where it should be used."""
+"""Sentences of the report on the fit that is shipped, that is, written as after.json: its weights, its effects, and where it should be used."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def shipped_sentences(diagnosis: Diagnosis) -> list[str]:
-    """Return whole sentences on the fit in ``after.json``; none if there was no choice."""
+    """Return sentences on how the fit in ``after.json`` was chosen; none if it is simply the fit with all findings."""
     return [
         *_without_effects(diagnosis),
         *_left_out(diagnosis),

@@ -1,6 +1,6 @@
 """Choose the dots that are drawn if there are too many for one page.
 
-A dot with its title takes about a hundred bytes. A page has a fixed number of dots for all its pictures
+A dot with its title takes about a hundred bytes. A page has at most a fixed number of dots for all its pictures
 together, so that thousands of poses with many effects still make a page of less than 3 MB. A picture with
 more values than its share of the dots shows those that lie farthest out, which a reader looks for, and an even choice of
 the others; its caption says so. Means, curves and numbers always use all values.

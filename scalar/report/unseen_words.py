@@ -1,4 +1,7 @@
-"""Sentences of the report on errors at unseen poses, and on effects that the runs without a part of the poses do not confirm."""
+"""Sentences of the report on errors at unseen poses, and on effects that were found but are not confirmed.
+
+Unseen poses took no part in the diagnosis that is judged by them: the whole diagnosis is run several times, each time without a part of the poses.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +51,7 @@ def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[s
 
 
 def _halves(mapping: Mapping[str, Any]) -> list[str]:
-    """Return what two runs on one half of the poses each say; nothing where they were not made."""
+    """Return sentences on the two runs of the diagnosis on one half of the poses each; none if these were not made."""
     halves = mapping["shipped"]["halves"]
     if halves is None:
         return []

@@ -29,9 +29,13 @@ _CELLS_ACROSS = 18
 _LEAST_POSES = 3  # a cell with fewer poses is not drawn
 _SHELLS = 12  # points of the curve over the distance from the first joint's axis
 _DOTS = 150  # the most measured poses that are drawn
-_STEPS = ((1.0, 2.0, 5.0), (1.0, 3.0), (1.0,))  # edges of classes of colour in a decade, the finest first
+_STEPS = (
+    (1.0, 2.0, 5.0),
+    (1.0, 3.0),
+    (1.0,),
+)  # edges of the colour classes in a decade of the error, the finest division first
 _CLASSES = 9  # of colour
-_LEVEL = 0.99  # cosine from which two directions count as one
+_LEVEL = 0.99  # cosine of the angle between two directions, above which they count as the same
 _MOST = 0.95  # the table's upper bound holds for this share of the poses
 _CELL_GAP = 0.6  # points
 _LEAST_ERROR = 1e-9  # m: smaller errors are rounding, and no picture is drawn
@@ -66,7 +70,7 @@ def workspace_section(
         judged: The calibration, with its covariance.
         without_effects: The model without effects, if it is another one; or None.
         seen: The measured poses.
-        file: File name of the calibration.
+        file: File name of the calibration, for the texts.
         lacking: Root mean square distance [m] by which the arm is off at every pose because of errors that the model does not contain.
     """
     robot = judged.model.nominal

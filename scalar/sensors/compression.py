@@ -1,9 +1,9 @@
-"""A scan of M points becomes a few rows with the same sum of squares: exact compression by batched Gram-Schmidt.
+"""Exact compression of scans: the residuals of M points become a few rows with the same sum of squares, by batched Gram-Schmidt.
 
 The residual of a point is linear in a few functions of the point, ``f_i = b_i . c`` with ``b_i = [1, x_i, z_i]`` for a flat
 plane. With ``B = Q R``, ``|B c|^2 = |R c|^2`` for every c, so the M residuals may be replaced by the rows of ``R c``. R is
 built by Gram-Schmidt over the points, column by column, for all scans at once; it holds count, means, slope and scatter. The Cholesky factor
-of the moment matrix would lose half the digits, and would fail where the scatter is zero.
+of the moment matrix would be the same R, but would lose half the digits, and would fail where the scatter is zero.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ _RANK_TOLERANCE = 1e-13  # times a column's own norm: a smaller remainder after 
 def compress(basis: Array, starts: Array) -> Array:
     """Return the triangular factor R of every scan, ``B_s = Q_s R_s``.
 
-    Two sweeps of modified Gram-Schmidt ("twice is enough": Giraud et al., 2005), so that R is as good as Householder's. A column
-    that depends on those before it, as on a noise-free or very short scan, leaves a zero on the diagonal.
+    Two sweeps of modified Gram-Schmidt ("twice is enough": Giraud et al., 2005) make R as accurate as Householder's method does. A column
+    that depends linearly on those before it, as in a noise-free or very short scan, leaves a zero on the diagonal.
 
     Args:
         basis: ``(P, k)``, one row for each point, the points of a scan together.

@@ -52,8 +52,8 @@ class LineLaser(NoisyScans):
         error_axis: ``ray`` or ``z``.
         basis_names: Names of the functions of a point that R keeps; the first three are those of a flat plane.
         weighted: R of weighted points; None while all points have equal weights.
-        equal: The factors with equal weights, R_metric, which copies with other weights share.
-        profiled: Whether R holds the three rows of ``profiles`` instead, ``(N, 3, k)``.
+        equal: The factors with equal weights of all points, ``R_metric``; copies of this object with other weights share them.
+        profiled: Whether R holds the three rows of ``profiles`` for each scan, ``(N, 3, k)``, instead of triangular factors.
         noise: The noise within scans, if it was found not to be white and of one size; the three rows are whitened for it.
     """
 
@@ -201,7 +201,7 @@ class LineLaser(NoisyScans):
     def _extended(
         self, c: Array, T_base_sensor: Array, planes: Planes, point_effects: Sequence[Any]
     ) -> Array:
-        """Return the contact vectors over all functions that R keeps ``(N, k)``: with what effects on points add to c ``(N, 3)``."""
+        """Return the contact vectors c ``(N, 3)`` extended to all k functions that R keeps ``(N, k)``, with what the effects on points add."""
         if not point_effects and len(self.basis_names) == len(LINE_BASIS):
             return c
         full = np.zeros((len(c), len(self.basis_names)))
@@ -234,8 +234,8 @@ class LineLaser(NoisyScans):
     def profiles(self, T_base_sensor: Array, target: Target, sigma: float) -> LineLaser:
         """Return the scans reduced to three rows each: shift, turn and curvature along the line; the scatter about them is left out.
 
-        Errors of a model are smooth along a scan, so they show in these rows, each of unit variance. The scatter about them holds no information
-        on the model, so it is kept out of tests.
+        Each row has unit variance. Errors of a model are smooth along a scan, so they show in these rows; the scatter about them carries no
+        information on the model and would only dilute statistical tests.
         """
         return replace(self, sigma=sigma, profiled=True).reweighted(T_base_sensor, target)
 
@@ -251,7 +251,7 @@ class LineLaser(NoisyScans):
     def scatter(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
     ) -> tuple[Array, Array]:
-        """Return per scan the whitened squared scatter about its own line and its degrees of freedom."""
+        """Return for each scan the whitened squared scatter about its own line ``(N,)`` and its degrees of freedom ``(N,)``."""
         assert isinstance(target, Planes)
         c, _, _ = contact(T_base_sensor, target, self.target_index)
         full = self._extended(c, T_base_sensor, target, point_effects)
@@ -270,7 +270,7 @@ class LineLaser(NoisyScans):
     def distances(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
     ) -> tuple[Array, Array]:
-        """Return per pose the sum of squared distances to the plane [m^2] and the number of points."""
+        """Return for each pose the sum of squared distances to its plane ``(N,)`` [m^2] and the number of points ``(N,)``."""
         assert isinstance(target, Planes)
         c, _, _ = contact(T_base_sensor, target, self.target_index)
         full = self._extended(c, T_base_sensor, target, point_effects)

@@ -1,9 +1,9 @@
 """The linear first guess of a scanner's pose (Section III-A of the paper), and the planes that go with it.
 
-For a known plane the residual is linear in the scanner's axes and origin on the flange: ``c = (n'.p + n'_4 - d, n'.X, n'.Z)`` with
-``n' = n^T T_base_flange``, so nine numbers follow from one linear least-squares problem; the nearest rotation is made of six of them.
-Since a plane is known only roughly, planes and scanner are then refined in turn, with the nominal arm. The guess remains usable with an initial
-guess of the floor that is 30 degrees off.
+For a known plane (n, d), the residual is linear in the scanner's origin p and its axes X and Z on the flange: the contact vector is
+``c = (n'.p + n'_4 - d, n'.X, n'.Z)`` with ``(n', n'_4) = (n, 0)^T T_base_flange``. These nine numbers follow from one linear least-squares problem,
+and the rotation is the one nearest to the axes found. Since planes are known only roughly, planes and scanner are then refined in turn, with the
+nominal arm. The result is usable even if the initial guess of the floor is 30 degrees off.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def guesses(
         thorough: Whether to guess from all planes together as well.
 
     Raises:
-        Undetermined: No set of poses determines a guess.
+        Undetermined: Neither set of poses determines a guess.
     """
     found: list[Guess] = []
     failure: Undetermined | None = None
@@ -91,7 +91,14 @@ def _plane_choices(scans: Scans, target: Planes, gravity: Array) -> list[Array]:
 
 
 def _alternate(scans: Scans, T_base_flange: Array, target: Planes, use: Array) -> Array:
-    """Return the scanner's pose after alternating between the linear guess and the planes that fit it."""
+    """Return the scanner's pose on the flange ``(4, 4)`` after computing in turn the planes that fit it and the linear guess for these planes.
+
+    Args:
+        scans: What was measured.
+        T_base_flange: ``(N, 4, 4)``, of the nominal arm.
+        target: The planes at their initial guesses.
+        use: ``(N,)`` bool, the poses for the first guess; later ones use all.
+    """
     T = linear_guess(scans, T_base_flange, target, use)
     everywhere = np.ones(len(scans.target_index), dtype=bool)
     for _ in range(_ALTERNATIONS):

@@ -90,7 +90,7 @@ class NoiseProtocol(ABC):
         return self, self.sigma
 
     def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
-        """Return the root mean square residual [m] of a pose that noise alone would cause."""
+        """Return the root mean square residual [m] that noise alone would cause at a pose."""
         return self.sigma * float(np.sqrt(self.rows_per_pose))
 
     def common_error(self, T_base_sensor: Array, target: Target) -> Array:
@@ -120,9 +120,9 @@ class NoiseProtocol(ABC):
         return None
 
     def covariance_of_extended_errors(self, T_base_sensor: Array, target: Target) -> Array | None:
-        """Return the covariance ``(N, m, m)`` of the rows from errors of the sensor that extend over a whole pose, or None, which is the default.
+        """Return the covariance ``(N, m, m)`` of the rows by errors of the sensor that are correlated over a whole pose, or None, the default.
 
-        Such an error moves and turns the measurement as a whole, as an error of the arm does. Only all poses together distinguish the two.
+        Such an error shifts and rotates the measurement as a whole, as an error of the arm does. A single pose cannot distinguish the two.
         """
         return None
 

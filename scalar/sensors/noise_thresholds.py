@@ -6,7 +6,7 @@ from typing import Protocol
 
 
 class NoiseThresholds(Protocol):
-    """Thresholds from which noise within scans is no longer modelled as white and of one size."""
+    """The thresholds that decide whether the noise within scans is modelled as white and of one size."""
 
     @property
     def least_points(self) -> int:

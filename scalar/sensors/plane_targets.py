@@ -35,7 +35,7 @@ class OnPlanes(Measurement):
 
     @classmethod
     def target_to_mapping(cls, target: Target, std: Mapping[str, float]) -> dict[str, Any]:
-        """Return the planes, each with its standard errors [rad and m] and the normal of its initial guess, about which its coordinates are."""
+        """Return the planes, each with its standard errors [rad and m] and its reference normal, from which its two tangent coordinates count."""
         assert isinstance(target, Planes)
         planes = [
             {
@@ -79,7 +79,7 @@ def fit_planes(target: Planes, index: Array, counts: Array, first: Array, second
     """Return the planes of least squared distance to points that are given by their moments in the base frame, for each pose.
 
     Args:
-        target: The planes before: they give the names and the signs of the normals, and remain where fewer than three points lie on a plane.
+        target: The previous planes. They give the names and the signs of the normals; a plane with fewer than three points keeps its values.
         index: ``(N,)``, which plane each pose measures.
         counts: ``(N,)``, number of points of each pose.
         first: ``(N, 3)`` [m], their sum.

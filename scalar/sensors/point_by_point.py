@@ -1,4 +1,4 @@
-"""Kinds of sensor that predict what they measure and subtract what was measured: ``f = h(T_base_sensor, target) - y``, a few rows for each pose."""
+"""Kinds of sensor whose residual is prediction minus measurement, ``f = h(T_base_sensor, target) - y``, with a few rows for each pose."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The noise within the measurement of a pose: the covariance of its rows, and how it is reported.
 
 A sensor that measures many points at each pose observes its own noise, since an error of the arm moves all points of a pose together. Other
-code asks the measurement for this noise (``Measurement.noise_within_poses``) and gives it back to it (``Measurement.given_noise``),
-without asking for the kind of sensor.
+code estimates this noise by ``Measurement.noise_within_poses`` and applies it by ``Measurement.given_noise``, without knowing the kind of
+sensor.
 """
 
 from __future__ import annotations
@@ -72,9 +72,9 @@ class PoseNoise:
         sigma: Typical standard deviation of a point [m].
         level: ``(N,)``, each pose's standard deviation in units of sigma.
         whitening: ``(N, m, m)``, inverse lower Cholesky factors of the covariance of the rows that ``profiles`` gives with this sigma.
-            They are lower triangular, so that the first row stays what it was, divided by its standard deviation.
+            They are lower triangular, so that the first row (the shift of the pose) is only divided by its standard deviation.
         components: The components of the noise, as files list them.
-        autocorrelation: That of the points within poses.
+        autocorrelation: The autocorrelation of successive points within poses.
     """
 
     sigma: float

@@ -1,6 +1,6 @@
-"""A touch probe: at each pose one point, the origin of the sensor, lies on a plane: ``f = n . o - d``.
+"""A touch probe: at each pose one point, the origin o of the sensor, lies on a plane with normal n and distance d: ``f = n . o - d``.
 
-A probe measures no length: planes remain planes if the whole workcell is scaled. Nor does it observe its own rotation.
+A probe measures no length: planes remain planes if the whole workcell is scaled. Nor does it observe its own rotation on the flange.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ class Probe(OnPlanes, PointByPoint):
         return wrench, by_target, np.abs(height[:, 0]) < _IN_CONTACT
 
     def contact_step(self, T_base_sensor: Array, target: Target, index: Array, by_angle: Array) -> Array:
-        """Return the shortest step of the joints that closes the gap to first order, at most a fifth of a radian."""
+        """Return the shortest step of the joints ``(N, n)`` [rad] that brings the probe to its plane to first order, at most 0.2 rad long."""
         height, wrench, _ = self.predicted(T_base_sensor, target, index)
         slope = np.einsum("nmi,nij->nj", wrench, by_angle)
         step = -height * slope / np.maximum(np.sum(slope**2, axis=1, keepdims=True), 1e-12)

@@ -202,8 +202,8 @@ def effect_rows(
 def scatter_within(R: Array, c: Array, counts: Array, full: Array | None = None) -> tuple[Array, Array]:
     """Return for each scan the squared residual that no line explains ``(N,)`` and its degrees of freedom ``(N,)``.
 
-    Of the residual ``R c`` the part along ``R (1, 0, 0)`` (a shift) and ``R (0, -c_z, c_x)`` (a turn of the line) is removed: what
-    remains does not depend on where robot, scanner and plane are.
+    From the residual ``R c``, the parts along ``R (1, 0, 0)`` (a shift of the line) and ``R (0, -c_z, c_x)`` (a rotation of the line) are removed.
+    What remains does not depend on the poses of robot, scanner and plane.
 
     Args:
         R: ``(N, m, k)``, factors of k functions of the points, the first three those of a flat plane.

@@ -66,7 +66,7 @@ class Measurement(NoiseProtocol):
 
     target_index: Array
 
-    # What every kind has to do
+    # What every kind has to implement
 
     @classmethod
     @abstractmethod
@@ -98,7 +98,7 @@ class Measurement(NoiseProtocol):
     def distances(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
     ) -> tuple[Array, Array]:
-        """Return per pose the sum of squared residuals [m^2] ``(N,)`` and their number ``(N,)``: unweighted."""
+        """Return for each pose the unweighted sum of squared residuals ``(N,)`` [m^2] and their number ``(N,)``."""
 
     @abstractmethod
     def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
@@ -168,7 +168,7 @@ class Measurement(NoiseProtocol):
         raise Undetermined(["state sensor.nominal_pose: this kind of sensor needs it"])
 
     def contact_step(self, T_base_sensor: Array, target: Target, index: Array, by_angle: Array) -> Array:
-        """Return a step of the joint angles ``(N, n)`` [rad] towards a pose that can be measured, where not every pose can.
+        """Return a step of the joint angles ``(N, n)`` [rad] towards a pose that can be measured; for kinds that cannot measure every pose.
 
         Args:
             T_base_sensor: ``(N, 4, 4)``.
@@ -180,7 +180,7 @@ class Measurement(NoiseProtocol):
 
     @property
     def contact_factors(self) -> Array | None:
-        """Return F ``(N, m, 3)`` where the rows are ``F c``, c the contact vector ``(n.o - d, n.X, n.Z)`` of a plane, else None."""
+        """Return F ``(N, m, 3)`` if the rows are ``F c``, with c the contact vector ``(n.o - d, n.X, n.Z)`` of a plane; else None."""
         return None
 
     @property

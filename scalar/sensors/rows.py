@@ -1,4 +1,4 @@
-"""The types to which a measurement is reduced: whitened residual rows with their derivatives, and pieces of scans for pictures.
+"""What a measurement is reduced to: whitened residual rows with their derivatives, and pieces of scans for pictures.
 
 The rows of a pose depend on the robot only through the pose of the sensor, so a row's derivative is a wrench ``(1, 6)``: a small screw (w, v)
 of the sensor, in the base frame, changes the residual by ``wrench . (w, v)``.
@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from scalar.geometry.se3 import Array
 
 UNSTATED_SIGMA = 1e-4  # m; assumed if no noise is stated, until (for some kinds) it is estimated from scatter
-LEAST_SIGMA = 1e-9  # m; no sensor is as precise, and rounding of coordinates in metres is far smaller
+LEAST_SIGMA = (
+    1e-9  # m; no sensor has less noise, and rounding errors of coordinates in metres are far smaller
+)
 
 
 def stated_sigma(noise: float | None) -> float:

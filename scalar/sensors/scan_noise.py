@@ -1,4 +1,4 @@
-"""The noise of scans: the residual that the noise of points alone causes, and by how much scans scatter beyond it.
+"""The noise of scans: the residual that the noise of points alone causes, and how much more whole scans scatter.
 
 The residual of a scan about its own line is the noise of the scanner and of the surface (``scalar.sensors.within_scan_noise``). Only that part
 needs SciPy, which is imported where it is used, so that reading a dataset does not import it.

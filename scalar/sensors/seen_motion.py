@@ -1,10 +1,10 @@
 """The motion of the tracker relative to the robot's base during a campaign, from reference nests on the base.
 
-A nest is fixed to the base and measured at the poses, so its measured position moves with the tracker: with c its position at the first
-pose and r the vector from the middle of all nests to it, ``y_i = c + t_i + w_i x r`` plus noise. The motion (w, t) is modelled as a random
-walk from zero. Its step and the nests' noise are estimated by restricted maximum likelihood (Patterson and Thompson, 1971), and the most
-probable walk given all measurements is returned. Three nests that are not on a line determine the whole motion; with fewer, undetermined
-parts stay zero. Rotations are linearised, which holds for less than a degree.
+A nest is fixed to the base and measured at the poses, so its measured position changes if the tracker moves: with c its position at the first
+pose and r the vector from the middle of all nests to it, the position measured at pose i is ``y_i = c + t_i + w_i x r`` plus noise. The motion
+(w, t) is modelled as a random walk from zero. The size of its steps and the noise of the nests are estimated by restricted maximum likelihood
+(Patterson and Thompson, 1971), and the most probable walk given all measurements is returned. Three nests that are not on a line determine the whole
+motion; with fewer, undetermined parts stay zero. Rotations are linearised, which is accurate for less than a degree.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from scalar.geometry.se3 import Array
 class Target(Protocol):
     """The target of a sensor: items such as planes or frames, each with the same number of free coordinates, which may be zero.
 
-    After these, a target may have coordinates that all its items share; their number is then its attribute ``common``.
+    Behind the coordinates of its items, a target may have further ones that all items share; their number is then its attribute ``common``.
     """
 
     @property

@@ -1,8 +1,9 @@
-"""A laser tracker: targets on the flange measured in the tracker's own frame, ``f = R o + t - y``, with an unknown rigid frame.
+"""A laser tracker: it measures targets on the flange in its own frame, whose pose relative to the base is unknown.
 
-The sensor's target is the frame ``T_tracker_base = (R, t)``, one for each session. A pose may show some or all of several targets on
-the flange, each by its position or by its whole pose, and every measurement may have a noise of its own. The rows of a pose are the
-positions of all targets, then their rotations, ``log(R R_base_target R_measured^T)``; the rows of a target that is not seen are zero.
+``f = R o + t - y`` for a target at o in the base frame, measured at y. What the estimator calls the sensor's *target* is the unknown frame
+``T_tracker_base = (R, t)``, one for each session. A pose may show some or all of several targets on the flange, each by its position or by its whole
+pose, and every measurement may have a noise of its own. The rows of a pose are the positions of all targets, then their rotations,
+``log(R R_base_target R_measured^T)``; the rows of a target that is not seen are zero.
 """
 
 from __future__ import annotations
@@ -274,7 +275,10 @@ class Tracker(Measurement):
 
     @classmethod
     def target_motion(cls, dataset: Dataset) -> Array | None:
-        """Return the motion that nests show, in the base frame that the nominal arm gives, which is accurate to a percent or better."""
+        """Return the motion of the base relative to the tracker that nests show, ``(N, 6)`` [rad, m] in the base frame, or None without nests.
+
+        The tracker's place is taken from a fit with the nominal arm, whose errors change this small motion by a percent or less.
+        """
         from scalar.sensors.seen_motion import seen_motion  # sparse algebra, slow to import
 
         nests, T = dataset.references, dataset.sensor.T_flange_sensor

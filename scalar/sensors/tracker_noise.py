@@ -1,8 +1,10 @@
 """The noise of a tracker's measurements: stated for all, stated for each, or estimated from the residuals of a fit.
 
-Positions and orientations have different units, so their noises weigh them against each other. A noise that is not stated, or stated clearly larger
-than the residuals are, is estimated from the root mean square of its own residuals. The residuals of a fit are smaller than the noise, because its
-parameters adapt to it; they are scaled up accordingly (Förstner's estimator of variance components, with the same factor for all rows).
+Positions and orientations have different units, so the ratio of their noises decides how they are weighted against each other. A noise that is not
+stated, or stated clearly larger than the residuals are, is estimated from the root mean square of its own residuals; if neither noise is stated,
+their ratio is chosen so that the residuals of both have the same size in standard deviations. The residuals of a fit are smaller than the noise,
+because its parameters adapt to the noise; they are scaled up accordingly (Förstner's estimator of variance components, with the same factor for all
+rows).
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from scalar.sensors.residual_noise import UNCHANGED, estimated_position_noise, n
 from scalar.sensors.rows import LEAST_SIGMA, stated_sigma
 
 _TYPICAL_REACH = 0.1
-"""[m] Until it is estimated, the noise of an angle is that of a position over this distance."""
+"""[m] Until it is estimated, the noise of an angle is assumed to be that of a position divided by this distance."""
 _REACHES = (0.01, 10.0)
 """[m] Bounds of the ratio of the noise of positions to that of orientations, if neither is stated."""
 
@@ -36,12 +38,12 @@ class TrackerNoise:
         position: ``(N, K)`` [m], of each coordinate.
         rotation: ``(N, K)`` [rad], about each axis; None if no orientation was measured.
         position_stated: Whether ``position`` is as stated.
-        rotation_stated: Whether that of orientations is stated.
+        rotation_stated: Whether ``rotation`` is as stated; True if no orientation was measured.
         unknowns: Approximate number of parameters that a fit estimates.
-        stated: Root mean square of the stated noise of positions [m]; None if none is stated.
+        stated: Root mean square of the stated noise of positions [m]; None if none is stated or no target was seen.
         position_estimated: Whether ``position`` is estimated from residuals.
         measured: Whether the targets of each pose show the noise of positions.
-        fixed: Whether a noise that was estimated before is not estimated again.
+        fixed: Whether the noise stays as it is, even one that was estimated before, and is not estimated again.
     """
 
     seen: Array
@@ -90,8 +92,8 @@ class TrackerNoise:
 
     @property
     def typical(self) -> float:
-        """Return the root mean square standard deviation of a coordinate [m], of those measured; of all where none was, as for a plan."""
-        values = self.position[self.seen] if self.seen.any() else self.position.ravel()
+        """Return the root mean square standard deviation of a coordinate [m]."""
+        values = self.position[self.seen]
         first = float(values[0])
         return first if np.all(values == first) else float(np.sqrt(np.mean(values**2)))
 

@@ -14,7 +14,7 @@ import numpy as np
 from scalar.geometry.se3 import Array
 from scalar.sensors.tracker_frames import TargetOffsets, TrackerFrames
 
-_ALTERNATIONS = 60  # each at least halves the error
+_ALTERNATIONS = 60  # rounds; each is expected to halve the error at least
 
 
 @dataclass(frozen=True, eq=False)

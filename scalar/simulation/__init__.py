@@ -1,8 +1,8 @@
 """Simulate datasets of a robot workcell in pybullet, with the truth behind them.
 
-This is the only part of the package that needs pybullet. Outside it, only the commands that simulate or test for
-collisions import it, and studies. It shares no formula with the estimator: kinematics and rays are pybullet's, and
-the little matrix code around them is its own.
+This is the only part of the package that needs pybullet. It is imported only by the commands that simulate or test for
+collisions, and by the studies of the paper. It shares no code with the estimator's model: kinematics and rays are computed by
+pybullet, and the matrix computations around them are written again here.
 
 Example::
 

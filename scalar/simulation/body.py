@@ -1,8 +1,8 @@
 """The solids of an arm: capsules along its skeleton, for collision tests and for pictures.
 
-Only the kinematics of an arm are known, not its housings. So each link is a capsule along its a and another along its d. The
-radius is a share of the arm's reach, which falls linearly from `THICK_BASE` at the base to `THICK_WRIST` at the flange.
-For a VS060 this gives radii of 51 to 27 mm, for a UR10e of 120 to 64 mm, which is about what they
+Only the kinematics of an arm are known, not its housings. So each link is a capsule along its a and another along its d (these
+lines are the skeleton). The radius is a share of the arm's reach, which falls linearly from `THICK_BASE` at the base to
+`THICK_WRIST` at the flange. For a VS060 this gives radii of 51 to 27 mm, for a UR10e of 120 to 64 mm, which is about what they
 have. The sensor is a box behind its origin, with a rod from the flange. A config may state all of these sizes.
 
 Housings beside the skeleton, cables and the exact shapes are left out. This makes poses a little
@@ -21,7 +21,9 @@ from scalar.simulation.transforms import Array
 
 THICK_BASE = 0.075  # radius over reach
 THICK_WRIST = 0.04
-NEGLIGIBLE = 1e-3  # m; a shorter piece of skeleton (a perturbed zero, say) has no body of its own
+NEGLIGIBLE = (
+    1e-3  # m; a shorter piece of skeleton (a nominal length of zero with an error, say) gets no capsule
+)
 SENSOR_GAP = 2e-3  # m; the box stands this far behind the sensor's origin, so that no ray begins inside it
 
 

@@ -11,7 +11,7 @@ from scalar.units import DEG
 FIELD_OF_VIEW_DEG = 24.0
 # Least and largest depth that is drawn, over the camera's distance from its target.
 NEAREST, FARTHEST = 0.3, 3.0
-MARGIN = 1.04  # of the picture over what is to be seen
+MARGIN = 1.04  # size of the picture over that of the points that it has to show
 AMBIENT, DIFFUSE, SPECULAR = 0.66, 0.40, 0.08
 
 
@@ -54,12 +54,12 @@ class Camera:
         return cls.of(target, towards, distance, width, height)
 
     def clip(self, points: Array) -> Array:
-        """Return where points (N, 3) [m] lie in the clipped view, (N, 3), each -1 to 1 where it is seen."""
+        """Return the normalised device coordinates (N, 3) of points (N, 3) [m] of the base frame: all within -1..1 if the camera sees the point."""
         seen = np.column_stack([points, np.ones(len(points))]) @ (self.lens @ self.view).T
         return seen[:, :3] / seen[:, 3:]
 
     def pixels(self, points: Array) -> Array:
-        """Return where points (N, 3) [m] appear, (N, 2), from the upper left."""
+        """Return the pixel coordinates (N, 2) of points (N, 3) [m] of the base frame, counted from the picture's upper left corner."""
         return (self.clip(points)[:, :2] * [1, -1] + 1) / 2 * [self.width, self.height]
 
     def shifted(self, pixels: Array) -> "Camera":

@@ -1,7 +1,7 @@
 """Test whether an arm, as a dataset.yaml declares it, touches itself or a plane: for `scalar plan`.
 
-The arm's solids are the simulator's defaults: capsules along the skeleton and a box for the sensor. The planes extend beyond the arm's
-reach.
+The arm's solids are the simulator's defaults: capsules along the arm's a and d, and a box for the sensor. The planes are taken to extend beyond
+the arm's reach.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

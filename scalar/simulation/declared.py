@@ -41,8 +41,8 @@ def guess_plane(
     """Return the dataset's initial guess of a plane: `{name, normal, distance}`.
 
     The normal is tilted by `tilt_deg` in a drawn direction and by Gaussian angles about two axes; the
-    distance n . p from the base's origin is off by `offset_m` with a drawn sign and by a Gaussian error. The tilt
-    leaves the distance as it is, so it turns the plane about the plane's point nearest to the origin.
+    distance n . p from the base's origin has an error of `offset_m` with a drawn sign and a Gaussian error. The tilt
+    does not change the distance, so it turns the plane about the base's origin.
 
     Args:
         target_plane: the true plane.

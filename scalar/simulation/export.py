@@ -1,4 +1,4 @@
-"""A simulated scene as folders: `dataset` for whoever calibrates, `truth` for whoever judges."""
+"""Write a simulated scene as two folders: `dataset`, which a calibration reads, and `truth`, with which its result is compared."""
 
 from pathlib import Path
 from typing import Any

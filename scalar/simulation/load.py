@@ -6,7 +6,7 @@ import pandas as pd
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
-G = 9.81  # m/s^2, along -z of the base
+G = 9.81  # m/s^2; a payload's weight is taken along -z of the base, whatever gravity the scene has
 STEP = 1e-4  # rad, of central differences
 PAYLOAD = "payload"
 PLACE = ("payload_x", "payload_y", "payload_z")
@@ -15,7 +15,7 @@ PLACE = ("payload_x", "payload_y", "payload_z")
 def payload_torques(world: World, T_flange_sensor: Array, q: Array, poses: pd.DataFrame) -> Array:
     """Return the torque of the payload's weight about each joint (N, n) [N m]; zero where none is recorded.
 
-    By virtual work, tau_j = -dU/dq_j with U = m g z of the payload, the arm moved by the engine.
+    By virtual work, tau_j = -dU/dq_j with U = m g z, where z is the height of the payload's centre of mass by the engine's kinematics.
     """
     torques = np.zeros_like(q)
     mass = poses[PAYLOAD].to_numpy(float) if PAYLOAD in poses else np.zeros(len(q))

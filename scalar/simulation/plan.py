@@ -85,7 +85,7 @@ def workcell_text(config: Mapping[str, Any]) -> str:
 
 
 def scans_text(config: Mapping[str, Any]) -> str:
-    """Return what true scans depend on, apart from their postures, as text that can be compared."""
+    """Return everything that true scans depend on except their postures, as text that can be compared."""
     surface = "" if is_flat(config["surface"]) else json.dumps(config["surface"], sort_keys=True)
     return workcell_text(config) + surface
 

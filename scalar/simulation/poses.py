@@ -24,10 +24,10 @@ from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
 BATCH = 8192
-PROBES = 41  # rays across the fan that pass a posture: 6 mm apart at 0.45 m in a fan of +-15 degrees
+PROBES = 41  # rays across the fan that all have to hit the target plane: 6 mm apart at 0.45 m in a fan of +-15 degrees
 GUARDS = 13  # rays of each of the two fans beside it
-FAR_BEYOND = 1.5  # their length over the far limit: wider fans reach farther
-SLACK = 1e-9  # m and rad; the prefilter is wrong by less, so pybullet alone decides at the border
+FAR_BEYOND = 1.5  # length of the rays of those two fans over the far limit: they are wider, so their outer rays are longer
+SLACK = 1e-9  # m and rad; rounding errors of the test in NumPy are smaller, so it refuses no posture that pybullet would keep
 
 REMEDIES = {
     "the beam misses the target plane": "make the target plane larger or place it where the scanner can look at it",
@@ -107,7 +107,7 @@ def sees_target_plane(
 def refusal(
     world: World, scanner: Scanner, index: int, target_plane: TargetPlane, q: Array, edge: float
 ) -> str | None:
-    """Return why pybullet refuses the posture q (n,) [rad], or None if it does not.
+    """Return the reason for which pybullet's rays or collisions refuse the posture q (n,) [rad], or None if they do not.
 
     Two more fans, at the distance `edge` on either side and wider by as much, have to fall on the target plane too, so
     that noise and effects on the arm throw no ray onto another target plane.

@@ -1,4 +1,4 @@
-"""True ranges of the rays of all scans: those of the engine, corrected for the waves and the bow of the faces."""
+"""True ranges of the rays of all scans: those of the physics engine, corrected for the waves and the bow of the target planes' faces."""
 
 from collections.abc import Mapping
 from typing import Any

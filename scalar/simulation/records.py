@@ -14,7 +14,7 @@ from scalar.simulation.transforms import Array
 SIDES = np.array([-1, 1])
 SECONDS_A_POSE = (5.0, 15.0)
 COLD = 20.0  # degrees C, when the run begins
-WARMING = 6.0  # K, in the end, along 1 - exp(-LEVELLING * share of the run)
+WARMING = 6.0  # K; the temperature rises in proportion to 1 - exp(-LEVELLING * share of the run), by this much if the run were endless
 LEVELLING = 3.0
 ROOM = 0.3  # K, amplitude of the swings of the hall's own temperature
 SWINGS = (1.5, 4.0)  # number of these swings in a run
@@ -30,7 +30,9 @@ def recorded_columns(
     draws: Callable[..., Array],
     stops: Mapping[str, Any],
 ) -> dict[str, Array]:
-    """Return the columns that poses.csv gets: `time` [s], `temperature` [degrees C], `approach1`.. (-1, 1), `payload` [kg] and where it sits [m].
+    """Return the columns that poses.csv gets.
+
+    These are `time` [s], `temperature` [degrees C], `approach1`.. (-1, 1), `payload` [kg], and its centre of mass [m] in the flange frame.
 
     Args:
         names: what to record, of "time", "temperature", "approach", "payload".

@@ -38,7 +38,7 @@ SHADOW_PIXELS = 800
 # Height [m] above a surface at which its shadow is looked up, so that it does not shade itself.
 SHADOW_BIAS = 12e-3
 VIEWS = 8
-UPRIGHT = 0.5  # at most this much of a target plane's normal points up
+UPRIGHT = 0.5  # a target plane is upright if the z component of its unit normal has at most this magnitude
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +180,7 @@ def _scan_ends(scene: SimulatedScene) -> Array:
 
 
 def _largest_fan(scene: SimulatedScene, ends: Array, camera: Camera) -> int:
-    """Return the pose whose fan is seen large and far out, where the arm does not hide it; on an upright target plane where there is one."""
+    """Return the row of the pose whose fan is seen large, far out and not hidden by the arm; on an upright target plane if there is one."""
     corners = np.concatenate([scene.T_base_sensor[:, None, :3, 3], ends], axis=1)
     x, y = np.moveaxis(camera.pixels(corners.reshape(-1, 3)).reshape(-1, 3, 2), 2, 0)
     area = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
@@ -192,5 +192,5 @@ def _largest_fan(scene: SimulatedScene, ends: Array, camera: Camera) -> int:
 
 
 def _label_point(target_plane: Any) -> Array:
-    """Return a point of a target plane's face where a name stands well: near the upper edge, or the edge of a floor that is nearest to +y."""
+    """Return the point of a target plane's face at which its name is written: near the upper edge, or near the +y edge of a floor."""
     return target_plane.centre + target_plane.axes[:, :2] @ (target_plane.size * [0.0, 0.40])

@@ -44,7 +44,7 @@ class Scanner:
 
 
 def scanner_from_mapping(sensor: Mapping[str, Any], degree: float) -> Scanner:
-    """Return the scanner of the config's `sensor` block; `degree`: one degree [rad]."""
+    """Return the scanner of the config's `sensor` block; `degree` is the size of one degree in rad, by which its angles are multiplied."""
     near, far = sensor["range_m"]
     points = sensor["points_per_scan"]
     return Scanner(

@@ -1,7 +1,7 @@
-"""True scans of one scene, for reuse by others with the same workcell and postures.
+"""True scans of one scene, for reuse by other scenes with the same workcell and postures.
 
-Where the sensor was and how far its rays went depend neither on the noise nor on the declared model. A sweep
-casts its rays once for each seed; a scene with fewer poses or points takes a subset.
+The frames of the sensor and the ranges of its rays depend neither on the noise nor on the declared model. So a sweep
+casts its rays once for each seed; a scene with fewer poses or points takes a subset of them.
 """
 
 from collections.abc import Sequence

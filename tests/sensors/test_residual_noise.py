@@ -106,3 +106,14 @@ def test_one_target_shows_nothing_within_a_pose():
     """Its three coordinates move freely with the pose."""
     moved = np.tile(np.hstack([np.eye(3), np.eye(3)]), (50, 1, 1))
     assert factor_within_poses(np.ones((50, 3)), moved, np.ones((50, 3), dtype=bool)) is None
+
+
+def test_a_stated_noise_needs_no_measurements():
+    """Before anything is measured, `scalar plan` needs a model of the dataset, though no noise can be judged yet."""
+    rng = np.random.default_rng(5)
+    arm = TrackedArm.drawn(rng, ("ball",))
+    dataset = arm.dataset(arm.poses(3, rng), rng, stated={"noise": TRUE})
+    unmeasured = replace(
+        dataset, points=dataset.points[:0], starts=np.zeros_like(dataset.starts), point_columns={}, targets=()
+    )
+    assert measure(unmeasured).ratio_to_stated is None

@@ -13,9 +13,6 @@ try:
                 "configs/blind_trials_confidence.yaml",
                 "configs/blind_trials_components.yaml",
                 "configs/blind_trials_third_exam.yaml",
-                "configs/blind_trials_fourth_exam.yaml",
-                "configs/blind_trials_fifth_exam.yaml",
-                "configs/blind_trials_few_poses.yaml",
             ],
         )
     }

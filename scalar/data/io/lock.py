@@ -31,10 +31,10 @@ _held: set[tuple[int, int]] = set()
 def locked(folder: Path) -> Iterator[Path]:
     """Lock a folder of results for this process while the block runs; the folder is made if missing, and removed if it stays empty.
 
-    What killed runs have left in it is removed first.
+    Temporary files that killed runs have left in it are removed first.
 
     Raises:
-        InvalidInput: The folder cannot be written, or another process that lives is writing to it.
+        InvalidInput: The folder cannot be written, or another running process is writing to it.
     """
     new = _missing(folder)
     try:

@@ -21,7 +21,7 @@ def lives(pid: int) -> bool:
 
 
 def end_with(owner: int) -> None:
-    """End this process, whatever it does, when the process `owner` has ended, so that it does not compute on for nothing.
+    """End this process, whatever it does, when the process `owner` has ended, since nobody then uses what it computes.
 
     Args:
         owner: Number of a process that lives, in general the one that started this one. If no process has this

@@ -1,6 +1,6 @@
-"""Read regular files of limited size; whatever else a path may lead to is refused.
+"""Read regular files of limited size; pipes, devices and folders are refused.
 
-Reading a pipe could wait for ever, and a device may never end. Every reader of this package gets its bytes here,
+Reading a pipe could wait for ever, and a device may deliver bytes without end. Every reader of this package gets its bytes here,
 or has the file checked here before a library opens it. A file longer than its limit is refused before it is read.
 """
 

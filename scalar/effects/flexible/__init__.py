@@ -1,1 +1,1 @@
-"""Flexible terms for structure that no named effect explains: they correct it at the measured poses without explaining it."""
+"""Flexible terms for structure that no named effect explains: they correct it near the measured poses without naming its cause."""

@@ -82,7 +82,7 @@ class UnattributedJoint(Unattributed, JointEffect):
         return [self.joint_unit] * len(self.coefficient_names)
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
-        """Return the functions on the joint."""
+        """Return the functions of the variables as errors of the joint."""
         if len(self.variables) == 1:
             functions = single_functions(self.variables[0], poses)
         else:

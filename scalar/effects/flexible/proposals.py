@@ -27,7 +27,7 @@ BUMP_WIDTHS = (
     0.08,
     0.16,
     0.32,
-)  # in units of half the measured range of the variable, as are the widths below
+)  # in units of half the measured range of the variable, like the widths below
 PLATEAU_WIDTHS = (0.12, 0.3)
 STEP_WIDTHS = (0.03, 0.15)
 KINK_WIDTH = 0.08
@@ -91,7 +91,7 @@ def curves_of(dataset: Dataset, joint: int) -> list[Effect]:
 
 
 def waves_of(dataset: Dataset, joint: int, waves: int = N_WAVES) -> list[Effect]:
-    """Return periodic errors of a joint in its own angle whose period need not be a whole part of a turn, each a sum of ``waves`` waves."""
+    """Return periodic errors of a joint in its own angle, each a sum of ``waves`` waves; their orders need not be whole numbers of periods a turn."""
     angle = Variable.observed(f"q{joint}", dataset.q[:, joint - 1])
     orders = np.arange(*WAVE_ORDERS, WAVE_STEP)
     return [UnattributedWave(joint, (angle,), float(order), waves) for order in orders]

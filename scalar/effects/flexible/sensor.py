@@ -57,7 +57,7 @@ class MovedSensor(Unattributed, SensorEffect):
         return (["m"] * 3 + (["rad"] * 3 if self.turns else [])) * len(self.functions)
 
     def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
-        """Return unit motions times the functions."""
+        """Return the unit shifts, and rotations if they are observable, times each function."""
         unit = np.zeros((6, 6 if self.turns else 3))
         unit[3:, :3] = np.eye(3)
         if self.turns:

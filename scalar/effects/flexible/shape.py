@@ -47,7 +47,7 @@ class UnattributedShape(UnattributedJoint):
         return [f"size_{self.joint_unit}"]
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
-        """Return the shape on the joint."""
+        """Return the shape, of height one, as an error of the joint."""
         u, *others = (variable.unit(poses) for variable in self.variables)
         s = (u - self.at) / self.width
         values = {

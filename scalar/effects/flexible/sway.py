@@ -18,7 +18,7 @@ from scalar.geometry.se3 import Array
 
 @dataclass(frozen=True, eq=False)
 class UnattributedSway(MovedSensor):
-    """The sensor's pose on the flange sways in the course of the acquisition; outside of it the term is zero.
+    """The sensor's pose on the flange sways as a sine in the course of the acquisition; for poses outside the acquisition the term is zero.
 
     Attributes:
         variable: ``time`` or ``order``.

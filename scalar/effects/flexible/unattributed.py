@@ -1,4 +1,4 @@
-"""The base class of flexible terms, which correct structure that no named effect explains without explaining it.
+"""The base class of flexible terms, which correct structure that no named effect explains, without naming its cause.
 
 Each is smooth in one or two variables: an error of one joint's angle, of one link's geometry, or of the sensor's pose. Polynomials are
 clipped at the range of the data to which they were fitted, so that they do not grow outside of it.
@@ -17,7 +17,7 @@ NAME = "unattributed"
 
 
 class Unattributed(Effect):
-    """A flexible term: it has the name ``unattributed`` and the columns on which it depends. Subclasses state their ``place``, which files keep."""
+    """A flexible term, named ``unattributed``. Subclasses state their ``place``, by which a file says which of them it holds."""
 
     name: ClassVar[str] = NAME
     kind: ClassVar[str] = "unmodelled structure"

@@ -23,12 +23,13 @@ HALF_WAVES = 8  # over the acquisition
 class UnattributedWander(MovedSensor):
     """One component of the sensor's pose on the flange wanders: eight half waves over the acquisition, constant outside of it.
 
-    A random walk is, to nine tenths of its variance, a sum of its first few such waves (its Karhunen-Loève expansion). In one component only,
-    because eight waves of six components would cost more coefficients than data of some hundred poses determine.
+    The first few such waves make up nine tenths of the variance of a random walk (its Karhunen-Loève expansion). Only one component wanders,
+    because eight waves for each of six components would be more coefficients than some hundred poses determine.
 
     Attributes:
         variable: ``time`` or ``order``.
-        component: Of ``COMPONENTS``.
+        component: One of ``COMPONENTS``.
+        turns: Not used by this term, whose component may be a rotation.
     """
 
     variable: Variable

@@ -1,4 +1,4 @@
-"""A joint's angle that errs periodically, with a period that need not be a whole part of a turn."""
+"""A joint's angle that errs periodically, with a number of periods a turn that need not be whole."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WAVE_STEP = 0.25  # between the orders that are tried, periods a turn
 
 @dataclass(frozen=True, eq=False)
 class UnattributedWave(UnattributedJoint):
-    """A joint's angle errs periodically in itself; its period need not be a whole part of a turn, as that of an eccentric gear is.
+    """A joint's angle errs periodically in itself. Unlike with an eccentric gear, the number of periods a turn need not be whole.
 
     Attributes:
         variables: The joint's own angle.

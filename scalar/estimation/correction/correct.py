@@ -24,9 +24,10 @@ class Correction:
         T_wanted: ``(N, 4, 4)``, the frames in the base frame.
         position_error: ``(N,)`` [m], distance of ``predict(q)`` from the wanted place.
         orientation_error: ``(N,)`` [rad].
-        reached: ``(N,)`` bool, within the thresholds; the place alone where the arm has fewer than six joints.
+        reached: ``(N,)`` bool, whether both errors are within the thresholds (only the position counts if the arm has fewer than six joints),
+            and, for ``correct_joints``, whether the correction is smaller than ``CorrectionSettings.largest_correction``.
         beyond_limits: ``(N, n)`` bool, joints that would leave their limits.
-        near_singular: ``(N,)`` bool, whether a small error takes a large change of the joints.
+        near_singular: ``(N,)`` bool, whether the pose is so near a singularity that a small error asks for a large change of the joints.
     """
 
     q: Array
@@ -46,7 +47,7 @@ def correct_joints(model: Model, poses: Poses, settings: CorrectionSettings | No
     Args:
         model: The calibrated one.
         poses: Nominal joint angles, with the columns that the effects need.
-        settings: Thresholds; the usual ones if None.
+        settings: Thresholds; the defaults if None.
 
     Raises:
         InvalidInput: A column that an effect needs is missing.
@@ -63,15 +64,15 @@ def correct_joints(model: Model, poses: Poses, settings: CorrectionSettings | No
 
 
 def kept_as_given(model: Model, poses: Poses, found: Correction) -> Correction:
-    """Return a correction that leaves joint angles as they are given where the wanted frame is not reached, and says how far the arm then errs.
+    """Return a correction that keeps the given joint angles where the wanted frame is not reached, with the errors that the arm makes there.
 
     At a singularity an error of a milliradian asks for a large change of some joints, and the nearest posture may be far from what was meant.
-    The arm then goes where it has gone without a correction.
+    The arm is then commanded as it would be without a correction.
 
     Args:
         model: The calibrated one.
-        poses: As they were given to ``correct_joints``.
-        found: What it gave.
+        poses: The poses given to ``correct_joints``.
+        found: The correction that it returned.
     """
     left = np.flatnonzero(~found.reached)
     standing = kinematics_at(model, _picked(poses, left)).T_base_sensor
@@ -96,9 +97,9 @@ def correct_frames(
 
     Args:
         model: The calibrated one.
-        poses: Joint angles to start from, in the posture that is wanted, with the columns that the effects need.
+        poses: Joint angles to start from, in the wanted posture (elbow up or down, say), with the columns that the effects need.
         T_wanted: ``(N, 4, 4)``, frames of the sensor in the base frame.
-        settings: Thresholds; the usual ones if None.
+        settings: Thresholds; the defaults if None.
 
     Raises:
         InvalidInput: A column that an effect needs is missing.

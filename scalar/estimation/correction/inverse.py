@@ -1,8 +1,9 @@
-"""The iteration that finds joint angles for wanted frames: Newton's method, which soon keeps its Jacobian, then a damped one for what is left.
+"""The iteration that finds joint angles for wanted frames: Newton's method, then a damped iteration for the poses that it does not solve.
 
 ``q <- q + J^+ e``, with e the twist (rotation [rad], shift in units of the arm's length) from where the model says that the sensor is
-to where it is wanted, and J the Jacobian of the rigid chain. What effects add to the Jacobian is left out: it makes each step less than
-perfect, and the fixed point is that of the full model. The damped iteration is that of Levenberg and Marquardt, pose by pose.
+to where it is wanted, and J the Jacobian of the rigid chain. The Jacobian is computed in the first steps only and then kept. It leaves out what
+effects add to it: single steps are a little less accurate for that, but the iteration ends at a solution of the full model. The damped
+iteration is that of Levenberg and Marquardt, for each pose by itself.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ from scalar.geometry.se3 import Array, cross, log_so3
 
 _LEAST = 1e-13  # of a matrix's size: added to its diagonal, so that an exactly singular one has an inverse
 _TINY = 1e-300
-_FACTOR, _MOST = 10.0, 1e6  # by which a damping is adapted, and beyond which no step helps
-WHOLE_POSE = 6  # joints that take any place and orientation
+_FACTOR, _MOST = 10.0, 1e6  # factor by which the damping is adapted, and its bound: beyond it no step helps
+WHOLE_POSE = 6  # joints: with fewer, an arm cannot meet every position and orientation
 KinematicsAt = Callable[[Array, Array], Kinematics]
 """The kinematics of the model at joint angles ``(M, n)`` [rad] of the poses with indices ``(M,)``."""
 
@@ -31,7 +32,7 @@ class Found:
 
     Attributes:
         q: ``(N, n)`` [rad].
-        twist: ``(N, 6)``, what is left to the wanted frame: rotation [rad] and shift [m] of the sensor's origin.
+        twist: ``(N, 6)``, from the frame that ``q`` gives to the wanted one: rotation [rad] and shift [m] of the sensor's origin.
         singular_value: ``(N,)``, a lower bound of the smallest singular value of the Jacobian at the start, lengths in units of the arm's; it is
             at most 1.6 times too small.
     """
@@ -42,7 +43,7 @@ class Found:
 
 
 def arm_length(robot: Robot) -> float:
-    """Return the length [m] in units of which shifts are weighed against rotations: half of all links and travels together."""
+    """Return the length [m] by which shifts are divided to compare them with rotations: half the sum of all link lengths and travels."""
     travels = np.ptp(robot.limits, axis=1)[robot.slides]
     return max(float(np.abs(robot.geometry[[0, 2]]).sum() + travels.sum()) / 2, 1e-3)
 
@@ -53,7 +54,7 @@ def twist_to(T: Array, T_wanted: Array, *, small: bool) -> Array:
     Args:
         T: Where the sensor is.
         T_wanted: Where it is wanted.
-        small: Whether the rotation is known to be small: then its sine stands for it.
+        small: Whether the rotation is known to be small: its sine is then taken for the angle.
     """
     R = T_wanted[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2)
     if small:
@@ -84,7 +85,7 @@ class Inverse:
 
     Args:
         kinematics_at: The kinematics of the model at joint angles of its poses.
-        robot: The nominal arm. Fewer than six joints meet the place alone, and the orientation as far as they may.
+        robot: The nominal arm. An arm with fewer than six joints meets the position, and the orientation as closely as it can.
         settings: Thresholds.
     """
 
@@ -96,7 +97,12 @@ class Inverse:
         self.weights = np.array([turn, turn, turn, 1 / length, 1 / length, 1 / length])
 
     def fast(self, q: Array, T_wanted: Array) -> Found:
-        """Return where the fast iteration ends from joint angles near the solution ``(N, n)`` [rad]."""
+        """Return where Newton's method ends.
+
+        Args:
+            q: ``(N, n)`` [rad], joint angles near the solution.
+            T_wanted: ``(N, 4, 4)``, frames of the sensor in the base frame.
+        """
         q = q.copy()
         going = np.arange(len(q))
         kinematics = self.kinematics_at(q, going)
@@ -118,7 +124,10 @@ class Inverse:
         return Found(q, twist, singular_value)
 
     def _inverses(self, kinematics: Kinematics) -> tuple[Array, Array]:
-        """Return the inverses ``(N, n, 6)`` of the weighted Jacobians (the shortest step for long arms), and their smallest singular values."""
+        """Return the pseudo-inverses ``(N, n, 6)`` of the weighted Jacobians, and a lower bound of their smallest singular values ``(N,)``.
+
+        With more than six joints the pseudo-inverse gives the shortest of the steps that solve the linear problem.
+        """
         J = jacobian(kinematics) * self.weights[:, None]
         Jt = np.swapaxes(J, 1, 2)
         wide = J.shape[1] <= J.shape[2]
@@ -129,20 +138,26 @@ class Inverse:
         return (Jt @ A_inverse if wide else A_inverse @ Jt), singular_value
 
     def _ended(self, twist: Array, step: Array) -> Array:
-        """Return which iterations have ended: at the wanted frame, or for short arms where no step helps."""
+        """Return which iterations have ended: at the wanted frame or, for an arm with fewer than six joints, where the step is negligible."""
         if self.place_alone:
             return np.abs(step).max(axis=1) < self.settings.orientation
         return self.reached(twist)
 
     def reached(self, twist: Array) -> Array:
-        """Return whether what is left ``(N, 6)`` is within the thresholds."""
+        """Return whether the remaining twists ``(N, 6)`` are within the thresholds, ``(N,)`` bool."""
         there = np.linalg.norm(twist[:, 3:], axis=1) <= self.settings.position
         if self.place_alone:
             return there
         return there & (np.linalg.norm(twist[:, :3], axis=1) <= self.settings.orientation)
 
     def damped(self, q: Array, index: Array, T_wanted: Array) -> tuple[Array, Array]:
-        """Return joint angles ``(M, n)`` [rad] and what is left ``(M, 6)`` of the damped iteration for poses with indices ``(M,)``."""
+        """Return the joint angles ``(M, n)`` [rad] at which the damped iteration ends, and the remaining twists ``(M, 6)`` [rad, m].
+
+        Args:
+            q: ``(M, n)`` [rad], joint angles to start from.
+            index: ``(M,)``, which poses these are.
+            T_wanted: ``(M, 4, 4)``, their wanted frames.
+        """
         q = q.copy()
         kinematics = self.kinematics_at(q, index)
         J = jacobian(kinematics) * self.weights[:, None]

@@ -1,7 +1,7 @@
-"""Joint angles near which wanted frames are taken, where none are given: the inverse kinematics of the rigid arm from many starts.
+"""Joint angles for wanted frames that are given without any: the inverse kinematics of the rigid arm, from many starts.
 
-The starts are those of many random postures whose sensor is nearest to the wanted frame. Of the solutions within the joint limits, a
-pose takes the one that is nearest to the pose before, so that a path stays in one posture where it can.
+A correction then starts from these joint angles. Many random postures are drawn, and those whose sensor is nearest to the wanted frame are the
+starts. Of the solutions within the joint limits, the one nearest to the previous pose is taken, so that a path keeps its posture where it can.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from scalar.estimation.model import Model
 from scalar.geometry.se3 import Array
 
 RANDOM_POSTURES = 20_000
-"""Chosen: their sensors are some centimetres apart in the workspace of six joints."""
+"""Chosen: with so many, neighbouring positions of the sensor are some centimetres apart in the workspace of a six-axis arm."""
 STARTS = 12
-"""Starts of each pose. Chosen: an arm of six joints has up to eight postures, and neighbouring starts lead to one."""
+"""Starts of each pose. Chosen: an arm of six joints has up to eight postures, and several starts may lead to the same one."""
 _SEED = 0
 _TURN = 2 * np.pi
 
@@ -32,8 +32,8 @@ def postures_for(
     Args:
         model: The calibrated one; its effects are left out.
         T_wanted: ``(N, 4, 4)``, frames of the sensor in the base frame.
-        first: ``(n,)`` [rad], to which the first pose is to be near; the middle of the limits if None.
-        settings: Thresholds; the usual ones if None.
+        first: ``(n,)`` [rad], joint angles to which the first pose shall be near; the middle of the limits if None.
+        settings: Thresholds; the defaults if None.
     """
     settings = settings or CorrectionSettings()
     rigid = replace(model, effects=())

@@ -1,4 +1,4 @@
-"""How near poses are to a singularity: by how much joints move for a small shift of the sensor."""
+"""How near poses are to a singularity: how far the joints move for a small shift of the sensor."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from scalar.geometry.se3 import Array
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """By how much joints move for a small shift of the sensor at N poses.
+    """How far the joints move for a small shift of the sensor, at N poses.
 
     Attributes:
-        singular_value: ``(N,)``, the smallest of the Jacobian, lengths in units of the arm's; 0 at a singularity.
+        singular_value: ``(N,)``, the smallest singular value of the Jacobian, with lengths in units of ``arm_length``; 0 at a singularity.
         travel: ``(N, n)`` [rad/m; m/m of a joint that slides], the most that each joint moves for a shift of the sensor, over all directions of the
             shift; its orientation is kept where the arm has six joints or more. Infinite at a singularity.
     """

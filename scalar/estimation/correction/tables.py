@@ -1,7 +1,7 @@
-"""Corrected joint angles for a table of poses, whose order may tell from where each pose is reached.
+"""Corrected joint angles for a table of poses, whose order tells from which pose the arm reaches each one.
 
-Where it does, an effect that depends on the pose before depends on the corrected one: the correction is repeated with the moves between
-corrected poses until they stay the same. A move changes by milliradians, and an effect of it by a thousandth of that: a few rounds.
+An effect may depend on the move from the previous pose. The arm then moves between corrected poses, so the correction is repeated with the moves
+between these until they no longer change. A few rounds suffice: a move changes by milliradians, and its effect by a thousandth of that.
 """
 
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _ROUNDS = 8
-_SAME_MOVE = 1e-6  # rad: an effect of a move is some thousandths of it, which is some nanometres at a metre
+_SAME_MOVE = 1e-6  # rad: moves that differ by less count as equal; their effects then differ by some nanometres at a lever of a metre
 
 
 def correct_table(
@@ -40,7 +40,7 @@ def correct_table(
         model: The calibrated one.
         table: Columns q1..qn [rad] and the optional columns of poses.csv.
         T_wanted: ``(N, 4, 4)``, frames of the sensor to be taken from postures near q; the nominal arm's at q if None.
-        settings: Thresholds; the usual ones if None.
+        settings: Thresholds; the defaults if None.
 
     Raises:
         InvalidInput: A column that an effect needs is missing.

@@ -1,1 +1,1 @@
-"""Is the set-up what dataset.yaml says? Signs, zeros, conventions, units, labels and order are hypotheses too."""
+"""Test whether the set-up is as dataset.yaml describes it: signs, zeros, conventions, units, labels and the order of the poses."""

@@ -1,7 +1,7 @@
-"""What else a set-up may be: the same measurements under one other reading of signs, zeros, conventions, units, labels or order.
+"""Alternative readings of a set-up: the same measurements with one change of a sign, a zero, a convention, a unit, labels or the order.
 
-Each alternative is a whole dataset. Those that concern the robot alone change its table, so that a corrected ``dataset.yaml``
-can be written; the others change the tables of measurements, which the user has to correct where they came from.
+Each alternative is a whole dataset. Those that concern the robot alone change its table of joints, so that a corrected ``dataset.yaml``
+can be written. The others change the tables of measurements, which the user has to correct at their source.
 """
 
 from __future__ import annotations
@@ -18,9 +18,11 @@ from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import standard_table
 from scalar.units import DEG
 
-ZERO_STEP = 30 * DEG  # between the zeros of a joint that are tried: a fit finds its way from half of it
+ZERO_STEP = (
+    30 * DEG
+)  # between the zeros of a joint that are tried: from half of it away, a fit still converges
 LENGTH_UNITS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0, "feet": 304.8}
-"""What a length that passes for millimetres may be in, and how many millimetres one of it is."""
+"""Units that are mistaken for millimetres, each with its size in millimetres."""
 GRAD = 0.9 * DEG
 LEAST_TURNS = 4 * np.pi  # rad: only if a joint goes through more are its angles tried as degrees
 A, ALPHA, D, THETA, BETA = range(len(GEOMETRY))
@@ -34,12 +36,12 @@ class Alternative:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
             ``shifted_poses`` or ``mirrored``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
-        says: What would be so, as a clause: ``joint 4 counts the other way``.
-        changed: With what the residual is compared: ``with its sign changed``.
-        remedy: What to do where the robot's table is not at fault.
+        says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.
+        changed: Under which change the residual was computed, for the message: ``with its sign changed``.
+        remedy: What to do.
         dataset: The measurements under this reading.
         corrects_robot: Whether ``dataset.robot`` is all that differs.
-        joint: From 1, of a joint's zero; else None.
+        joint: The joint, from 1, if the alternative is another zero of one joint; else None.
         zero: What was added to that joint's theta [rad].
         scale: Factor by which the measured lengths were multiplied; a residual that shrinks by the same factor proves nothing.
     """
@@ -95,7 +97,7 @@ def with_sign_changed(robot: Robot, joint: int) -> Robot:
 
     The same holds for a travel, ``Rz(theta) Tz(-q + d)``.
 
-    Hayati's angle lies between the two turns about x, and changes its sign as well: ``Ry(beta) Rx(pi) = Rx(pi) Ry(-beta)``.
+    Hayati's angle beta lies between the two rotations about x, so its sign changes as well: ``Ry(beta) Rx(pi) = Rx(pi) Ry(-beta)``.
     """
     geometry = robot.geometry.copy()
     geometry[ALPHA, joint] = _wrapped(geometry[ALPHA, joint] + np.pi)
@@ -180,7 +182,7 @@ def _planes_swapped(dataset: Dataset) -> Iterator[Alternative]:
 
 
 def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
-    """Yield the measured points in other units, mirrored, and against the pose before or after."""
+    """Yield the measured points in other units, mirrored, and assigned to the previous or next pose."""
     file = "scans.csv" if dataset.planes else "points.csv"
     if len(dataset.points):
         for unit, factor in LENGTH_UNITS.items():

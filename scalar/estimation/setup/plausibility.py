@@ -13,18 +13,16 @@ from scalar.geometry.se3 import Array, log_so3
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
-LINK_SHARE = 0.1  # of the arm's length: no real link differs from its table by a tenth of the arm
+LINK_SHARE = 0.1  # of the arm's length: no real link differs from its table by so much
 LEAST_LINK = (
     30 * MM
-)  # least limit for a link, however short the arm: the table of a small arm may leave out a spacer
+)  # the limit for a link is at least this, however short the arm: the table of a small arm may leave out a spacer
 ZERO = 10 * DEG  # a joint zero that was set by marks is wrong by a few degrees at most
 SENSOR_TURN = 45 * DEG  # from the stated pose, which may be wrong by 30 degrees
 SENSOR_SHIFT = 150 * MM  # from the stated pose
-SIGMAS = (
-    5.0  # standard errors that a change has to exceed: a parameter that is hardly determined may end anywhere
-)
-SCALE_SPREAD = 0.2  # of the ratios of fitted to nominal lengths: a common ratio says that a unit is wrong
-LEAST_SCALE = 1.3
+SIGMAS = 5.0  # standard errors that a change has to exceed: a fit may end far away in a parameter that is hardly determined
+SCALE_SPREAD = 0.2  # relative: if the ratios of fitted to nominal lengths scatter by less, they have a common factor, and a unit is wrong
+LEAST_SCALE = 1.3  # of that factor: a smaller one is not taken for a wrong unit
 DISAGREEMENT = 5 * DEG  # of measured orientations, from pose to pose: no tracker measures them so poorly
 QUIET = 0.5  # ratio of the residual to what the stated noise explains: with a smaller one, the noise is said to be stated wrongly
 LOUD = 3.0  # ratio of the scatter within scans to the stated noise: with a larger one, the noise is said to be stated wrongly, or points to stray
@@ -77,9 +75,10 @@ def implausible(
 
 
 def _loud(dataset: Dataset) -> list[Suspicion]:
-    """Return whether the points of half of the scans scatter far more about their own line than the stated noise explains.
+    """Return a suspicion if the points of half of the scans scatter far more about their own line than the stated noise explains.
 
-    Noise that is not as stated is estimated, and harms nothing. Where most points are stray, they cannot be told from noise, and may lie to one side.
+    If only the noise is larger than stated, no harm is done, since it is estimated. But stray points, if they are the majority, cannot be
+    distinguished from such noise, and if they lie to one side, they falsify the calibration.
     """
     noise, counts = dataset.sensor.noise, np.diff(dataset.starts)
     if noise is None or not kind_of(dataset).scans or counts.min() <= 2:

@@ -1,4 +1,4 @@
-"""Which parameters of a fit are farther from the data sheet than any workshop builds: such a fit describes another arm."""
+"""Which parameters of a fit are farther from the data sheet than those of any real arm: such a fit describes another arm."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scalar.units import DEG, MM
 
 
 def ran_away(model: Model, settings: FitSettings = DEFAULTS.fit) -> list[tuple[str, float, float, str]]:
-    """Return the parameters that no workshop could have built so far from the data sheet: name, change, bound, and the unit of both."""
+    """Return the parameters that are implausibly far from the data sheet: name, change, bound, and the unit of both."""
     change = np.abs(model.robot.geometry - model.nominal.geometry)
     found: list[tuple[str, float, float, str]] = []
     for k, kind in enumerate(GEOMETRY):

@@ -12,10 +12,10 @@ from scalar.units import MM
 
 
 def refuse_wrong_setup(dataset: Dataset) -> None:
-    """Refuse a dataset that one other reading of its set-up explains; do nothing where none does.
+    """Refuse a dataset if another reading of its set-up explains it far better; do nothing if none does.
 
     Raises:
-        WrongSetup: Saying which, with the residual before and after.
+        WrongSetup: With that reading, and the residual before and after.
     """
     suspicions = explain(dataset)
     if suspicions:
@@ -23,7 +23,7 @@ def refuse_wrong_setup(dataset: Dataset) -> None:
 
 
 def misfit_refused(dataset: Dataset, distances: Array) -> Undetermined:
-    """Return the refusal of a fit that leaves poses farther off than any effect of an arm makes.
+    """Return the refusal of a fit that leaves larger residuals than any effect of an arm causes.
 
     Args:
         dataset: What was measured.

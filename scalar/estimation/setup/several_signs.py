@@ -1,7 +1,7 @@
-"""Two or three joints at once that count the other way, as where a controller counts some of its axes against the table's convention.
+"""Two or three joints at once that count the other way, as with a controller that counts some of its axes against the convention of the table.
 
-They are tried after everything that is wrong alone. Some sets of signs cannot be distinguished from a smaller one with another zero or another
-place of the sensor, and those are left to the search to rank.
+They are tried after all single alternatives. Some sets of signs cannot be distinguished from a smaller set with another zero or another place of
+the sensor; ``scalar.estimation.setup.suspicion`` ranks them.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Why a set-up does not fit: the alternatives that explain the data far better than what dataset.yaml says.
+"""Why a set-up does not fit: the alternatives that explain the data far better than the description in dataset.yaml.
 
-Nothing is applied: what is found is said in one sentence with the residual before and after, for the user to correct.
+Nothing is corrected automatically. What is found is reported in one sentence with the residual before and after, for the user to correct.
 """
 
 from __future__ import annotations
@@ -27,28 +27,31 @@ MOST_LEFT = (
 NOMINAL_LEFT = (
     30 * MM
 )  # the same before a fit, with the nominal arm, whose own errors are several millimetres
-AS_GOOD = 3.0  # times the least residual of the first, coarse comparison: alternatives with a smaller one are fitted in full
+AS_GOOD = 3.0  # two residuals count as equally good if neither exceeds the other by more than this factor
 NEAR = 30 * DEG  # to dataset.yaml: an initial guess of a plane or of the sensor may be wrong by as much
 CLEARLY_NEARER = (
     20 * DEG
 )  # of two corrections that fit equally well, the one that is nearer to dataset.yaml by so much is taken
-NEAR_SHIFT = 50 * MM  # likewise: places are measured by hand
-CLEARLY_NEARER_SHIFT = 30 * MM
-TIMES_NEARER = 2.0  # a guess of a place may be wrong by much: one of two corrections has to be nearer by this factor as well
+NEAR_SHIFT = 50 * MM  # the same for places, which are measured by hand
+CLEARLY_NEARER_SHIFT = 30 * MM  # the same for places
+TIMES_NEARER = (
+    2.0  # places may be guessed badly: to be taken, a correction has to be nearer by this factor as well
+)
 MOST_FITTED = 4  # alternatives that are fitted in full
 
 
 @dataclass(frozen=True, eq=False)
 class Suspicion:
-    """One thing about the set-up that is suspected.
+    """Something in the description of the set-up that is suspected to be wrong.
 
     Attributes:
-        what: As in ``Alternative``, or ``robot``, ``sensor_pose``, ``orientation``, ``noise`` where a fit ended implausibly.
+        what: As in ``Alternative``; ``robot``, ``sensor_pose``, ``orientation`` or ``noise`` if a fit ended implausibly; ``points`` if
+            points lie off the line of their scan.
         where: What it concerns, as a person names it.
         sentence: What is suspected, with the figures, and what to do.
-        rms_before: Of the residual as things stand [m], or None where no fit was possible.
-        rms_after: With the alternative [m], or None where none was tried.
-        robot: The corrected robot where the table of joints alone is at fault, else None.
+        rms_before: Residual with the set-up as described [m], or None if no fit was possible.
+        rms_after: Residual with the alternative [m], or None if none was tried.
+        robot: The corrected robot if the table of joints alone is at fault, else None.
     """
 
     what: str
@@ -81,11 +84,11 @@ class WrongSetup(InvalidInput):
 
 
 def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
-    """Return what about the set-up explains a dataset that its description does not fit; nothing where nothing does.
+    """Return which errors in the description of the set-up would explain a dataset that does not fit it; none if nothing explains it.
 
-    Every alternative is looked at with the arm nominal; the few that leave least, and keep sensor and planes nearest to where
+    Every alternative is compared with the arm nominal. The few with the smallest residuals, and with sensor and planes nearest to where
     dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
-    explains the data with sensor and planes where they are stated. Several are returned where the data do not distinguish them.
+    explains the data with sensor and planes near their stated places. If the data do not distinguish several alternatives, all are returned.
     """
     as_it_is = first_look(dataset)
     before = _residual(full_fit(dataset), as_it_is)
@@ -115,7 +118,13 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
 def _explaining(
     tried: Iterable[Alternative], as_it_is: Look, before: float | None
 ) -> list[tuple[Look, Alternative, Trial]]:
-    """Return which alternatives explain the data, nearest to dataset.yaml first."""
+    """Return the alternatives that explain the data, those nearest to dataset.yaml first.
+
+    Args:
+        tried: The alternatives.
+        as_it_is: The first comparison of the set-up as described.
+        before: Residual of the set-up as described [m], or None if it could not be fitted.
+    """
     looks = [(first_look(alternative.dataset), alternative) for alternative in tried]
     least = min((look.rms for look, _ in looks), default=np.inf)
     limit = max(AS_GOOD * least, 2 * MM)
@@ -134,7 +143,7 @@ def _explaining(
 
 
 def _better(look: Look, alternative: Alternative, as_it_is: Look) -> bool:
-    """Return whether an alternative leaves far less, or leaves as little with sensor and planes nearer to their places."""
+    """Return whether an alternative leaves a far smaller residual, or one as small with sensor and planes nearer to their stated places."""
     left = look.rms / min(alternative.scale, 1.0)
     return left <= WORTH_FITTING * as_it_is.rms or (
         left <= AS_GOOD * as_it_is.rms and _nearer(look, as_it_is)
@@ -142,14 +151,14 @@ def _better(look: Look, alternative: Alternative, as_it_is: Look) -> bool:
 
 
 def _nearer(look: Look, as_it_is: Look) -> bool:
-    """Return whether sensor and planes stand near their places under an alternative, and clearly do not without it."""
+    """Return whether sensor and planes are near their stated places under an alternative, and clearly farther away without it."""
     return look.turn <= min(NEAR, as_it_is.turn - CLEARLY_NEARER)
 
 
 def _explains(
     look: Look, alternative: Alternative, trial: Trial, as_it_is: Look, before: float | None
 ) -> bool:
-    """Return whether the fit of an alternative leaves far less than things as they are, or stands far nearer to dataset.yaml."""
+    """Return whether the fit of an alternative leaves a far smaller residual than the set-up as described, or is far nearer to dataset.yaml."""
     if trial.rms > MOST_LEFT:
         return False
     return (
@@ -167,7 +176,15 @@ def _residual(trial: Trial | None, look: Look) -> float | None:
 def _suspicion(
     dataset: Dataset, alternative: Alternative, before: float | None, trial: Trial, *, one_of: int
 ) -> Suspicion:
-    """Return what is said of an alternative that explains the data, one of several that explain them alike."""
+    """Return the suspicion for an alternative that explains the data.
+
+    Args:
+        dataset: As described.
+        alternative: The other reading.
+        before: Residual of the set-up as described [m], or None if it could not be fitted.
+        trial: The fit of the alternative.
+        one_of: Number of alternatives that explain the data equally well.
+    """
     says, changed, robot = alternative.says, alternative.changed, alternative.dataset.robot
     if alternative.joint is not None:
         j = alternative.joint - 1

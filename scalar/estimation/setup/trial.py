@@ -1,4 +1,4 @@
-"""How well a reading of the set-up explains the data: a quick fit, and the robust size of what it leaves."""
+"""How well a reading of the set-up explains the data: a quick fit, and a robust measure of its residual."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array, log_so3
 from scalar.sensors import measure
 
-MOST_POSES = 60  # of which a first look is made; a set-up that is wrong is wrong everywhere
+MOST_POSES = 60  # used for the first comparison; a wrong description shows in any poses
 LEAST_EQUATIONS = 2.0  # for each free parameter: with fewer, a fit may explain anything
 STEPS = 12  # of the first look's damped Gauss-Newton
 
@@ -39,10 +39,10 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """A first look at a reading of the set-up, the arm nominal.
+    """A first comparison of a reading of the set-up with the data, the arm being nominal.
 
     Attributes:
-        rms: As in ``Trial``; infinite where no look was possible.
+        rms: As in ``Trial``; infinite if no comparison was possible.
         turn: How far sensor and planes ended from where dataset.yaml has them, as an angle [rad]: the largest of the turn of the sensor and the
             turns of the planes' normals.
         shift: The same as a length [m]: the largest of the shift of the sensor and the shifts of the planes.
@@ -116,8 +116,8 @@ def _turn_and_shift(model: Model, guess: Any, T_nominal: Array | None) -> tuple[
 def full_fit(dataset: Dataset) -> Trial | None:
     """Return the fit of sensor, target and geometry.
 
-    None where the data cannot determine it, where it fails, or where it ends at an arm that no workshop built from its data sheet: a fit
-    whose zero ran a quarter turn away explains nothing, although it leaves little.
+    None is returned if the data cannot determine it, if it fails, or if it ends implausibly far from the data sheet: a fit in which the zero of a
+    joint ran a quarter turn away explains nothing, even if its residual is small.
     """
     try:
         prepared = prepare(dataset)
@@ -133,7 +133,7 @@ def full_fit(dataset: Dataset) -> Trial | None:
 
 
 def typical_distance(residuals: Residuals, model: Model) -> float:
-    """Return the median over poses of the root mean square distance from the target [m]: a few wrong poses do not count."""
+    """Return the median over poses of the root mean square distance from the target [m]; a few wrong poses hardly change it."""
     return float(np.median(residuals.pose_distances(model)))
 
 

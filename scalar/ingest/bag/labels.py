@@ -1,4 +1,4 @@
-"""Which target plane each scan lies on, by the nominal arm and the guesses of the planes, which are corrected by the scans on them."""
+"""Which target plane each scan lies on, by the nominal arm and the guesses of the planes; the guesses are corrected by the scans on them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from scalar.geometry.se3 import Array
 
-FARTHEST = 0.15  # m, most by which a scan may be off its plane: guesses are wrong by up to a decimetre
+FARTHEST = 0.15  # m, largest distance of a scan from its plane: guesses are wrong by up to a decimetre
 CLEARLY = 2.0  # a scan's plane is clear if every other plane is more than this many times farther away
 ROUNDS = 3
 _ENOUGH = 3  # least number of scans to which a plane is fitted
@@ -55,7 +55,10 @@ def label_scans(scans: Sequence[Array], normals: Array, distances: Array) -> Lab
 
 
 def _plane(points: Array, normal: Array, distance: float) -> tuple[Array, float]:
-    """Return the least-squares plane through points ``(M, 3)``; the given one if they nearly lie on a line, or it would turn by over 45 degrees."""
+    """Return normal and distance [m] of the least-squares plane through points ``(M, 3)`` [m].
+
+    The given plane is returned instead if the points nearly lie on a line, or if the two planes differ by more than 45 degrees.
+    """
     centre = points.mean(axis=0)
     sizes, axes = np.linalg.svd(points - centre, full_matrices=False)[1:]
     if sizes[1] < 0.05 * sizes[0] or abs(float(axes[2] @ normal)) < np.cos(np.pi / 4):

@@ -1,4 +1,4 @@
-"""Explain why stops of a recording became no poses: the most frequent reason, and another order, sign or zero of joints, or axes, that fit."""
+"""Explain why stops of a recording became no poses: the most frequent reason, and a reading of the joints or of the scan's axes that would fit."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from scalar.ingest.bag.labels import FARTHEST, label_scans
 from scalar.units import DEG
 
 LEAST_KEPT = 0.5
-"""Least share of the stops that have to become poses. Chosen: idle stops are few, and with a wrong order of joints hardly any scan is on a plane."""
-_ENOUGH = 0.8  # least share of the pieces on planes with which another order, or other axes, are suggested
+"""Least share of the stops that have to become poses. Chosen: stops between poses are few, and with a wrong order of joints hardly any scan is on a
+plane."""
+_ENOUGH = 0.8  # another order, or other axes, are suggested only if at least this share of the pieces then lies on planes
 _FEW_LOST = 0.1  # share of the pieces on no plane up to which no other reading is looked for: stops on the way are lost in any case
 _STILL_LOST = 1.0 / 3.0  # most of these that another reading may lose as well
 _AXES = {
@@ -129,7 +130,7 @@ def clearly_better_reading(pieces: Pieces, names: Sequence[str], kept: int) -> s
 
 
 def better_reading(pieces: Pieces, names: Sequence[str], least: float = 0.0) -> str | None:
-    """Return advice if another order, sign or zero of joints, or other axes of the scan, put more pieces on planes, and nearly all; else None.
+    """Return advice if another order, sign or zero of joints, or other axes of the scan, put more pieces on planes, and most of them; else None.
 
     Args:
         pieces: The pieces of the recording.
@@ -147,7 +148,7 @@ def better_reading(pieces: Pieces, names: Sequence[str], least: float = 0.0) -> 
 
 
 def _readings(pieces: Pieces, names: Sequence[str]) -> Iterator[tuple[str, str, Array]]:
-    """Yield what may be otherwise, how to correct it, and the plane of each piece ``(S,)`` then; the simplest first."""
+    """Yield other readings of the recording, the simplest first: what differs, how to correct it, and the plane of each piece ``(S,)`` then."""
     q = pieces.q
     for order in _orders(len(names), names):
         yield f"--joint-names {','.join(names[i] for i in order)}", "", pieces.plane_index(q[:, list(order)])

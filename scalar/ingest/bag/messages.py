@@ -100,7 +100,7 @@ def read_bag(path: Path, joint_topic: str | None = None, scan_topic: str | None 
 
 @contextmanager
 def _path_by_kind(path: Path) -> Iterator[Path]:
-    """Yield a path to a recording by whose name the library knows its kind: it would read a folder named ``*.bag`` as a file of ROS 1."""
+    """Yield a path to a recording whose name shows its kind to the library, which would take a folder named ``*.bag`` for a file of ROS 1."""
     if not path.is_dir() or path.suffix != ".bag":
         yield path
         return

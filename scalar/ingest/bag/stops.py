@@ -15,7 +15,7 @@ class Stop:
     """One stop of the arm.
 
     Attributes:
-        start, end: Times [s] at which the arm has settled, and of the last sample before it moves on.
+        start, end: Times [s] of the first sample after the arm has settled, and of the last one before it moves on.
         q: ``(n,)`` [rad, m], the mean position between them.
     """
 

@@ -57,7 +57,8 @@ class Chain:
     Attributes:
         base, tip: Names of the links.
         joints: In order from the base.
-        T_start: ``(4, 4)``, the frame of the first joint's parent in the base's frame: the identity unless the base is a frame beside the chain.
+        T_start: ``(4, 4)``, the frame of the first joint's parent in the base's frame. It is the identity unless the base is a link that is not
+            in the chain but fixed to its first link.
     """
 
     base: str
@@ -115,7 +116,7 @@ def chain_between(
 def _carrier(document: UrdfDocument, by_child: dict[str, Any], base: str, tip: str) -> tuple[str, Array]:
     """Return the link that carries the tip and to which the base is fixed, and its frame in the base's frame ``(4, 4)``.
 
-    It is the base itself, unless the base is a frame beside the chain, as the link ``base`` of Universal Robots' arms is.
+    It is the base itself, unless the base is not in the chain but only fixed to it, like the link ``base`` of Universal Robots' arms.
     """
     link, T_link_base = base, np.eye(4)
     while not _is_above(by_child, link, tip):

@@ -12,7 +12,7 @@ from scalar.sensors.within_scan_noise.correlation_shapes import Part
 from scalar.sensors.within_scan_noise.level import Level
 from scalar.units import MM
 
-_LISTED = 4.0  # standard errors from which an exponent is listed
+_LISTED = 4.0  # standard errors: only exponents that differ from zero by more are listed
 
 
 def components(

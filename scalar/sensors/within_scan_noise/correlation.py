@@ -21,8 +21,8 @@ from scalar.sensors.within_scan_noise.restricted_likelihood import ScanSample
 MOST_PARTS = 2
 MOST_SCANS, MOST_POINTS = 60, 48  # in the sample, whatever the size of the dataset
 _SEARCHED = 20  # approximate number of scans in the search
-_RATIO = 2.5  # most between successive lengths of the grid
-_SHARES = (0.25, 0.6, 0.9)  # of the grid
+_RATIO = 2.5  # largest ratio of successive lengths of the grid
+_SHARES = (0.25, 0.6, 0.9)  # of the variance, tried on the grid
 _EVALUATIONS = 24  # of the likelihood, for each shape that is refined
 _HOPELESS = 0.3  # a shape whose gain on the grid is smaller than the best by this share is not refined
 _LOGIT = 7.0  # largest log odds of a share: 0.999 or 0.001
@@ -91,7 +91,14 @@ def lengths(kernel: Kernel, sample: ScanSample, longest_share: float) -> Array:
 def _best(
     sample: ScanSample, few: ScanSample, parts: tuple[Part, ...], settings: NoiseThresholds
 ) -> Part | None:
-    """Return the component that gains most beside those found so far, searched on ``few`` scans; None if it does not gain enough."""
+    """Return the component that gains most likelihood in addition to those found so far; None if it does not gain enough.
+
+    Args:
+        sample: The scans on which the component is judged.
+        few: A part of them, on which it is searched for.
+        parts: The components found so far.
+        settings: Thresholds.
+    """
     search = _Search(few, parts)
     allowed = {kernel: lengths(kernel, few, settings.longest_share) for kernel in KERNELS}
     tried = [search.coarse(kernel, allowed[kernel]) for kernel in KERNELS]

@@ -57,7 +57,7 @@ class Part:
         kernel: Its shape.
         length: Correlation length, or wavelength [points or m].
         share: Its share of the variance.
-        gain: Gain in restricted log likelihood by it [nats].
+        gain: Gain in restricted log likelihood by this component [nats].
         length_std: Standard error of the logarithm of the length.
         share_std: Standard error of the share.
         rivals: Other shapes that explain the data about as well.

@@ -23,7 +23,7 @@ class Profiles:
         starts: ``(N + 1,)``, scan s owns the points ``starts[s]:starts[s + 1]``.
         height: ``(P,)``, y, in standard deviations sigma.
         Q: ``(P, 3)``, orthonormal columns of each scan: shift, turn, curvature.
-        curvature: ``(N,)`` [1 / m], the scan's weighted column t^2 along the third column of Q.
+        curvature: ``(N,)`` [m], what a height of ``t^2 / (1 m)`` contributes to the scan's ``Q' y`` along the third column of Q.
         angle: ``(P,)`` [rad], of the ray; ascending within a scan.
         along: ``(P,)`` [m], position along the scan's line.
         log_range: ``(N,)``, mean logarithm of the range [m].

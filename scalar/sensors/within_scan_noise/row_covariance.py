@@ -79,7 +79,9 @@ def quadratic_forms(profiles: Profiles, at: Array, kernel: Kernel) -> Array:
 
 
 def long_waves(profiles: Profiles, noise: PoseNoise | None) -> Array:
-    """Return the covariance ``(N, 3, 3)`` of the rows from errors of the points' own size whose correlation decays over a scan's median length.
+    """Return the covariance ``(N, 3, 3)`` of the rows from errors as large as the points' noise, correlated exponentially over a scan's length.
+
+    The correlation length is the median length of all scans.
 
     Args:
         profiles: The scans.
@@ -93,5 +95,5 @@ def long_waves(profiles: Profiles, noise: PoseNoise | None) -> Array:
 
 
 def inverse_factors(covariance: Array) -> Array:
-    """Return the inverse lower Cholesky factors ``(N, 3, 3)``: they whiten rows, and keep the first a pure shift."""
+    """Return the inverse lower Cholesky factors ``(N, 3, 3)``: they whiten rows, and only scale the first one, the shift."""
     return np.linalg.inv(np.linalg.cholesky(covariance))

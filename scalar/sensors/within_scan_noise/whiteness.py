@@ -1,8 +1,9 @@
-"""Whether points of a scan err independently: a test of the autocorrelation about each scan's own parabola.
+"""Whether the errors of a scan's points are independent: a test of the autocorrelation about each scan's own parabola.
 
 With u the residuals about the parabola divided by their own standard deviation, ``S_k = sum u_i u_{i+k}`` over all scans. Each scan's share is
-the quadratic form ``e' A_k e`` of the residuals ``e = P y``, over ``e' e / nu``. Where y is white and normal a ratio of this kind is
-independent of its denominator, so that its moments are exact: with ``t_k = tr(P A_k)``,
+the quadratic form ``e' A_k e`` of the residuals ``e = P y``, over ``e' e / nu``, where P projects out the parabola, nu is the degrees of freedom and
+A_k pairs the points that are k apart. If y is white and normal, such a ratio is independent of its denominator, so that its moments are known
+exactly: with ``t_k = tr(P A_k)``,
 
     E S_k = t_k,    cov(S_j, S_k) = (t_j t_k + 2 tr(P A_j P A_k)) nu / (nu + 2) - t_j t_k
 

@@ -37,7 +37,7 @@ class JointCompliance(CompliantJoints):
 
     @classmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
-        """Take all joints that carry weight, where none are named."""
+        """Take all joints that carry weight if the entry names none."""
         joints = cls.joints_of(entry, stage)
         largest = np.abs(stage.torques).max(0)
         assert stage.arm.weights is not None
@@ -69,7 +69,7 @@ class PayloadDeflection(CompliantJoints):
 
     @classmethod
     def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
-        """Take all joints that carry weight, where none are named."""
+        """Take all joints that carry weight if the entry names none."""
         joints = cls.joints_of(entry, stage)
         return cls({"joints": joints}, entry["size"], {}, stage.arm.T_flange_sensor)
 

@@ -18,7 +18,7 @@ SETTLES = (0.2, 1.0)  # time constant of the settling, as a share of the run
 
 @dataclass(frozen=True, eq=False)
 class TargetDrift(InjectedEffect):
-    """The base shifts by size and turns by size over `LEVER`, along drawn directions, as 1 - exp(-share of the run / constant)."""
+    """The base shifts by size and turns by size over `LEVER`, in drawn directions; the motion grows as 1 - exp(-share of the run / constant)."""
 
     name: ClassVar[str] = "target_drift"
     unit: ClassVar[str] = "m"

@@ -14,7 +14,7 @@ from scalar.simulation.injected.base import InjectedEffect
 from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array
 
-LEVER = 1.0  # m; unless the entry states the turn, a shift of a millimetre comes with a turn by a milliradian
+LEVER = 1.0  # m; unless the entry states the angle, the sensor also turns by its shift over this length: 1 mrad with 1 mm
 
 
 def draw_direction(rng: np.random.Generator) -> Array:

@@ -20,7 +20,7 @@ from scalar.simulation.target_planes import TargetPlane
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
-# A joint is influential if it moves the laser's points by at least this share of what the most influential one does.
+# A joint is influential if it moves the laser's points by at least this share of the motion that the most influential joint causes.
 INFLUENTIAL = 0.1
 LOADED = 0.05  # a joint carries weight if its torque is at least this share of the largest
 STEP = 1e-5  # rad, of central differences
@@ -35,7 +35,7 @@ class Stage:
         workcell: without effects.
         poses: table of poses in acquisition order, with all recorded columns.
         plane_index: (N,), index of the target plane of each pose.
-        index: of the effect's entry in `injected`.
+        index: place of the effect's entry in the list `injected`, from 0.
     """
 
     workcell: Workcell
@@ -68,7 +68,7 @@ class Stage:
 
     @cached_property
     def influential(self) -> list[int]:
-        """Return the joints, from 1, that move the laser's points along the normals of the target planes by more than a little."""
+        """Return the influential joints, from 1; only motion along the normals of the target planes counts."""
         normals = np.array([target_plane.normal for target_plane in self.workcell.target_planes])[
             self.plane_index
         ]
@@ -115,7 +115,7 @@ class Stage:
         return int(rows[int(rng.integers(low, max(high, low + 1)))])
 
     def at(self, order: int) -> dict[str, Any]:
-        """Return the moment of the pose at an order: `{order, time}`, time [s] or None where it is not recorded."""
+        """Return the moment of the pose with this acquisition order: `{order, time}`, time [s], or None if it is not recorded."""
         time = float(self.poses["time"].iloc[order]) if "time" in self.poses else None
         return {"order": order, "time": time}
 
@@ -125,7 +125,7 @@ class Stage:
         """Return a joint, from 1, drawn from `joints`, or from the influential ones if None.
 
         Raises:
-            InvalidInput: there is no such joint; the message is `lack`.
+            InvalidInput: `joints` is empty; the message is `lack`.
         """
         joints = self.influential if joints is None else joints
         if not joints:

@@ -1,4 +1,4 @@
-"""Errors of target planes: one that is bowed, as a mesh that rays hit, and one that is moved, at once or creeping."""
+"""Errors of target planes: one that is bowed (a mesh that the rays hit), and one that is moved, at once or gradually."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -98,7 +98,7 @@ def faceted(target_plane: TargetPlane, side: float, height: Any) -> TargetPlane:
 
 @dataclass(frozen=True, eq=False)
 class PlaneMoved(InjectedEffect):
-    """From one pose on, a target plane is shifted by size along its normal and tilted, at once or creeping."""
+    """From one pose on, a target plane is shifted by size along its normal and tilted, at once or gradually (a creep)."""
 
     name: ClassVar[str] = "plane_moved"
     unit: ClassVar[str] = "m"

@@ -81,7 +81,7 @@ class Unknown(InjectedEffect):
             }
             return cls({}, entry["size"], details)
         low, high = stage.q.min(0), stage.q.max(0)
-        # A drift of the first joint cannot be told from target planes that move about its axis, one of the last joint from a sensor that does.
+        # A drift of the first joint is confounded with target planes that move about its axis, one of the last joint with a sensor that does.
         ends = (1, stage.arm.n) if kind in ("encoder_drift", "late_jump") else ()
         joint = stage.draw_joint(
             rng, [j for j in stage.influential if j not in ends], "no joint is left to drift"
@@ -115,7 +115,7 @@ class Unknown(InjectedEffect):
         return dq
 
     def arms(self, arm: Arm, poses: pd.DataFrame, evaluating: bool) -> list[tuple[Rows, Arm]]:
-        """Return an arm for each pose, with the sensor where it is then."""
+        """Return an arm for each pose, with the sensor shifted on the flange as at that time."""
         if self.details["kind"] != "sensor_oscillation" or evaluating:
             return [(slice(None), arm)]
         return [(np.array([k]), arm.shifted({"t": shift})) for k, shift in enumerate(self._sway(poses))]

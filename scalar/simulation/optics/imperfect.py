@@ -57,8 +57,8 @@ def imperfections(
         cosines: (N, M), cosines of incidence.
         chosen: (N, M), the pixel of each point.
         white: (N, M) standard normal, the part of the noise that is independent between pixels.
-        rng_of: gives the generator of a scan, by its row.
-        own: the generator of the scanner itself.
+        rng_of: returns the generator of a scan, given its row.
+        own: the generator for errors that belong to the scanner and are the same in all scans.
     """
     if not is_imperfect(block):
         return Imperfections(white, np.zeros_like(white), np.full(white.shape, True))

@@ -1,7 +1,8 @@
 """Pixels that measure two surfaces at once, nothing, or a glint: mixed pixels at an edge, gaps, glints.
 
-A spot that lies across an edge of the target plane returns light from the plane and from what lies behind; the centroid lies between,
-by the shares of the spot. Whoever prepares the data cuts off what is far behind, and keeps the beginning of that flank.
+A spot that lies across an edge of the target plane returns light from the plane and from the background; the centroid lies between the two,
+according to the shares of the spot. Pixels that are read farther behind the plane than `gate` are removed, as a user would remove them; pixels at
+the beginning of that flank remain.
 """
 
 import numpy as np

@@ -1,10 +1,10 @@
-"""Speckle: why a laser line on a rough surface is never measured where it is.
+"""Speckle: the random error with which the position of a laser line on a rough surface is measured.
 
-The surface scatters with random phases, the camera's aperture lets through what is coarser than a speckle, and the
-scanner takes the centroid across the line of what each pixel column collects (Dorsch, Häusler, Herrmann, "Laser
+The surface scatters with random phases, the camera's aperture removes detail that is finer than a speckle, and the
+scanner takes, across the line, the centroid of the light that each pixel column collects (Dorsch, Häusler, Herrmann, "Laser
 triangulation: fundamental uncertainty in distance measurement", Applied Optics 33, 1994). The field itself is
 simulated: circular Gaussian scatterers under a Gaussian line, a square aperture, intensity, pixels, centroid. Speckles
-that are larger than a pixel correlate the errors of neighbouring pixels; how much follows from the field and is stated nowhere.
+that are larger than a pixel correlate the errors of neighbouring pixels; the correlation is not a parameter but follows from the field.
 """
 
 from functools import cache
@@ -22,12 +22,12 @@ REFERENCE_SEED = 19940301
 
 
 def speckle_errors(rng: np.random.Generator, pixels: int, size: float, line: float) -> Array:
-    """Return the errors of the centroid along one line, (pixels,), of unit variance over many lines.
+    """Return the errors of the centroid along one line, (pixels,), scaled to unit variance over many lines.
 
     Args:
-        rng: of this line.
-        pixels: of the scanner along the line.
-        size: of a speckle along the line, in pixels: where the field's autocorrelation has its first zero.
+        rng: generator of this line.
+        pixels: number of pixels of the scanner along the line.
+        size: of a speckle along the line, in pixels: the lag at which the field's autocorrelation has its first zero.
         line: width (1/e^2) of the laser line, in speckles.
     """
     return _centroids(rng, pixels, size, line) / _centroid_std(size, line)

@@ -1,4 +1,4 @@
-"""A camera that looks at the laser's plane from the side: how its noise grows, and what its lens leaves uncorrected.
+"""A scanner's camera, which looks at the laser's plane from the side: how its noise grows with distance, and the errors of its lens after correction.
 
 The camera stands `BASELINE` beside the laser's plane and `BEHIND` behind the rays' origin, its axis through the middle of the
 range. A point (x, 0, z) of the plane is seen at u = X / Z, v = Y / Z; a displacement of its picture moves the point that
@@ -83,7 +83,7 @@ class Linearity:
         return dx, dz
 
     def _raw(self, x: Array, z: Array) -> tuple[Array, Array]:
-        """Return (dx, dz) of a camera whose picture is displaced by a small share of the drawn distortion."""
+        """Return (dx, dz) [m], before they are scaled to ``size``, from a picture that is displaced by a small share of the drawn distortion."""
         u, v = self._picture(x, z)
         corner = self._picture(np.array([self.scanner.range_near * np.tan(self.scanner.fan)] * 2), np.array(
             [self.scanner.range_near, self.scanner.range_far]
@@ -118,7 +118,7 @@ class Linearity:
         return X / Z, Y / Z
 
     def _point(self, u: Array, v: Array) -> tuple[Array, Array]:
-        """Return where the rays of vision through (u, v) meet the laser's plane, (x, z) [m]."""
+        """Return the points (x, z) [m] of the laser's plane that the camera sees at (u, v)."""
         place, axes = self._axes()
         ray = np.stack([u, v, np.ones_like(u)], -1) @ axes
         along = -place[1] / ray[..., 1]

@@ -16,9 +16,9 @@ def observe(dataset_dir: str | Path) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return the singular values and the null directions of a dataset.
 
     Returns:
-        ``index, singular_value, null, tolerance``: of the Jacobian with columns of unit length, the largest
-        being 1, and whether it counts as zero. ``held, cause, moves_with, reason``: a row for each null direction,
-        named by the parameter that is fixed because of it (``held``).
+        The table ``index, singular_value, null, tolerance``: the singular values of the Jacobian with columns of unit length, divided by the
+        largest, and whether each counts as zero (``null``), being below ``tolerance``. The table ``held, cause, moves_with, reason``: a row for
+        each null direction, with the parameter that is fixed because of it (``held``) and those with which that one is confounded (``moves_with``).
     """
     found = prepare(read_dataset(dataset_dir)).identifiability
     values = pd.DataFrame(

@@ -1,6 +1,6 @@
-"""Causes without a known name, from physics for which the estimator has no formula: one file for each place where they act.
+"""Physical causes of errors for which the estimator has no effect and hence no name: one file for each place where they act.
 
-In a config they are kinds of the effect `unknown`, as are the shapes of `injected.unknown`, which are nearer to the terms that an
+In a config they are kinds of the effect `unknown`. So are the shapes of `injected.unknown`, which are more like the flexible terms that an
 estimator tries.
 """
 

@@ -18,8 +18,8 @@ class Cause(InjectedEffect):
     """One physical cause.
 
     Attributes:
-        states: (N, ...), one row for each pose of the scene, of what depends on the order, the time or the moves of the poses; None
-            for the evaluation poses, each of which is reached at rest, and for causes without such states.
+        states: (N, ...), one row for each pose of the scene: quantities that depend on the order, the time or the moves of the poses, as each
+            cause states. None for the evaluation poses, each of which is reached at rest, and for causes without such quantities.
     """
 
     states: Array | None = None
@@ -31,7 +31,7 @@ class Cause(InjectedEffect):
 
     @classmethod
     def needs(cls, entry: Mapping[str, Any]) -> set[str]:
-        """Return the time, on which moves and climates depend."""
+        """Return `{"time"}`, since moves and climates depend on it."""
         return {"time"}
 
     @classmethod

@@ -15,7 +15,7 @@ from scalar.simulation.transforms import Array
 
 AIR = (200.0, 420.0)  # s: time constant in which the air follows heat or cold
 STEPS_A_POSE = 20  # steps of the thermostat's differential equation for each pose
-BAND = 0.5  # temperature at which the thermostat switches, as a share of the temperature that constant heat or cold would reach
+BAND = 0.5  # the thermostat switches at plus and minus this share of the temperature that constant heat (plus) or cold (minus) would reach
 ARM_SHARE = (0.3, 0.8)  # ratio of the arm's time constant to the air's
 PERIOD_POSES = (42, 48)  # number of poses from pause to pause
 

@@ -21,7 +21,7 @@ MINUTES = (3.0, 10.0)  # correlation time of the laser's angle
 
 @dataclass(frozen=True, eq=False)
 class LooseMount(Cause):
-    """The scanner rests on one side of its play or on the other, to which its weight last pulled it against friction."""
+    """The scanner rests on the one or the other side of its play: that to which its weight last pulled it against friction."""
 
     kind: ClassVar[str] = "loose_mount"
     unit: ClassVar[str] = "m"
@@ -77,8 +77,8 @@ def sides(pull: Array) -> Array:
 class WanderingLaser(Cause):
     """The laser's plane turns about the scanner's x axis by an angle that wanders (Ornstein and Uhlenbeck's process).
 
-    Light leaves in the turned plane; the scanner takes it for light of the plane that it was calibrated in, and so reads
-    a depth that is wrong by angle z^2 / baseline.
+    The light leaves in the turned plane, but the scanner computes the depth as if it left in the plane of the scanner's own
+    calibration. The depth then has an error of angle z^2 / baseline.
     """
 
     kind: ClassVar[str] = "wandering_laser"
