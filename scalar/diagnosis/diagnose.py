@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from scalar.data.dataset import Dataset
@@ -12,15 +12,16 @@ from scalar.diagnosis.conditional_scores import rivals
 from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.explained import Explained, explained
 from scalar.diagnosis.finding import Finding
+from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.fold_odds import fold_odds
-from scalar.diagnosis.grounds import FinalResiduals, grounds_of_component, grounds_of_effect
+from scalar.diagnosis.grounds import FinalResiduals, Grounds, grounds_of_component, grounds_of_effect
 from scalar.diagnosis.harmonic_spectrum import has_all_orders, is_shrunk, priors_for_whitened_rows
 from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors, moving_joints
 from scalar.diagnosis.identified_components import identified_components, only_place
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.observability import unobservable_effects
 from scalar.diagnosis.outer_split import Answer, OuterSplit, outer_split
-from scalar.diagnosis.ranking import rank
+from scalar.diagnosis.ranking import Scored, rank
 from scalar.diagnosis.repeated_changes import repeated_changes_doubted
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS, Settings
@@ -180,60 +181,69 @@ def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding,
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
         state = after.refitted(effects, state.model)
-        error_after = held_out_errors(state)
-        # The score of the effect itself given the other effects, and those of all candidates in its place.
-        own, ranking = rivals(scored, i, columns)
-        ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
-        rivals_of_it = [s for s in ranking if not s.effect.same_answer(effect)]
-        confounded = [
-            s.effect
-            for s in ranking
-            if s.evidence > own.evidence - after.settings.selection.confounded_margin
-        ]
-        confounded = [e for e in confounded if not e.same_place(effect) and not effect.flexible]
-        unnamed = without_a_name[i]
-        if is_shrunk(effect):
-            rivals_of_it, confounded, unnamed = [], [], []
-        nearest = rivals_of_it[:NEAREST_RIVALS]
-        odds = fold_odds(scored, i, [s.effect for s in nearest])
-        grounds = grounds_of_effect(
-            scored,
-            i,
-            own,
-            [*(s.evidence for s in rivals_of_it), *unnamed],
-            float(odds.min()),
-            final_residuals,
-        )
-        own_confidence = confidence(grounds, effect.name)
-        # A report lists the confounded effects with the name. The name is therefore doubtful only if the cause is, too probably, neither the effect
-        # nor one of these. The confidence in the whole group is computed against the rivals outside it.
-        others = [s for s in rivals_of_it if not any(s.effect.same_place(like) for like in confounded)]
-        odds_of_others = [value for value, s in zip(odds[1:], nearest, strict=True) if s in others]
-        grounds_of_group = grounds_of_effect(
-            scored,
-            i,
-            own,
-            [*(s.evidence for s in others), *unnamed],
-            float(min([odds[0], *odds_of_others])),
-            final_residuals,
-        )
-        likely = (
-            max(own_confidence, confidence(grounds_of_group, effect.name))
-            >= after.settings.naming.least_confidence
-        )
-        doubtful = not (effect.flexible or likely)
-        found.append(
-            Finding(
-                effect,
-                own.p_value,
-                error_before,
-                error_after,
-                tuple(confounded),
-                own_confidence,
-                (),
-                grounds,
-                doubtful=doubtful,
-            )
-        )
-        error_before = error_after
+        errors = error_before, held_out_errors(state)
+        found.append(_finding(after, scored, i, columns, without_a_name[i], errors, final_residuals))
+        error_before = errors[1]
     return repeated_changes_doubted(found, after.settings.naming.least_confidence)
+
+
+def _finding(
+    after: FittedState,
+    scored: FittedState,
+    i: int,
+    columns: CandidateColumns,
+    unnamed: list[float],
+    errors: tuple[HeldOutErrors, HeldOutErrors],
+    final_residuals: FinalResiduals,
+) -> Finding:
+    """Return the finding for effect i of a state: the effect is compared with all candidates that might explain the data in its place.
+
+    Args:
+        after: The state with all effects.
+        scored: The same with the priors for whitened rows.
+        i: Index of the effect.
+        columns: The candidates' columns at ``scored``.
+        unnamed: Log evidence [nats] of flexible terms in the effect's place.
+        errors: Held-out errors without and with the effect.
+        final_residuals: What the residuals of the state show.
+    """
+    effect, settings = after.effects[i], after.settings
+    # The score of the effect itself given the other effects, and those of all candidates in its place.
+    own, ranking = rivals(scored, i, columns)
+    ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
+    rivals_of_it = [s for s in ranking if not s.effect.same_answer(effect)]
+    confounded = [
+        s.effect
+        for s in ranking
+        if s.evidence > own.evidence - settings.selection.confounded_margin
+        and not s.effect.same_place(effect)
+        and not effect.flexible
+    ]
+    if is_shrunk(effect):
+        rivals_of_it, confounded, unnamed = [], [], []
+    nearest = rivals_of_it[:NEAREST_RIVALS]
+    odds = fold_odds(scored, i, [s.effect for s in nearest])
+
+    def grounds_against(others: Sequence[Scored], least: float) -> Grounds:
+        """Return the grounds of the effect against some of its rivals; ``least`` is its least log odds without one fold [nats]."""
+        evidence: list[float] = [*(s.evidence for s in others), *unnamed]
+        return grounds_of_effect(scored, i, own, evidence, least, final_residuals)
+
+    grounds = grounds_against(rivals_of_it, float(odds.min()))
+    own_confidence = confidence(grounds, effect.name)
+    # A report lists the confounded effects with the name. The name is therefore doubtful only if the cause is, too probably, neither the effect
+    # nor one of these. The confidence in the whole group is computed against the rivals outside it.
+    others = [s for s in rivals_of_it if not any(s.effect.same_place(like) for like in confounded)]
+    odds_of_others = [value for value, s in zip(odds[1:], nearest, strict=True) if s in others]
+    of_group = confidence(grounds_against(others, float(min([odds[0], *odds_of_others]))), effect.name)
+    likely = max(own_confidence, of_group) >= settings.naming.least_confidence
+    return Finding(
+        effect,
+        own.p_value,
+        *errors,
+        tuple(confounded),
+        own_confidence,
+        (),
+        grounds,
+        doubtful=not (effect.flexible or likely),
+    )

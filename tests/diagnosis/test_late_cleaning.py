@@ -15,7 +15,7 @@ MODULE = sys.modules["scalar.diagnosis.explained"]
 
 
 def removing_one_pose(calls):
-    """Return a cleaning that sets aside the first of the remaining poses whenever it is called, and the list of its calls."""
+    """Return a cleaning that sets aside the first of the remaining poses whenever it is called, and adds its id to ``calls``."""
 
     def clean_given_effects(cleaned, distance, settings):
         dataset = cleaned.dataset
