@@ -15,6 +15,7 @@ from scalar.cli.correct_words import (
     is_near_singular,
     left_as_given,
     lines_on_left_out,
+    lines_on_tool,
     no_posture,
     warnings_on_written,
 )
@@ -99,7 +100,8 @@ def correct(
     in_units = units_named(units)
     refuse_foreign([(output, table_with("pose", "q1", "near_singular"))], force, [calibration, targets])
     load_effects(effects_modules)
-    model = load_calibration(calibration).model
+    calibrated = load_calibration(calibration)
+    model = calibrated.model
     robot = model.robot
     columns = columns_of(targets)
     named = {base_name(column) for column in columns}
@@ -144,6 +146,9 @@ def correct(
         say(line)
     written = table.iloc[rows] if leave_out else table
     _write(output, written, rows, found, near, units_to_write(units, columns).sliding(robot.prismatic))
+    if not frames_wanted:
+        for line in lines_on_tool(calibrated.gauge, robot.n_joints):
+            say(line)
     corrected = int(found.reached.sum())
     failed = bool(refused) and not leave_out
     say(f"written: {output}, {len(written)} poses" + (f", {corrected} of them corrected" if failed else ""))

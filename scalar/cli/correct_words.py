@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scalar.errors import Fault
 from scalar.units import DEG, MM
@@ -137,3 +137,26 @@ def first_lines(lines: list[str]) -> list[str]:
     """Return the first lines, and one that counts the others."""
     more = len(lines) - _MOST_SHOWN
     return [*lines[:_MOST_SHOWN], f"  and {more} more poses likewise"] if more > 0 else lines
+
+
+def lines_on_tool(gauge: Sequence[Mapping[str, Any]], n_joints: int) -> list[str]:
+    """Return a line on what a calibration does not know of the flange, if it fixed a parameter of the last joint.
+
+    The pose of the sensor on the flange contains the error of such a parameter, which is constant on the flange.
+
+    Args:
+        gauge: Of the calibration.
+        n_joints: Number of joints.
+    """
+    from scalar.effects.wording import listed
+    from scalar.geometry.robot import GEOMETRY
+
+    of_last = [f"{kind}_{n_joints}" for kind in GEOMETRY]
+    fixed = [str(entry["held"]) for entry in gauge if entry["held"] in of_last]
+    if not fixed:
+        return []
+    are = "is" if len(fixed) == 1 else "are"
+    return [
+        f"  the sensor is taken where it is wanted; of the flange itself {listed(fixed)} {are} not known (confounded with the pose of the sensor), "
+        "so another tool may be off by a constant: teach its centre point again with corrected joint angles"
+    ]

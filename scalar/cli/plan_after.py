@@ -67,7 +67,12 @@ def plan_after(
     if not any(answer.separable for answer in answers):
         near = any(_noise_to_separate(answer) <= _FAR or answer.alone < ANSWERED for answer in answers)
         remedy = f"{_LESS_NOISE}; {_OTHERWISE}" if near else _OTHERWISE
-        raise Undetermined([*(_not_separable(answer, len(found.q)) for answer in answers), _NOTHING + remedy])
+        raise Undetermined(
+            [
+                *(_not_separable(*each, len(found.q)) for each in zip(after.pairs, answers, strict=True)),
+                _NOTHING + remedy,
+            ]
+        )
     content = {
         "questions": [
             {
@@ -115,12 +120,13 @@ def _noise_to_separate(answer: Answer) -> float:
     return (ANSWERED / max(answer.limit, 1e-12)) ** 0.5
 
 
-def _not_separable(answer: Answer, candidates: int) -> str:
+def _not_separable(pair: Pair, answer: Answer, candidates: int) -> str:
     """Return that no candidates answer a question, with the signal that all of them give, and whether less noise would help."""
     from scalar.planning.separation import ANSWERED
 
+    show = "show" if pair.rival is None else "separate"
     said = (
-        f"{answer.question.title}: no poses separate it; all {candidates} candidates together give a signal of {answer.limit**0.5:.1f} "
+        f"{answer.question.title}: no poses {show} it; all {candidates} candidates together give a signal of {answer.limit**0.5:.1f} "
         "standard errors"
     )
     factor = _noise_to_separate(answer)
@@ -128,9 +134,10 @@ def _not_separable(answer: Answer, candidates: int) -> str:
         return f"{said}, and {ANSWERED**0.5:g} are needed: noise and repeatability would have to be {factor:.1f} times smaller"
     if answer.alone < ANSWERED:
         return f"{said}, and {ANSWERED**0.5:g} are needed: at its size it moves the sensor by less than these measurements can show"
+    remedy = f"; {pair.effect.remedy}" if pair.effect.remedy else ""
     return (
-        f"{said}, and {ANSWERED**0.5:g} are needed: at all of them it moves the sensor as what else may act does, so a better sensor would not tell "
-        "them apart, and at poses like these predictions are the same either way"
+        f"{said}, and {ANSWERED**0.5:g} are needed: at all of them it moves the measurements as what else may act does, so a better sensor would not "
+        f"tell them apart{remedy}"
     )
 
 

@@ -1,5 +1,7 @@
 """``scalar correct`` takes the arm to the wanted frames, and refuses tables that say too little."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -17,6 +19,17 @@ def test_predict_takes_corrected_joints_to_the_nominal_frames(program, arm_calib
     wanted = arm_calibration.model.nominal.flange(q) @ T_SENSOR
     assert np.abs(frames(program / "frames.csv")[:, :3] - wanted[:, :3, 3]).max() < 1e-6
     assert np.abs(table[JOINTS].to_numpy() - q).max() > 1e-4
+
+
+def test_what_is_not_known_of_the_flange_is_said(program, arm_calibration):
+    """Where a parameter of the last joint is confounded with the sensor's pose, another tool keeps a constant offset, which is said."""
+    gauge = ({"held": "d_6", "reason": "", "moves_with": ["sensor_z"], "cause": "structural"},)
+    replace(arm_calibration, gauge=gauge).save(program / "fixed.json")
+    status, said = run("correct", program / "fixed.json", program / "targets.csv", "-o", program / "t.csv")
+    assert status == 0 and "d_6 is not known" in said and "teach its centre point again" in said
+    replace(arm_calibration, gauge=()).save(program / "free.json")
+    status, said = run("correct", program / "free.json", program / "targets.csv", "-o", program / "u.csv")
+    assert status == 0 and "teach" not in said
 
 
 @pytest.mark.parametrize("given", ["frames", "frames and joints"])
