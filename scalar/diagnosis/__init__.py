@@ -1,4 +1,4 @@
-"""From residual to the effect that the model lacks: clean, score, add, refit, judge on held-out poses, repeat."""
+"""Find the effects that a rigid model lacks: clean the data, score candidates on the residual, add the best, refit, test held-out poses, repeat."""
 
 from scalar.diagnosis.diagnose import diagnose
 from scalar.diagnosis.result import Diagnosis

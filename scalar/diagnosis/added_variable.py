@@ -19,7 +19,7 @@ def added_variable(state: FittedState, index: int, residual: Array) -> Profile:
     It is drawn for effects that are no function of a single variable. The slope is one if the effect explains the residual.
 
     Args:
-        state: With the effect.
+        state: The state with the effect.
         index: Index of the effect in ``state.effects``.
         residual: ``(N, m)``, whitened residual of the state.
     """
@@ -46,7 +46,7 @@ def share_left(state: FittedState, index: int, gram: Array) -> float:
     the Schur complement ``S = G_ee - G_eo G_oo^+ G_oe``. With c the effect's coefficients, the share is ``sqrt(c' S c / c' G_ee c)``.
 
     Args:
-        state: With the effect.
+        state: The state with the effect.
         index: Index of the effect in ``state.effects``.
         gram: ``(F, F)``, G.
     """

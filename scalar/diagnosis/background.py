@@ -20,7 +20,7 @@ class Background:
     Attributes:
         residual: ``(N, m)``, without its components along the directions that the model explains.
         Q: ``(N m, F)``, a basis of these directions; orthonormal together with the rows of priors, which are not kept.
-        degrees_of_freedom: Of the residual.
+        degrees_of_freedom: Degrees of freedom of the residual.
         R: ``(F, K)``: the Jacobian by the K free coordinates, rows of priors included, is ``Q R``.
         along: ``(F,)``, the components of the residual along Q before these were removed, rows of priors included.
         settings: Thresholds.

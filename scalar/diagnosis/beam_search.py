@@ -32,7 +32,7 @@ class Subset:
 
     Attributes:
         elements: Their indices, ascending.
-        sum_of_squares: Of the residual of the fit with these elements, the penalty of the coefficients' priors included [noise variances].
+        sum_of_squares: Squared residual of the fit with these elements, the penalty of the coefficients' priors included [noise variances].
         evidence: Log evidence of the set [nats].
     """
 
@@ -52,8 +52,8 @@ class SearchElements:
         family: ``(n,)``, the family of each of the n elements; only the best element of a family extends a set.
         gram: ``(e, e)``, inner products of all e columns, conditional on the model without effects.
         projection: ``(e,)``, inner products of the columns with the residual of that model.
-        sum_of_squares: Of that residual [noise variances].
-        degrees_of_freedom: Of that residual.
+        sum_of_squares: Sum of squares of that residual [noise variances].
+        degrees_of_freedom: Degrees of freedom of that residual.
         n_candidates: Number of candidates among which each element is chosen; its logarithm is subtracted from the evidence for each element.
         least_variance: Least variance of the residual that any set is assumed to leave [noise variances].
     """
@@ -217,7 +217,7 @@ class SearchElements:
         """Return the log evidence [nats] by the Bayesian information criterion, without the penalty for the number of candidates.
 
         Args:
-            sum_of_squares: Of residuals [noise variances], any shape.
+            sum_of_squares: Sum of squares of residuals [noise variances], any shape.
             dof: Numbers of directions that the data determine better than the priors, of the same shape.
         """
         n = self.degrees_of_freedom

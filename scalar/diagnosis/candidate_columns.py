@@ -125,7 +125,7 @@ class Conditional:
     """The T candidates with w columns each, conditional on a background.
 
     Attributes:
-        variance: Of the residual.
+        variance: Variance of the residual.
         grams: ``(T, w, w)``, ``E'^T E'`` of each candidate, in the units of ``Projected``.
         projections: ``(T, w)``, ``E'^T r`` in the same units.
         share: ``(T, w)``, ``|E'|^2 / |E|^2`` of each column.

@@ -51,7 +51,7 @@ class ChangeColumns:
         """Return the products of a change's columns.
 
         Args:
-            background: Of a model with all its effects; directions that it has released are not taken into account.
+            background: The background of a model with all its effects; directions that it has released are not taken into account.
             E: ``(N, m, e)``, the columns if the change begins with the first pose.
             index: Indices of the poses that the change touches.
             margin: Least number of these poses before the change, and from its beginning on.
@@ -67,7 +67,7 @@ class ChangeColumns:
         """Return the scores for all beginnings.
 
         Args:
-            background: Of the same model, or of that without some of its effects.
+            background: The background of the same model, or of that without some of its effects.
             E: ``(N, m, e)``, the columns if the change begins with the first pose.
             prior_std: ``(e,)``, prior standard deviations of their coefficients.
         """

@@ -30,7 +30,7 @@ def score_together(
     """Return the joint score of several effects of a state given its other effects; ``Scored.effect`` is the first of them.
 
     Args:
-        state: With the effects.
+        state: The state with the effects.
         indices: Indices of the effects.
         candidates: The candidate set, from which the numbers of candidates are taken.
         left_out: What ``background_without`` returns for these effects.
@@ -65,7 +65,7 @@ def without_columns(background: Background, state: FittedState, local: Array, pr
     """Return a background of a state without some of its free columns.
 
     Args:
-        background: Of the state, under any whitening.
+        background: The background of the state, under any whitening.
         state: The state.
         local: ``(F,)`` bool, the k free columns that are left out.
         prior_std: ``(k,)``, prior standard deviations of their coefficients, infinite for those without a prior.

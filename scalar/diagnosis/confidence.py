@@ -25,7 +25,7 @@ from scalar.diagnosis.grounds import Grounds
 
 COEFFICIENTS = "confidence_coefficients.json"  # written by `snakemake confidence`
 _REFERENCE_POSES = 100  # the number of poses enters as a ratio to this one
-_LEAST_SHARE = 1e-3  # lower bound of what is put into a logarithm
+_LEAST_SHARE = 1e-3  # smaller numbers count as this one before their logarithm is taken
 _NEAR_NATS = 20.0  # log odds over which ``rivalled`` falls to 1/e: chosen among 10, 20, 40 by the likelihood of trials left out of the fit
 
 
@@ -59,7 +59,7 @@ def confidence(grounds: Grounds, name: str) -> float:
     """Return the estimated probability that an answer is right, between 0 and 1.
 
     Args:
-        grounds: Of the answer.
+        grounds: The grounds of the answer.
         name: The name that the answer gives.
     """
     return predicted(features(grounds), name, _coefficients()[grounds.kind])

@@ -1,4 +1,4 @@
-"""Diagnose a dataset: select effects, check them on poses that nothing has seen, and calibrate with what was found."""
+"""Diagnose a dataset: select effects, confirm them on poses that took no part in the selection, and calibrate with the effects that were found."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def diagnose(
     """Return which effects the rigid model of a dataset lacks, and the calibrations without and with them.
 
     Args:
-        dataset: What was measured.
+        dataset: The dataset to diagnose.
         progress: Called with the name of each stage.
         settings: Thresholds.
         outer_folds: Number of parts of the outer split. The whole diagnosis is repeated without each part, and the errors on its poses are

@@ -95,7 +95,7 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
     the model. Flexible terms and joints with many orders follow.
 
     Args:
-        dataset: What was measured.
+        dataset: The dataset to diagnose.
         settings: Thresholds.
         progress: Called with the name of each stage.
 

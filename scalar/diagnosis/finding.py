@@ -23,13 +23,13 @@ class Finding:
     """An effect that was found.
 
     Attributes:
-        effect: With its coefficients.
-        p_value: Of its gain given the other effects, corrected for all that were tried.
+        effect: The effect, with its coefficients.
+        p_value: p-value of its gain given the other effects, corrected for the number of all candidates.
         before, after: Held-out errors without and with it, given the effects that were added before it.
         confounded_with: Effects that would explain the same as well.
         confidence: Estimated probability that name and target are right.
         std: ``(k,)``, standard errors of the coefficients, None for those that were not estimated.
-        grounds: What the confidence follows from.
+        grounds: The numbers from which the confidence is computed.
         selected_in: Share of the outer split's runs that chose it at its place, or None without that split.
         doubtful: Whether its name is too uncertain to be given, so that it is reported as unattributed: the probability that it, or an effect that is
             confounded with it, is the cause is below ``settings.naming.least_confidence``.

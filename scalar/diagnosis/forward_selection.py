@@ -38,7 +38,7 @@ def _with_best_candidate(
     """Return the state with the best candidate that held-out poses confirm, or None.
 
     Args:
-        state: Fitted.
+        state: The fitted state.
         columns: The candidates' columns in it.
         refused: Labels of candidates that were not confirmed before; those that are not confirmed here are added to it.
     """

@@ -90,7 +90,7 @@ def grounds_of_effect(
     """Return the grounds of effect i of a state.
 
     Args:
-        state: With all effects that were found.
+        state: The state with all effects that were found.
         i: Index of the effect.
         own: Its score given the other effects.
         others: Log evidence of every different answer in its place [nats].
@@ -115,7 +115,7 @@ def grounds_of_component(
     """Return the grounds of the likeliest variance component.
 
     Args:
-        state: With all effects that were found.
+        state: The state with all effects that were found.
         components: The variance components that were identified, at least one, the likeliest first.
         final_residuals: What the residuals of the state show.
     """

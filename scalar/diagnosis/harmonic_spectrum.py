@@ -47,7 +47,7 @@ def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
     The state is returned unchanged as well if no joint has ``settings.spectrum.many_orders`` orders, or if the data are too few for all orders.
 
     Args:
-        state: With the orders that were found one by one.
+        state: The state with the orders that were found one by one.
         named: The candidate set of named effects.
     """
     series = _series(state)

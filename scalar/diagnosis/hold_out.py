@@ -194,6 +194,6 @@ def _in_standard_errors(drops: Array) -> float:
 def no_worse(before: HeldOutErrors, after: HeldOutErrors) -> bool:
     """Return whether the held-out error in metres grows by no more than ``tolerated_growth``.
 
-    It is asked besides ``improvement``, because an improvement of weighted rows alone may not hold at other poses.
+    This is required in addition to ``improvement``, because an improvement of weighted rows alone may not hold at other poses.
     """
     return after.rms <= (1.0 + before.settings.tolerated_growth) * before.rms

@@ -33,7 +33,7 @@ def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
     noise of the sensor, unless residuals are autocorrelated: the likeliest component is then returned, to be reported without a name.
 
     Args:
-        state: With all effects that were found.
+        state: The state with all effects that were found.
     """
     residuals, model = state.residuals, state.model
     found = tuple(state.variance_components)
@@ -73,7 +73,7 @@ def only_place(state: FittedState, component: VarianceComponent) -> str | None:
     """Return the place at which a random error explains the scatter clearly better than an identified component, or None.
 
     Args:
-        state: With all effects that were found.
+        state: The state with all effects that were found.
         component: The identified component.
 
     Returns:

@@ -64,7 +64,7 @@ class Linearised:
         """Linearise.
 
         Args:
-            state: Near the optimum.
+            state: The state near its optimum.
             whitening: ``(N, m, m)``, the weights of the poses; None for those of the noise within scans alone.
         """
         residual, J = (whitened(whitening, rows) for rows in state.linearised())
@@ -116,8 +116,8 @@ def prediction_changes(state: FittedState, whitening: Array | None) -> Predictio
     """Return by how much predictions change with the fit of a state's poses under given weights, and when poses are left out of it.
 
     Args:
-        state: Near the optimum.
-        whitening: As for ``Linearised``.
+        state: The state near its optimum.
+        whitening: Weights of the poses, as for ``Linearised``.
     """
     linear = Linearised(state if whitening is None else priors_for_whitened_rows(state), whitening)
     step, left_out = linear.fitted(np.ones(len(linear.scale), dtype=bool))

@@ -55,8 +55,8 @@ class MeasuredRows:
         It is computed once, for the first model, so that the same poses are held out from all models of one selection.
 
         Args:
-            residuals: Of the same dataset.
-            model: Near the optimum.
+            residuals: The residuals of the same dataset.
+            model: The model near its optimum.
         """
         known = self._derivatives
         if known is None:
@@ -70,8 +70,8 @@ class MeasuredRows:
         """Return the rows with weights estimated anew from the residual of a model; None if no weight is estimated, or none changes noticeably.
 
         Args:
-            residuals: Of the same dataset.
-            model: At its optimum.
+            residuals: The residuals of the same dataset.
+            model: The model at its optimum.
         """
         if (
             self._like is None or self._like.scans
@@ -93,7 +93,7 @@ def rows_given_own_noise(dataset: Dataset, model: Model, settings: WithinScanNoi
 
     Args:
         dataset: Without gross errors.
-        model: Near the optimum; the distances of a scan's points from their own line hardly depend on it.
+        model: The model near its optimum; the distances of a scan's points from their own line hardly depend on it.
         settings: Thresholds.
     """
     residuals = Residuals.of(dataset, model).reweighted(model)
@@ -111,7 +111,7 @@ def profile_measurement(measurement: Measurement, model: Model, residuals: Resid
     Args:
         measurement: The compressed dataset.
         model: Gives the pose of the sensor at every pose of the arm.
-        residuals: Of the same dataset; they have the standard deviation of the noise within scans.
+        residuals: The residuals of the same dataset; they have the standard deviation of the noise within scans.
     """
     T = residuals.kinematics(model).T_base_sensor
     return measurement.profiles(T, model.target, residuals.measurement.sigma)

@@ -88,7 +88,7 @@ def prediction_errors(state: FittedState, effect: Effect, E: Array) -> Array:
     It is the root mean square over random poses within the joint limits.
 
     Args:
-        state: Fitted without the effect.
+        state: The fitted state, without the effect.
         effect: The effect.
         E: ``(N m, k)``, its whitened columns.
     """

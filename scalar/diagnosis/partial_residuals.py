@@ -33,7 +33,7 @@ class FittedView:
         state: The state with all effects.
         free: Names of the F free parameters of the final fit.
         covariance: ``(F, F)``, their covariance, from which the error bands of curves follow.
-        kinematics: Of the state's model at the poses.
+        kinematics: Kinematics of the state's model at the poses.
         residual: ``(N, m)``, whitened.
         wrench: ``(N, m, 6)``, derivatives of the residual by a screw of the sensor in the base frame.
     """

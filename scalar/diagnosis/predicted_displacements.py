@@ -54,7 +54,7 @@ def displacements(state: FittedState, more: Sequence[Effect], steps: Array, pose
     """Return the lengths ``(N,)`` [m] by which predicted positions move, the best rigid motion removed, to first order.
 
     Args:
-        state: Fitted, with P parameters.
+        state: The fitted state, with P parameters.
         more: Effects that the state does not have; their k coefficients follow those of its model.
         steps: ``(P + k,)``, changes of all parameters and of those coefficients.
         poses: The N poses at which positions are predicted.
@@ -66,7 +66,7 @@ def displacement_columns(state: FittedState, poses: Poses, more: Sequence[Effect
     """Return the derivatives ``(3 N, P + k)`` of predicted positions [m] by all parameters, the best rigid motion removed from each.
 
     Args:
-        state: Fitted.
+        state: The fitted state.
         poses: The N poses at which positions are predicted.
         more: Effects that the state does not have; their k coefficients follow those of its model.
     """

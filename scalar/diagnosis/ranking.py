@@ -32,7 +32,7 @@ class Scored:
         gain: Drop of the squared whitened residual.
         dof: Number of observable directions.
         evidence: Log evidence [nats] (``score_test.evidence``).
-        p_value: Of the gain, corrected for the number of all candidates.
+        p_value: p-value of the gain, corrected for the number of all candidates.
         observability: ``|E'| / |E|``, the largest of its columns; 1 for a change.
     """
 
@@ -52,8 +52,8 @@ def rank(
     A change is listed once, with the pose at which its gain is largest as its beginning.
 
     Args:
-        state: Fitted.
-        background: Of the state, or of the state without some of its effects.
+        state: The fitted state.
+        background: The background of the state, or of the state without some of its effects.
         columns: The candidates' columns at the state.
         most: Number of candidates that are returned; None for all.
     """
@@ -153,7 +153,7 @@ def score_of(
     """Return an effect with its score.
 
     Args:
-        background: Of the model without the effect.
+        background: The background of the model without the effect.
         effect: The effect.
         gain: Drop of the squared whitened residual.
         dof: Number of observable directions.

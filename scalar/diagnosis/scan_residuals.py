@@ -19,7 +19,7 @@ def pieces(state: FittedState, effect: Effect) -> Pieces:
     """Return the heights of pieces of the scans, or of a probe's contacts, over their planes, and what one of the state's effects adds to them.
 
     Args:
-        state: With the effect.
+        state: The state with the effect.
         effect: One of its effects on points; the same object.
     """
     residuals = state.residuals

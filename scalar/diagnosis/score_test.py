@@ -26,7 +26,7 @@ class Projected:
     """Columns conditional on a model: the gain of any group of them follows from their products, without another pass over the rows.
 
     Attributes:
-        variance: Of the residual.
+        variance: Variance of the residual.
         gram: ``(e, e)``, ``E'^T E'``, for coefficients in units of their prior standard deviations, divided by the residual's variance.
         projection: ``(e,)``, ``E'^T r`` in the same units.
         share: ``(e,)``, ``|E'|^2 / |E|^2`` of each column.
@@ -42,7 +42,7 @@ class Projected:
         """Return the columns conditional on a background.
 
         Args:
-            background: Of the fitted model.
+            background: The background of the fitted model.
             E: ``(N m, e)``, the columns.
             own_gram: ``(e, e)``, ``E^T E``, which does not depend on the background.
             prior_std: ``(e,)``, prior standard deviations of the coefficients.
@@ -115,7 +115,7 @@ def observable_share(
     """Return ``|E'|^2 / |E|^2`` ``(e,)`` of columns, and the factor ``(e,)`` of ``in_prior_units`` on each, zero if it is almost unobservable.
 
     Args:
-        background: Of the fitted model.
+        background: The background of the fitted model.
         given: ``(e,)``, squared lengths of the columns conditional on it.
         squared_lengths: ``(e,)``, of the columns.
         prior_std: ``(e,)``, prior standard deviations of the coefficients.
@@ -132,7 +132,7 @@ def in_prior_units(background: Background, squared_lengths: Array, prior_std: Ar
     """Return the factor ``(e,)`` that gives each coefficient the unit of its prior standard deviation; without a prior, of many standard errors.
 
     Args:
-        background: Of the fitted model.
+        background: The background of the fitted model.
         squared_lengths: ``(e,)``, of the columns.
         prior_std: ``(e,)``, prior standard deviations of the coefficients, infinite for those without a prior.
     """
@@ -203,7 +203,7 @@ def evidence(background: Background, gain: Array, dof: Array, log_tried: Array) 
     """Return the log evidence for candidates [nats]: half the drop of the Bayesian information criterion, less ``log_tried``.
 
     Args:
-        background: Of the model without them.
+        background: The background of the model without them.
         gain: Drops of the squared residual.
         dof: Numbers of observable directions; without any, the log evidence is minus infinity.
         log_tried: Logarithms of the numbers of candidates of the same kind.

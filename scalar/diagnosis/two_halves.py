@@ -70,7 +70,7 @@ def limited_by_halves(
 
     Args:
         found: All findings.
-        halves: As ``two_halves`` returns them.
+        halves: The answers that ``two_halves`` returns.
         least_confidence: A name with less confidence is doubtful.
     """
     if halves is None:
@@ -91,7 +91,7 @@ def most_confidence(share: float, halves: OuterSplit) -> float:
 
     Args:
         share: Share of the runs that selected it.
-        halves: As ``two_halves`` returns them.
+        halves: The answers that ``two_halves`` returns.
     """
     runs = len(halves.answers)
     return 1.0 if share == 1.0 else (share * runs + 1.0) / (runs + 2.0)

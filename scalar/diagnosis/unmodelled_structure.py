@@ -98,7 +98,7 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
     freedom for the order or place that was refined. Without the second, a wave of arbitrary order would score as high as a true harmonic.
 
     Args:
-        state: With its effects.
+        state: The fitted state.
         pools: The candidate sets of the flexible terms.
 
     Returns:

@@ -26,7 +26,7 @@ def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
 
     Args:
         dataset: What was measured.
-        measurement: The same as rows.
+        measurement: The dataset, as the sensor kind's rows.
         guess: The initial guesses of the planes, or the tracker's frames.
 
     Raises:
@@ -166,10 +166,17 @@ def _poses_give(count: int) -> str:
 def check_parameters(
     dataset: Dataset, residuals: Residuals, model: Model, identifiability: Identifiability, n_free: int
 ) -> None:
-    """Refuse data with fewer equations than unknowns, or whose poses leave a parameter undetermined although every joint moves.
+    """Refuse data with fewer equations than unknowns, or whose poses leave undetermined what other poses would determine.
+
+    Args:
+        dataset: What was measured.
+        residuals: Of the dataset.
+        model: After a first fit.
+        identifiability: Which parameters the poses leave undetermined, and why.
+        n_free: Number of parameters that would be estimated.
 
     Raises:
-        Undetermined: With what is missing.
+        Undetermined: The message says how many poses, or which parameters, are missing.
     """
     measurement = residuals.measurement
     equations = int(measurement.equations.sum())
@@ -200,7 +207,7 @@ def check_setup(
 
     Args:
         dataset: What was measured.
-        measurement: The same as rows.
+        measurement: The dataset, as the sensor kind's rows.
         guess: The initial guesses of the planes, or the tracker's frames.
         settings: Thresholds.
 
@@ -217,15 +224,15 @@ def check_setup(
 
 
 class TooManyUnknowns(Undetermined):
-    """With the effects asked for, a fit has as many unknowns as equations. The cause is known, so the set-up is not searched for it."""
+    """With the effects asked for, a fit has as many unknowns as equations or more. Errors in the set-up are not searched for then."""
 
 
 def check_effects(dataset: Dataset, measurement: Measurement, n_free: int) -> None:
-    """Refuse effects whose coefficients, with all other unknowns, are as many as the equations: such a fit says nothing.
+    """Refuse effects whose coefficients, with all other unknowns, are as many as the equations or more: any data could then be fitted.
 
     Args:
         dataset: What was measured.
-        measurement: The same, as the sensor kind's rows.
+        measurement: The dataset, as the sensor kind's rows.
         n_free: Parameters and coefficients that would be estimated.
 
     Raises:

@@ -75,6 +75,7 @@ class _QuestionState:
     """A question with the covariance of the parameters that it concerns, as poses are added."""
 
     def __init__(self, question: Question, start: Array, rows: Array):
+        """Begin with the measured poses alone; ``start`` and ``rows`` are as in ``separating_poses``."""
         self.question = question
         index = np.r_[question.rest, question.own].astype(int)
         self.rows = rows[:, :, index]

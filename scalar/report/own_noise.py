@@ -19,7 +19,7 @@ _BAND = 2.0  # half the width of the band of white noise, in standard errors
 
 
 def own_noise(diagnosis: Diagnosis) -> dict[str, Any] | None:
-    """Return the sentences and the picture of the noise within poses; None where it is white and of one size."""
+    """Return the sentences and the picture of the noise within poses; None if it is white and the same for all points."""
     noise = diagnosis.after.rows.noise
     if noise is None:
         return None
@@ -39,8 +39,10 @@ def draw_autocorrelation(autocorrelation: Autocorrelation) -> Pair:
     )
     panel.band(lag, -band, band, "ink")
     panel.line(lag, measured, "blue", behind=True)
-    said = [f"{k:.0f} points apart: {words.number(value, 2)}" for k, value in zip(lag, measured, strict=True)]
-    panel.marks(lag, measured, said, "blue", size=6.0)
+    labels = [
+        f"{k:.0f} points apart: {words.number(value, 2)}" for k, value in zip(lag, measured, strict=True)
+    ]
+    panel.marks(lag, measured, labels, "blue", size=6.0)
     what = (
         "correlation of the errors of two points of a scan about its own curve, over their distance in points"
     )

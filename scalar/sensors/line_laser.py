@@ -49,12 +49,15 @@ class LineLaser(NoisyScans):
     Attributes:
         points: ``(P, 2)`` [m], x and z of every point.
         starts: ``(N + 1,)``, pose i owns ``points[starts[i]:starts[i + 1]]``.
+        target_index: ``(N,)``, index of the target plane of each pose.
         error_axis: ``ray`` or ``z``.
+        sigma: Standard deviation of a point [m] along the error axis, stated or estimated.
+        sigma_stated: Whether the dataset states it.
         basis_names: Names of the functions of a point that R keeps; the first three are those of a flat plane.
         weighted: R of weighted points; None while all points have equal weights.
         equal: The factors with equal weights of all points, ``R_metric``; copies of this object with other weights share them.
         profiled: Whether R holds the three rows of ``profiles`` for each scan, ``(N, 3, k)``, instead of triangular factors.
-        noise: The noise within scans, if it was found not to be white and of one size; the three rows are whitened for it.
+        noise: The noise within scans, for which the three rows are whitened; None if it is white and the same for all points.
     """
 
     points: Array
@@ -164,7 +167,7 @@ class LineLaser(NoisyScans):
         return fit_planes(target, self.target_index, counts, first, second)
 
     def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
-        """Return the rows of two points on the line in which the scanner's plane cuts the target plane: ``b . c = 0`` for both."""
+        """Return the rows of two perfect points ``b = (1, x, z)``, with ``b . c = 0``, on the line in which the scanner's plane cuts the target."""
         assert isinstance(target, Planes)
         c, wrench, by_target = contact(T_base_sensor, target, index)
         on_line, reached = self.perfect_factors(c)

@@ -33,7 +33,7 @@ class SeenMotion:
     Attributes:
         screws: ``(N, 6)`` [rad, m], motion (w, v) about the tracker's origin since the first pose, in the tracker's frame; zero if
             no motion is significant.
-        step: Standard deviation of a step between two poses [m].
+        step: Standard deviation of a step between two poses: [m] of the translation, and divided by ``_REACH`` [rad] of the rotation.
         noise: Standard deviation of a coordinate of a nest [m].
         p_value: p-value of the hypothesis that nothing moves.
     """
@@ -48,13 +48,13 @@ def seen_motion(references: References) -> SeenMotion:
     """Return the motion over the poses ``0 .. N - 1`` of one session from its nests; pose N - 1 is the last at which a nest was measured."""
     n = int(references.pose.max()) + 1
     system = _System.of(references, n)
-    rest = system.still()
+    cost_at_rest = system.still()
     found: Any = minimize_scalar(
         lambda log: system.solved(float(np.exp(log)))[0], bounds=tuple(np.log(_RATIOS)), method="bounded"
     )
     ratio = float(np.exp(found.x))
     cost, noise, motion = system.solved(ratio)
-    p = float(0.5 * chdtrc(1, max(rest - cost, 0.0)))
+    p = float(0.5 * chdtrc(1, max(cost_at_rest - cost, 0.0)))
     moves = p < _ALPHA
     w, t = motion[:, :3], motion[:, 3:]
     screws = np.concatenate([w, t - np.cross(w, system.middle)], axis=1) if moves else np.zeros((n, 6))
@@ -68,7 +68,7 @@ class _System:
     Attributes:
         X: ``(3 Q, 3 K)``, sparse, for the positions c of K nests.
         Z: ``(3 Q, 6 (n - 1))``, sparse, for the walk x after the first pose; its rotations are in units of ``1 / _REACH``.
-        y: ``(3 Q,)``, measured positions about each nest's mean, weighted.
+        y: ``(3 Q,)`` [m], measured positions about each nest's mean. Rows of y, X and Z are multiplied by the median noise over that of the row.
         D: ``(6 (n - 1), 6 (n - 1))``, sparse, the differences of successive poses.
         middle: ``(3,)`` [m], mean position of the nests.
     """
@@ -82,7 +82,7 @@ class _System:
     @classmethod
     def of(cls, references: References, n: int) -> _System:
         """Return the system of nests over n poses."""
-        K, Q = len(references.names), len(references.pose)
+        Q = len(references.pose)
         places = np.array(
             [references.points[references.item == k].mean(axis=0) for k in np.unique(references.item)]
         )

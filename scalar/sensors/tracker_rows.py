@@ -27,13 +27,16 @@ def tracked_rows(
 ) -> tuple[Array, Array, Array]:
     """Return residuals ``(N, m)`` [m, rad], wrenches ``(N, m, 6)`` and derivatives by the coordinates of frame and targets ``(N, m, 6 + common)``.
 
+    A wrench holds the derivatives of a row by a small motion (w, v) of the sensor in the base frame; ``common`` is the number of coordinates of the
+    targets on the flange, which all sessions share.
+
     Args:
         T_base_sensor: ``(N, 4, 4)``.
         frames: The tracker's frames, and the targets on the flange.
         index: ``(N,)``, the session of each pose.
         names: Names of the K measured targets. The rows of a target that the model does not have are zero.
-        positions: ``(N, K, 3)`` [m], measured; None for measurements without error.
-        rotations: ``(N, K, 3, 3)``, measured; None for measurements without error.
+        positions: ``(N, K, 3)`` [m], measured. If None, residuals of positions are zero, as for derivatives where nothing was measured.
+        rotations: ``(N, K, 3, 3)``, measured; if None, residuals of orientations are zero.
         oriented: Whether orientations are measured, so that m is 6 K instead of 3 K.
     """
     N, K = len(T_base_sensor), len(names)

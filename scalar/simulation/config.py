@@ -163,8 +163,8 @@ def _faults(error: Any, file: str) -> list[Fault]:
         unknown = [key for key in error.instance if key not in known]
         prefix = f"{place}." if place else ""
         return [Fault(file, _unknown(key, known), column=prefix + key) for key in unknown]
-    said = in_plain_words(error)
-    return [Fault(file, message, column=join_path(path) or None) for path, message in said]
+    messages = in_plain_words(error)
+    return [Fault(file, message, column=join_path(path) or None) for path, message in messages]
 
 
 def _unknown(key: str, known: list[str]) -> str:

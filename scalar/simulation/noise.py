@@ -54,8 +54,9 @@ def noisy_points(
     kept.
 
     Args:
-        ranges: (N, M) [m] true, along the rays.
-        angles: (N, M) [rad].
+        ranges: (N, M) [m], the true ranges along the rays.
+        angles: (N, M) [rad], of the rays.
+        noise: the standard deviations.
         draws: (N, M) and bias_draws: (N,) standard normal.
         error_axis: "ray" or "z".
         systematic: (N, M) [m], errors along the same axis that are not noise.

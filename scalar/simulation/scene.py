@@ -148,7 +148,7 @@ def simulate(
     q = np.concatenate([found[:k] for found, k in zip(plan.q, wanted, strict=True)])[order]
 
     def draws(use: int, *shape: int, uniform: bool = False) -> Array:
-        """Return draws (N, *shape) in acquisition order; a plane's first stay when more are asked for."""
+        """Return draws (N, *shape) in acquisition order; those of a plane's first poses do not depend on how many poses it has."""
         parts = []
         for k, count in enumerate(wanted):
             rng = stream(seed, use, k)

@@ -11,7 +11,7 @@ from tests.random_scene import make_scene
 
 
 def test_columns_are_kept_for_their_state_and_set(monkeypatch):
-    """The same state and set give the same object; another state or set gives its own; nothing is kept beyond the limit of memory."""
+    """The same state and set return the same object, and any other state or set another one; beyond the limit of memory nothing is kept."""
     dataset = make_scene(seed=3, poses_per_plane=15).dataset
     model, prepared = geometry_fit(dataset, effects_follow=True)
     state = refit(dataset, model, prepared.free, ())

@@ -42,7 +42,7 @@ def elements_of(rng, widths):
 @given(st.integers(1, 8), st.integers(1, 5), st.integers(0, 2**32 - 1))
 @settings(max_examples=30)
 def test_gains_are_those_of_the_eigenvalues(width, count, seed):
-    """For any positive matrices: gain and number of directions agree with those of LAPACK's eigenvalues."""
+    """For any positive matrices, the gain and the number of directions agree with those computed from LAPACK's eigenvalues."""
     rng = np.random.default_rng(seed)
     grams, projections = (
         np.array(x) for x in zip(*(products(rng, width + 1)[:2] for _ in range(count)), strict=True)
@@ -59,8 +59,8 @@ def test_gains_are_those_of_the_eigenvalues(width, count, seed):
 @needs_library
 @given(st.lists(st.integers(1, 6), min_size=5, max_size=12), st.integers(0, 2**32 - 1))
 @settings(max_examples=30)
-def test_sets_and_extensions_are_scored_alike(widths, seed):
-    """For elements of any numbers of columns: squared residuals, evidence and extensions of sets agree with those of NumPy."""
+def test_sets_and_extensions_agree_with_numpy(widths, seed):
+    """For elements with any numbers of columns, squared residuals, evidence and extensions of sets agree with those computed by NumPy."""
     elements = elements_of(np.random.default_rng(seed), widths)
     sets = [(), (0,), (1, 3), (0, 2, 4)]
     found, expected = elements.subsets(sets), in_numpy(lambda: elements.subsets(sets))

@@ -53,7 +53,7 @@ def test_the_correction_keeps_a_doubtful_effect(scaled):
     assert scaled.held_out_after.rms < 0.5 * scaled.held_out_before.rms
 
 
-def test_report_and_terminal_send_nobody_to_a_repair(scaled):
+def test_report_and_terminal_advise_no_repair_for_a_doubtful_name(scaled):
     """Both say what the structure resembles, and give none of the advice that belongs to the name."""
     page, said = render_report(scaled), describe_diagnosis(scaled)
     assert "Structure most like “joint 3: " in page

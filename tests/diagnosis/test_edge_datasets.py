@@ -176,7 +176,7 @@ def test_refusals_are_undetermined():
 
 
 @pytest.mark.parametrize(("kind", "coordinates"), [("tracker", 3), ("probe", 1)])
-def test_noise_that_nobody_states_is_what_the_model_leaves(kind, coordinates):
+def test_a_noise_that_is_not_stated_is_estimated_from_the_residual(kind, coordinates):
     """For a tracker without a stated noise, 0.02 mm for each coordinate is found to a tenth, and no scatter of scans is stated, because there are
     none.
     """

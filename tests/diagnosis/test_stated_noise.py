@@ -1,4 +1,4 @@
-"""What a tracker's noise is stated to be does not decide what is found: it is measured, and a disagreement is said."""
+"""The stated noise of a tracker does not decide what is found: the noise is estimated from the data, and a disagreement is reported."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def tracked(stated, gear=0.0, jitter=0.0, seed=1, targets=("ball",)):
 
 
 @pytest.mark.parametrize("stated", [None, 1e-3, 1e-4, 1e-5])
-def test_nothing_is_found_in_noise_of_any_statement(stated):
-    """A statement ten times too large named the base's compliance, with a confidence of 1.00; one that is too small, a bias of scans."""
+def test_no_effect_is_named_whatever_noise_is_stated(stated):
+    """If the stated noise is ten times too large, too small or missing, and nothing was injected, no effect and no variance component is named."""
     diagnosis = diagnose(tracked(stated), outer_folds=0)
     assert diagnosis.verdict == "no_effect"
     mapping = diagnosis.to_mapping()
@@ -35,16 +35,18 @@ def test_nothing_is_found_in_noise_of_any_statement(stated):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stated", [None, 1e-3, 1e-4, 1e-5])
-def test_a_gear_is_named_whatever_is_stated(stated):
-    """The noise is that of the residual once the gear is in the model."""
+def test_a_gear_error_is_named_whatever_noise_is_stated(stated):
+    """The gear error is named with its joint and order, and no variance component is identified."""
     diagnosis = diagnose(tracked(stated, gear=4e-4), outer_folds=0)
     (found,) = diagnosis.to_mapping()["effects"]
     assert (found["name"], found["target"]) == ("joint_harmonic", {"joint": 2, "order": 3})
     assert not diagnosis.noise
 
 
-def test_joints_that_do_not_repeat_are_told_from_a_noise_stated_too_small():
-    """The scatter grows with the distance of the tracked point from each axis, which an error of the tracker does not."""
+def test_a_jitter_is_distinguished_from_a_noise_that_is_stated_too_small():
+    """A jitter of the joints is named, because its scatter grows with the distance of the tracked point from each axis, which that of the tracker
+    does not.
+    """
     diagnosis = diagnose(tracked(2e-5, jitter=4e-4), outer_folds=0)
     assert [c.name for c in diagnosis.noise] == ["pose_jitter"]
 
@@ -52,7 +54,7 @@ def test_joints_that_do_not_repeat_are_told_from_a_noise_stated_too_small():
 @pytest.mark.slow
 @pytest.mark.parametrize("stated", [None, 2e-5])
 def test_three_targets_measure_their_own_noise(stated):
-    """With the stated noise, a fifth of the true one, no gear was found, and poses were wrong by its whole error."""
+    """If the stated noise is a fifth of the true one, three targets on the flange show their noise, and the gear error is found."""
     diagnosis = diagnose(tracked(stated, gear=4e-4, targets=("a", "b", "c")), outer_folds=0)
     assert [f.effect.name for f in diagnosis.findings] == ["joint_harmonic"] and not diagnosis.noise
     assert diagnosis.to_mapping()["noise"]["within_scan_mm"] == pytest.approx(0.1, rel=0.15)

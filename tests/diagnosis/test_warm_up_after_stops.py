@@ -1,4 +1,4 @@
-"""A warm-up after each stop is named where it is, and drifts that do not care for stops are not called so.
+"""A warm-up after each stop is named where it was injected, and drifts that continue through the stops are named otherwise.
 
 The heat is the simulator's (motors that warm the links); the data are those of ``tests.effects.injected``.
 """
@@ -53,14 +53,14 @@ def findings(seed: int, course, columns=pausing) -> list[str]:
 
 @pytest.mark.parametrize("seed", [500, pytest.param(501, marks=pytest.mark.slow)])
 def test_a_warm_up_after_each_stop_is_named(seed):
-    """The lengths grow from cold three times: that is named, and nothing else is."""
+    """The lengths grow from cold three times: this effect is named, and nothing else is."""
     assert findings(seed, restarting) == ["restarted_warm_up"]
 
 
 @pytest.mark.parametrize("course", [through, at_work_only])
 @pytest.mark.parametrize("seed", [500, pytest.param(501, marks=pytest.mark.slow)])
-def test_a_drift_that_no_stop_takes_back_is_not_called_so(seed, course):
-    """A hall that warms up all the time does not start again after a stop, nor does what grows with each pose."""
+def test_a_drift_without_cooling_is_no_warm_up_after_stops(seed, course):
+    """Growth that stops of the arm do not take back, with the time or with each pose, is named a thermal drift and not a warm-up after each stop."""
     assert findings(seed, course) == ["thermal_drift"]
 
 

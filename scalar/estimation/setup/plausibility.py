@@ -97,6 +97,7 @@ def _loud(dataset: Dataset) -> list[Suspicion]:
 
 
 def _lengths(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
+    """Return a suspicion if a length changed too much: of a unit if all lengths changed by about the same factor, else of the largest change."""
     nominal, fitted = dataset.robot.geometry, model.robot.geometry
     errors = std[model.blocks["geometry"]].reshape(nominal.shape)
     rows = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
@@ -137,6 +138,7 @@ def _lengths(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
 
 
 def _zeros(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
+    """Return a suspicion for each joint whose zero changed too much."""
     k = GEOMETRY.index("theta")
     errors = std[model.blocks["geometry"]].reshape(dataset.robot.geometry.shape)[k]
     change = model.robot.geometry[k] - dataset.robot.geometry[k]
@@ -154,6 +156,7 @@ def _zeros(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
 
 
 def _sensor(dataset: Dataset, model: Model, rotation_observed: bool) -> list[Suspicion]:
+    """Return suspicions if the sensor is too far from its stated pose on the flange; none if no pose is stated."""
     T = dataset.sensor.T_flange_sensor
     if T is None:
         return []

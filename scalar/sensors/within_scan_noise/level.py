@@ -1,8 +1,8 @@
 """The size of a scan's noise as a function of its range and of the incidence of its rays.
 
-``log g^2 = b_0 + b_1 ln(r / r_0) + b_2 ln^2(r / r_0) + b_3 ln |n . e|``, with g the noise of a scan relative to the assumed one and r_0 the median
-range: noise may grow with the range, and with the slant of the surface by more than noise along the ray does. The mean square ``s^2`` of a
-scan with nu degrees of freedom has
+``log g^2 = b_0 + b_1 ln(r / r_0) + b_2 ln^2(r / r_0) + b_3 ln |n . e|``, with g the noise of a scan relative to the assumed one, r_0 the median
+range, and ``n . e`` the product of the plane's normal and the direction in which the scanner errs: noise may grow with the range, and with the
+slant of the surface by more than noise along the ray does. The mean square ``s^2`` of a scan with nu degrees of freedom has
 ``E log s^2 = log g^2 - 1 / nu`` and ``var log s^2 = 2 / nu`` (Bartlett and Kendall, JRSS Supplement 8, 1946, to first order). Outlying
 scans are trimmed, and a scatter of the others beyond that variance counts as overdispersion.
 """

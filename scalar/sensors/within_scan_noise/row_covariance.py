@@ -1,5 +1,8 @@
 """The covariance of the three rows of each scan, ``V = g^2 Q' C Q``, computed without a matrix over all pairs of points.
 
+For a scan of M points, Q ``(M, 3)`` holds orthonormal functions of the points (shift, turn, curvature), g^2 is the variance of a point in units of
+its assumed variance sigma^2, and C ``(M, M)`` the correlation of the points' errors.
+
 A kernel is evaluated on a regular grid along the scan, and each point's weights are distributed to the two nearest nodes (structured
 kernel interpolation: Wilson and Nickisch, ICML 2015). On a grid the kernel's matrix is Toeplitz, so that its quadratic forms follow by
 the fast Fourier transform of its circulant embedding. The cost grows with the points, not with their square.
@@ -27,7 +30,7 @@ def row_covariance(profiles: Profiles, variance: Array, parts: Sequence[Part], p
 
     Args:
         profiles: The scans.
-        variance: ``(N,)``, g^2 of each scan.
+        variance: ``(N,)``, g^2 of each scan, dimensionless.
         parts: The correlated components; the rest of the variance is white.
         pitch: Angle between neighbouring points [rad].
     """
@@ -37,8 +40,9 @@ def row_covariance(profiles: Profiles, variance: Array, parts: Sequence[Part], p
     for p in parts:
         at = profiles.along if p.kernel.of_surface else profiles.angle / pitch
         C = C + p.share * quadratic_forms(profiles, at / p.length, p.kernel)
-    dead = np.diagonal(white, axis1=1, axis2=2) < 0.5  # a scan of two points has no curvature
-    C = C + np.einsum("ni,ij->nij", dead.astype(float), np.eye(3))
+    # A scan of two points has no curvature: its third row is zero, and gets the variance g^2.
+    missing = np.diagonal(white, axis1=1, axis2=2) < 0.5
+    C = C + np.einsum("ni,ij->nij", missing.astype(float), np.eye(3))
     return C * variance[:, None, None]
 
 

@@ -77,7 +77,7 @@ def half_point(x: Array, found: Array) -> float:
 def half_point_interval(
     x: Array, found: Array, groups: Sequence[object], level: float = LEVEL
 ) -> tuple[float, float]:
-    """Return the interval of ``half_point`` by drawing whole groups (seeds) anew; NaN where no half was reached."""
+    """Return the interval of ``half_point`` by drawing whole groups (seeds) anew; its upper end is NaN if it lies beyond the largest value."""
     names, member = np.unique(np.array([str(group) for group in groups]), return_inverse=True)
     rows = [np.flatnonzero(member == i) for i in range(len(names))]
     rng = np.random.default_rng(_SEED)

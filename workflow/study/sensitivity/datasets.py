@@ -1,7 +1,8 @@
-"""A blind set as a dataset, with true poses that are not in it. The simulator measures with a line laser; other sensors measure the same arm here.
+"""A set of the blind trials as a dataset, and a table of true frames at other poses. The simulator has only a line laser; the measurements of a
+tracker or a probe on the same arm are computed here.
 
-A tracker follows the sensor's origin at the postures of the scans. A probe has a stylus along the sensor's z axis; each posture is bent,
-by least squares over the joints, until the tip touches the target plane up to the noise. For both, the physics
+A tracker follows the sensor's origin at the postures of the scans. A probe has a stylus along the sensor's z axis; the joint angles of each posture
+are changed as little as possible, in the sense of least squares, until the tip is on the target plane, but for the noise. For both, the physics
 engine computes where the arm stands, with the effects that are injected into the arm. What is injected into the scanner or the target planes is left
 out.
 """
@@ -31,10 +32,12 @@ _CONTACTS = 8  # most steps of the least squares towards a contact; three reach 
 
 
 def make_dataset(wanted: BlindSet, sets: Sets, root: Path) -> tuple[Dataset, pd.DataFrame]:
-    """Return a blind set and its true poses.
+    """Return a blind set and the table of true frames at its evaluation poses.
 
     Args:
-        wanted: Which. sets: Its config. root: Where the paths of scenes start.
+        wanted: The set.
+        sets: The config of all sets.
+        root: Folder to which the paths of scenes are relative.
 
     Raises:
         SimulationError: Too few postures see a target plane.
@@ -58,7 +61,7 @@ def make_dataset(wanted: BlindSet, sets: Sets, root: Path) -> tuple[Dataset, pd.
 
 
 def _tracker(simulated: SimulatedScene, dataset: Dataset, rng: np.random.Generator) -> Dataset:
-    """Return what a tracker, standing anywhere, measures of the sensor's origin."""
+    """Return the dataset of a tracker that measures the sensor's origin, from a place and in an orientation drawn at random."""
     noise = simulated.config["noise"]["range_noise_std_m"]
     R, _ = np.linalg.qr(rng.standard_normal((3, 3)))
     R = R * np.sign(np.linalg.det(R))
