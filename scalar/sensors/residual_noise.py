@@ -10,7 +10,6 @@ and shows its size whether it is stated or not.
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import chi2
 
 from scalar.geometry.se3 import Array
 from scalar.sensors.pose_noise import POSITION_NOISE, NoiseComponent
@@ -53,6 +52,8 @@ def factor_within_poses(residual: Array, moved: Array, measured: Array) -> tuple
         moved: ``(N, m, 6)``, derivatives of the rows by a rigid motion.
         measured: ``(N, m)`` bool; rows that were not measured are zero.
     """
+    from scipy.stats import chi2  # here: checking a dataset needs no SciPy
+
     U, sizes, _ = np.linalg.svd(moved, full_matrices=False)
     counted = sizes > _LEAST_SIZE * sizes[:, :1]
     along = np.einsum("nmk,nm->nk", U, residual) * counted
