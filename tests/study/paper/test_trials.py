@@ -75,7 +75,10 @@ def test_the_committed_scenes_agree_with_the_committed_workcells():
 
 def test_what_was_not_injected_is_said(reported):
     """Each effect of the catalogue was injected, or is in the list; an effect that joins the catalogue joins the list."""
-    tried = {case.split("-")[0].replace("_", " ") for case in read_table(SUMMARIES / "blind_trials/power.csv")["case"]}
+    tried = {
+        case.split("-")[0].replace("_", " ")
+        for case in read_table(SUMMARIES / "blind_trials/power.csv")["case"]
+    }
     every = {name.replace("_", " ") for name in known()} | {"pose jitter", "scan bias"}
     assert set(reported["not_injected"]) == every - tried - {"unattributed"}
     assert {"joint ripple", "pose lag"} <= set(reported["not_injected"]) and "joint scale" in tried
