@@ -21,8 +21,9 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "workflow")]
 
 from study.blind_trials.run import errors  # noqa: E402
+from study.blind_trials.statistics import wilson  # noqa: E402
 from study.blind_trials.stratified import Design, Trial, load_design  # noqa: E402
-from study.blind_trials.trial_score import trial_score  # noqa: E402
+from study.blind_trials.trial_score import WORSE, trial_score  # noqa: E402
 from study.blind_trials.trials import ATTEMPTS, scenes, truth_of  # noqa: E402
 from study.common.memory import dataset_in_memory  # noqa: E402
 from study.common.provenance import code_version  # noqa: E402
@@ -153,14 +154,38 @@ def _normals_and_distances(state: FittedState) -> tuple[Array, Array]:
 
 
 def summary(table: pd.DataFrame) -> dict[str, Any]:
-    """Return counts of each contestant over the sets that all of them answered or failed at, medians of the errors beside them."""
+    """Return counts of each contestant over all sets, medians of the errors, and how it stands against the diagnosis set by set.
+
+    ``clean_low`` and ``clean_high`` are Wilson's interval of the share of clean answers. ``only_diagnosis_clean`` and ``only_this_clean`` count sets
+    that one of the two answers without a fault; ``nearer`` and ``farther`` those in which the error after this contestant's correction
+    is by more than 5 % smaller or larger than after that of the diagnosis.
+    """
     found: dict[str, Any] = {"sets": int(table["number"].nunique())}
+    ours: Any = table[table["contestant"] == OURS].set_index("number")
     for name, rows in table.groupby("contestant", sort=False):
-        ratio = rows["after_over_before"].to_numpy(dtype=float)
+        own: Any = rows.set_index("number")
         found[str(name)] = {
-            key: None if rows[key].isna().all() else int(rows[key].astype(bool).sum())
+            key: None if own[key].isna().all() else int(own[key].astype(bool).sum())
             for key in ("clean", "missed", "wrong", "worse", "much_worse")
-        } | {"median_after_over_before": float(np.median(ratio)), "seconds": float(rows["seconds"].median())}
+        } | {
+            "median_after_over_before": float(own["after_over_before"].median()),
+            "seconds": float(own["seconds"].median()),
+        }
+        if found[str(name)]["clean"] is not None:
+            low, high = wilson(found[str(name)]["clean"], len(own))
+            here, there = own["clean"].astype(bool), ours["clean"].astype(bool)
+            found[str(name)] |= {
+                "clean_share": found[str(name)]["clean"] / len(own),
+                "clean_low": low,
+                "clean_high": high,
+                "only_diagnosis_clean": int((there & ~here).sum()),
+                "only_this_clean": int((here & ~there).sum()),
+            }
+        times = (own["position_after_mm"] / ours["position_after_mm"]).to_numpy(dtype=float)
+        found[str(name)] |= {
+            "nearer": int(np.sum(times < 1 / WORSE)),
+            "farther": int(np.sum(times > WORSE)),
+        }
     return found
 
 

@@ -29,11 +29,7 @@ _CELLS_ACROSS = 18
 _LEAST_POSES = 3  # a cell with fewer poses is not drawn
 _SHELLS = 12  # points of the curve over the distance from the first joint's axis
 _DOTS = 150  # the most measured poses that are drawn
-_STEPS = (
-    (1.0, 2.0, 5.0),
-    (1.0, 3.0),
-    (1.0,),
-)  # edges of the colour classes in a decade of the error, the finest division first
+_STEPS = ((1.0, 2.0, 5.0), (1.0, 3.0), (1.0,))  # edges of the colour classes in a decade, the finest first
 _CLASSES = 9  # of colour
 _LEVEL = 0.99  # cosine of the angle between two directions, above which they count as the same
 _MOST = 0.95  # the table's upper bound holds for this share of the poses

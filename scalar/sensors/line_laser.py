@@ -51,8 +51,7 @@ class LineLaser(NoisyScans):
         starts: ``(N + 1,)``, pose i owns ``points[starts[i]:starts[i + 1]]``.
         target_index: ``(N,)``, index of the target plane of each pose.
         error_axis: ``ray`` or ``z``.
-        sigma: Standard deviation of a point [m] along the error axis, stated or estimated.
-        sigma_stated: Whether the dataset states it.
+        sigma, sigma_stated: Standard deviation of a point [m] along the error axis, and whether the dataset states it.
         basis_names: Names of the functions of a point that R keeps; the first three are those of a flat plane.
         weighted: R of weighted points; None while all points have equal weights.
         equal: The factors with equal weights of all points, ``R_metric``; copies of this object with other weights share them.
@@ -76,9 +75,8 @@ class LineLaser(NoisyScans):
         "line-laser",
         on_planes=True,
         needs_nominal_pose=False,
-        table=MeasuredTable(
-            "scans", {"x": "m", "z": "m"}, True, "laser point", largest=20.0
-        ),  # lidars included
+        # The largest coordinate allows for lidars.
+        table=MeasuredTable("scans", {"x": "m", "z": "m"}, True, "laser point", largest=20.0),
     )
     words = "line laser"
     residual_words = "mean height of a scan over its plane"

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -193,9 +194,9 @@ def effect_rows(
             measures ``(N,)``, and the contact vectors c ``(N, 3)``.
     """
     columns = [np.zeros((*R.shape[:2], 0))]
-    for effect in point_effects:
-        own = R[:, :, [names.index(name) for name in effect.basis_names]]
-        columns.append(own @ effect.contact_columns(*where))
+    for functions, same in groupby(point_effects, key=lambda effect: effect.basis_names):
+        own = R[:, :, [names.index(name) for name in functions]]
+        columns.append(own @ np.concatenate([effect.contact_columns(*where) for effect in same], axis=2))
     return np.concatenate(columns, axis=2)
 
 

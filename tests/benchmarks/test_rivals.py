@@ -1,6 +1,7 @@
 """The rivals of the diagnosis are what they say: the lasso's minimum, the penalty of least BIC, stability selection's bound, a Gaussian process."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -8,6 +9,7 @@ from hypothesis import strategies as st
 from benchmarks.diagnosis.compensation import Compensation, squared_chords
 from benchmarks.diagnosis.rivals import descended, entries, least_bic
 from benchmarks.diagnosis.stability import FALSE_ONES, THRESHOLD, first_columns
+from benchmarks.diagnosis.stratified import OURS, PROCESS, summary
 from scalar.effects.joint_scale import JointScale
 
 
@@ -90,3 +92,29 @@ def test_chords_know_a_turn():
     """Angles a turn apart are the same place."""
     q = np.array([[0.3, -0.2]])
     assert squared_chords(q, q + 2 * np.pi) == pytest.approx(np.zeros((1, 1)), abs=1e-15)
+
+
+def test_the_summary_compares_set_by_set():
+    """Counts are of all sets; what one contestant alone answers without a fault, and whose correction is nearer, is counted in pairs."""
+
+    def rows(name, clean, after):
+        flags = dict.fromkeys(("missed", "wrong", "worse", "much_worse"), False)
+        return [
+            {"number": i, "contestant": name, "clean": c, "position_after_mm": a, "seconds": 1.0}
+            | {"after_over_before": a, **flags}
+            for i, (c, a) in enumerate(zip(clean, after, strict=True))
+        ]
+
+    table = pd.DataFrame(
+        rows(OURS, [True, True, False, True], [0.1, 0.2, 1.0, 0.5])
+        + rows("stepwise", [True, False, True, False], [0.1, 0.3, 0.9, 0.51])
+        + rows(PROCESS, [None] * 4, [1.0] * 4)
+    )
+    found = summary(table)
+    assert found["sets"] == 4
+    step = found["stepwise"]
+    assert (step["clean"], step["only_diagnosis_clean"], step["only_this_clean"]) == (2, 2, 1)
+    assert (step["nearer"], step["farther"]) == (1, 1)
+    assert found[PROCESS]["clean"] is None and "clean_low" not in found[PROCESS]
+    assert found[OURS]["clean_share"] == 0.75 and found[OURS]["clean_low"] < 0.75 < found[OURS]["clean_high"]
+    assert found[OURS]["nearer"] == found[OURS]["farther"] == 0

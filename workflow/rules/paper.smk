@@ -67,6 +67,9 @@ if (MEASURED_SUMMARIES / "numbers.json").exists():
 if (MEASURED_SUMMARIES / "unseen.json").exists():
     PAPER_NUMBERS["measured_later"] = local(MEASURED_SUMMARIES / "unseen.json")
 
+if (MEASURED_SUMMARIES / "rivals.json").exists():
+    PAPER_NUMBERS["measured_rivals"] = local(MEASURED_SUMMARIES / "rivals.json")
+
 SENSITIVITY_SUMMARIES = PAPER / "summaries/sensitivity"
 if (SENSITIVITY_SUMMARIES / "numbers.json").exists():
     PAPER_NUMBERS["sensitivity"] = local(SENSITIVITY_SUMMARIES / "numbers.json")

@@ -11,6 +11,8 @@ from study.common.tables import read_table
 from study.paper.reported import TABLES
 from study.paper.trials import reported_stratified, reported_trials, with_ratios
 
+from scalar.effects.registry import known
+
 SUMMARIES = Path(__file__).parents[3] / "paper/summaries"
 
 
@@ -69,6 +71,17 @@ def test_the_committed_scenes_agree_with_the_committed_workcells():
     cells = read_table(SUMMARIES / "blind_trials/by_workcell.csv").set_index(["case", "workcell"])
     assert scenes.sum().to_dict() == cells["right"].to_dict()
     assert scenes.size().to_dict() == cells["sets"].to_dict()
+
+
+def test_what_was_not_injected_is_said(reported):
+    """Each effect of the catalogue was injected, or is in the list; an effect that joins the catalogue joins the list."""
+    tried = {
+        case.split("-")[0].replace("_", " ")
+        for case in read_table(SUMMARIES / "blind_trials/power.csv")["case"]
+    }
+    every = {name.replace("_", " ") for name in known()} | {"pose jitter", "scan bias"}
+    assert set(reported["not_injected"]) == every - tried - {"unattributed"}
+    assert {"joint ripple", "pose lag"} <= set(reported["not_injected"]) and "joint scale" in tried
 
 
 def test_the_worst_correction_comes_first(reported):

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scalar.effects.flexible.unattributed import Unattributed
+from scalar.effects.registry import known
 from study.blind_trials.numbers import UNOBSERVABLE
 from study.blind_trials.score import NOISES, SLACK_POSES
 from study.blind_trials.statistics import LEVEL, clustered, wilson
@@ -47,7 +49,15 @@ def reported_trials(tables: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
         "smaller": _smaller(tables["power"]),
         "unknown": _unknown(tables["unknown"]),
         "after_over_control": _after(errors[errors["size"] == NATURAL]),
+        "not_injected": _not_injected(tables["power"]),
     }
+
+
+def _not_injected(power: Any) -> list[str]:
+    """Return the words of the effects of the catalogue that no set with one effect has."""
+    injected = {case.split("-")[0] for case in power["case"]}
+    names = {*known(), *NOISES} - {Unattributed.name}
+    return sorted(name.replace("_", " ") for name in names - injected)
 
 
 def _natural(by_scene: Any, power: Any) -> dict[str, Any]:

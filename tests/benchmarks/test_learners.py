@@ -1,0 +1,73 @@
+"""Learned compensation predicts what depends on the joint angles, leaves noise alone, and is judged on poses that no half shares."""
+
+import numpy as np
+import pytest
+
+from benchmarks.diagnosis.learners import Network, Process, _forward, _gradient
+from benchmarks.diagnosis.measured import BLOCKS, halves
+
+FRAME = np.eye(3)[None]
+
+
+def error(q):
+    """Return a smooth error of the position ``(N, 3)`` [m]."""
+    return 1e-3 * np.column_stack([np.sin(q[:, 0]), np.cos(q[:, 1]), np.sin(q[:, 0] + q[:, 1])])
+
+
+@pytest.mark.parametrize("planes", [False, True], ids=["tracker", "contacts"])
+@pytest.mark.parametrize("learner", ["process", "network"])
+def test_a_smooth_error_is_learned(planes, learner):
+    """At angles that were not seen most of the error is predicted, from three components or from one along many normals."""
+    rng = np.random.default_rng(4)
+    q = rng.uniform(-2, 2, (400, 2))
+    normals = rng.standard_normal((400, 1, 3))
+    d = normals / np.linalg.norm(normals, axis=2, keepdims=True) if planes else np.repeat(FRAME, 400, axis=0)
+    y = np.einsum("pmi,pi->pm", d, error(q)) + 5e-5 * rng.standard_normal(d.shape[:2])
+    seen, unseen = slice(0, 300), slice(300, None)
+    fitted = (
+        Process(q[seen], d[seen], y[seen])
+        if learner == "process"
+        else Network(q[seen], d[seen], y[seen], np.arange(300) // 10, rng)
+    )
+    left = y[unseen] - fitted.predicted(q[unseen], d[unseen])
+    assert np.sqrt(np.mean(left**2)) < 0.3 * np.sqrt(np.mean(y[unseen] ** 2))
+
+
+def test_noise_is_not_learned():
+    """What does not depend on the angles is left as it is, to a tenth of its size."""
+    rng = np.random.default_rng(5)
+    q, y = rng.uniform(-2, 2, (150, 3)), 1e-3 * rng.standard_normal((150, 3))
+    d = np.repeat(FRAME, 150, axis=0)
+    for learner in (Process(q, d, y), Network(q, d, y, np.arange(150) // 8, rng)):
+        assert np.sqrt(np.mean(learner.predicted(q[:40] + 0.5, d[:40]) ** 2)) < 3e-4
+
+
+def test_the_gradient_agrees_with_differences():
+    """Every array of weights, by central differences of the mean squared residual."""
+    rng = np.random.default_rng(6)
+    x, y = rng.standard_normal((7, 4)), rng.standard_normal((7, 2))
+    d = rng.standard_normal((7, 2, 3))
+    weights = [rng.standard_normal(shape) for shape in ((4, 5), (5,), (5, 5), (5,), (5, 3), (3,))]
+
+    def loss():
+        return np.mean((np.einsum("pmi,pi->pm", d, _forward(weights, x)[-1]) - y) ** 2)
+
+    for w, g in zip(weights, _gradient(weights, x, d, y), strict=True):
+        place = np.unravel_index(int(np.argmax(np.abs(g))), g.shape)
+        ends = []
+        for step in (1e-6, -2e-6):
+            w[place] += step
+            ends.append(loss())
+        w[place] += 1e-6
+        assert (ends[0] - ends[1]) / 2e-6 == pytest.approx(g[place], rel=1e-6)
+
+
+def test_the_halves_share_no_pose():
+    """Blocks of successive poses alternate, and a repetition goes where its first time went."""
+    q = np.random.default_rng(7).uniform(-1, 1, (200, 6))
+    q[150:190] = q[:40]
+    block, first = halves(q)
+    assert set(block) == set(range(BLOCKS))
+    assert np.array_equal(first[150:190], first[:40])
+    assert 0.35 < first.mean() < 0.65
+    assert np.array_equal(first, block % 2 == 0)
