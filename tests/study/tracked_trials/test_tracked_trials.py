@@ -128,7 +128,7 @@ def test_torques_are_weights_times_levers(arm):
     upright = TrackedArm(
         arm.name, arm.geometry * np.array([1, 1, 1, 1, 0])[:, None], arm.targets, arm.T_tracker_base
     )
-    upright.geometry[1, 0] = 0.0
+    upright.geometry[:2, 0] = 0.0  # the first joint stands in the middle of the base
     turned = q + np.eye(6)[0] * 0.7
     energy, moment = FlawedArm(upright, []).moments(q)
     energy_turned, moment_turned = FlawedArm(upright, []).moments(turned)
