@@ -49,6 +49,7 @@ def rules() -> set[str]:
     run_only_by_name = (
         "measured",
         "blind_trials",
+        "tracked_trials",
         "processors",
         "sensitivity",
         "planning",

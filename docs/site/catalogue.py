@@ -56,6 +56,15 @@ CATALOGUE: dict[str, Shown] = {
     "joint_backlash": Shown(
         "joint_backlash:2", _injected("joint_backlash", target={"joint": 2}, size=3.0e-4)
     ),
+    "joint_hysteresis": Shown(
+        "joint_hysteresis:2",
+        {
+            **_injected("joint_hysteresis", target={"joint": 2}, size=6.0e-4, travel_rad=0.3),
+            "record": ["time"],
+        },
+        "A diagnosis looks for it only where the order of poses is recorded (`order` or `time`) and no direction of approach, and only by "
+        "travels that the moves distinguish from backlash.",
+    ),
     "pose_lag": Shown("pose_lag:1", _injected("pose_lag", target={"joint": 1}, size=1.0e-3)),
     "axis_nonparallel": Shown(
         "axis_nonparallel:3", _injected("axis_nonparallel", target={"joint": 3}, size=2.0e-3)

@@ -1,4 +1,4 @@
-"""The moves between poses, from the order of acquisition: by how much each joint moved to a pose, and in which direction.
+"""The moves between poses, from the order of acquisition: by how much each joint moved to a pose, in which direction, and how far since it turned.
 
 Each move is assumed to be direct. A joint that stands still keeps the direction of its last move. After a gap in the order, and at the
 first pose of a session, the move is not known.
@@ -20,6 +20,13 @@ if TYPE_CHECKING:
 
 STILL = 2e-3  # rad, a tenth of a degree: a joint that moves by less counts as standing still (under load it may yield by as much)
 
+TRAVELS = (
+    0.02,
+    0.06,
+    0.2,
+    0.6,
+)  # rad or m: of a joint, after which its friction has forgotten all but a third of what was before
+
 
 def step_column(joint: int) -> str:
     """Return the name of the column with the last step [rad, m] of a joint, counted from 1; the step is 0 where it is not known."""
@@ -31,10 +38,22 @@ def side_column(joint: int) -> str:
     return f"side_q{joint}"
 
 
+def wind_up_column(joint: int, travel: float) -> str:
+    """Return the name of the column with the wind-up, -1 to 1, of a joint, counted from 1, by one of ``TRAVELS``; it is 0 where it is not known."""
+    return f"wind_up_q{joint}_{travel:g}"
+
+
+def last_move_columns(n_joints: int) -> list[str]:
+    """Return the names of the columns with the last move of each of n joints: its step and its sign."""
+    joints = range(1, n_joints + 1)
+    return [*map(step_column, joints), *map(side_column, joints)]
+
+
 def move_columns(n_joints: int) -> list[str]:
     """Return the names of all columns that the moves of n joints have."""
     joints = range(1, n_joints + 1)
-    return [*map(step_column, joints), *map(side_column, joints)]
+    wind_up = [wind_up_column(joint, travel) for travel in TRAVELS for joint in joints]
+    return [*last_move_columns(n_joints), *wind_up]
 
 
 def joint_angles(frame: pd.DataFrame, n_joints: int) -> Array:
@@ -49,7 +68,8 @@ def joint_angles(frame: pd.DataFrame, n_joints: int) -> Array:
 def moves(frame: pd.DataFrame, n_joints: int) -> dict[str, Array]:
     """Return the columns of the moves to the poses of a table, ``(N,)`` each.
 
-    If the table has these columns already, they are returned as they are: they were computed before poses were taken out of it.
+    If the table has these columns already, they are returned as they are: they were computed before poses were taken out of it. The wind-up is zero
+    in a table that has the last moves alone, as former versions wrote them.
 
     Args:
         frame: Columns q1..qn [rad, m], ``order`` (without it: the order of the rows), ``session`` (optional).
@@ -57,8 +77,9 @@ def moves(frame: pd.DataFrame, n_joints: int) -> dict[str, Array]:
     """
     names = move_columns(n_joints)
     table = cast(Any, frame)
-    if all(name in table.columns for name in names):
-        return {name: table[name].to_numpy(dtype=float) for name in names}
+    if all(name in table.columns for name in last_move_columns(n_joints)):
+        none = np.zeros(len(table))
+        return {name: table[name].to_numpy(dtype=float) if name in table.columns else none for name in names}
     q = joint_angles(frame, n_joints)
     order = table["order"].to_numpy(dtype=float) if "order" in table.columns else np.arange(float(len(q)))
     rows = np.argsort(order, kind="stable")
@@ -70,7 +91,10 @@ def moves(frame: pd.DataFrame, n_joints: int) -> dict[str, Array]:
     step[rows[1:]] = np.where(known[1:, None], np.diff(q[rows], axis=0), 0.0)
     side = np.zeros_like(q)
     side[rows] = _last_sides(step[rows], known)
-    return dict(zip(names, np.column_stack([step, side]).T, strict=True))
+    wind_up = np.zeros((len(TRAVELS), *q.shape))
+    for k, travel in enumerate(TRAVELS):
+        wind_up[k, rows] = _wind_up(step[rows], known, travel)
+    return dict(zip(names, np.column_stack([step, side, *wind_up]).T, strict=True))
 
 
 def _gaps(order: Array) -> Array:
@@ -90,3 +114,24 @@ def _last_sides(step: Array, known: Array) -> Array:
     decides = (sign != 0.0) | ~known[:, None]
     last = np.maximum.accumulate(np.where(decides, np.arange(len(step))[:, None], 0), axis=0)
     return np.take_along_axis(sign, last, axis=0)
+
+
+def _wind_up(step: Array, known: Array, travel: float) -> Array:
+    """Return the wind-up of each joint ``(N, n)`` in order of acquisition, 0 before the first move and after a gap.
+
+    Over a step it approaches the sign of the step exponentially, ``w -> s + (w - s) exp(-|step| / travel)``: the friction of Dahl (1968), whose
+    force over displacement has this solution. Such steps are linear maps of w; they are composed two by two, then four by four, and so on.
+
+    Args:
+        step: ``(N, n)`` [rad, m].
+        known: ``(N,)`` bool, whether the pose before is known.
+        travel: In which the wind-up approaches its limit to a third [rad, m].
+    """
+    factor = np.where(known[:, None], np.exp(-np.abs(step) / travel), 0.0)
+    added = np.where(known[:, None], np.sign(step) * (1.0 - factor), 0.0)
+    reach = 1
+    while reach < len(step):
+        added[reach:] = added[reach:] + factor[reach:] * added[:-reach]
+        factor[reach:] = factor[reach:] * factor[:-reach]
+        reach *= 2
+    return added

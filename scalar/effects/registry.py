@@ -23,6 +23,7 @@ from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_coupling import JointCoupling
 from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_hysteresis import JointHysteresis
 from scalar.effects.joint_ripple import JointRipple
 from scalar.effects.joint_scale import JointScale
 from scalar.effects.payload_deflection import PayloadDeflection
@@ -53,6 +54,7 @@ BUILT_IN: tuple[type[Effect], ...] = (
     JointScale,
     JointCoupling,
     JointBacklash,
+    JointHysteresis,
     PoseLag,
     AxisNonparallel,
     ThermalDrift,

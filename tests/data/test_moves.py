@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+import pytest
 
-from scalar.data.moves import moves, side_column, step_column
+from scalar.data.moves import TRAVELS, last_move_columns, moves, side_column, step_column, wind_up_column
 from scalar.data.poses import Poses
 from tests.random_scene import make_scene
 
@@ -38,6 +39,34 @@ def test_no_move_is_known_after_a_gap_or_in_a_new_session():
     )
     assert steps_and_sides(frame([0.0, 1.0, 2.0], session=["a", "a", "b"]))[0] == [0.0, 1.0, 0.0]
     assert steps_and_sides(frame([0.0, 1.0, 2.0], order=[0.0, 7.5, 21.0]))[0] == [0.0, 1.0, 1.0]
+
+
+@pytest.mark.parametrize("travel", TRAVELS)
+def test_the_wind_up_follows_its_recursion(travel):
+    """Pose after pose it approaches the sign of the step; it is 0 at the first pose and after a gap."""
+    rng = np.random.default_rng(4)
+    angles = np.cumsum(rng.choice([-1.0, 1.0], 60) * np.exp(rng.uniform(np.log(0.005), 0.0, 60)))
+    order = np.arange(60.0) + 5.0 * (np.arange(60) >= 40)
+    wind_up, expected = 0.0, []
+    for k in range(60):
+        if k in (0, 40):
+            wind_up = 0.0
+        else:
+            step = angles[k] - angles[k - 1]
+            wind_up = np.sign(step) + (wind_up - np.sign(step)) * np.exp(-abs(step) / travel)
+        expected.append(wind_up)
+    found = moves(frame(angles, order=order), 1)[wind_up_column(1, travel)]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+
+
+def test_a_table_with_last_moves_alone_has_no_wind_up():
+    """Former versions wrote the last moves of a subset without the wind-up: these moves are kept, and no wind-up is made up from what is left."""
+    table = frame([0.0, 1.0, 0.5])
+    of_whole = moves(table, 1)
+    former = table.assign(**{name: of_whole[name] for name in last_move_columns(1)}).iloc[1:]
+    found = moves(former, 1)
+    assert found[step_column(1)].tolist() == of_whole[step_column(1)][1:].tolist()
+    assert not found[wind_up_column(1, TRAVELS[0])].any()
 
 
 def test_a_part_of_a_dataset_keeps_the_moves_of_the_whole():

@@ -21,6 +21,7 @@ from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_coupling import JointCoupling
 from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_hysteresis import JointHysteresis
 from scalar.effects.joint_ripple import JointRipple
 from scalar.effects.joint_scale import JointScale
 from scalar.effects.payload_deflection import PayloadDeflection
@@ -67,6 +68,8 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         JointBacklash(3, "torque"),
         JointBacklash(4, "moves"),
         PoseLag(1),
+        JointHysteresis(5, (0.2,)),
+        JointHysteresis(2, (0.02, 0.6)),
         JointBacklash(2, "torque", (0.9, 0.1, 0.4, -0.2, 0.1, 0.0, 0.1, 0.0, 0.05, 0.0)),
         AxisNonparallel(3),
         BaseCompliance((2, 3)),

@@ -16,7 +16,7 @@ KINDS = (
 ENTRIES: dict[str, dict[str, Any]] = {
     name: {"effect": name}
     for name in (
-        "joint_compliance", "joint_harmonic", "joint_scale", "joint_coupling", "joint_backlash", "pose_lag", "axis_nonparallel",
+        "joint_compliance", "joint_harmonic", "joint_scale", "joint_coupling", "joint_backlash", "joint_hysteresis", "pose_lag", "axis_nonparallel",
         "base_compliance", "thermal_drift", "restarted_warm_up", "target_drift", "torque_compliance", "payload_deflection",
         "sensor_slip", "range_scale", "range_offset", "range_distortion",
         "plane_bow", "plane_moved", "pose_jitter", "scan_bias",

@@ -8,6 +8,7 @@ import pytest
 from scalar.simulation import SimulatedScene
 from scalar.simulation.arm import arm_from_mapping
 from scalar.simulation.injected.compliance import JointCompliance
+from scalar.simulation.injected.moves import stretched
 from scalar.simulation.weights import Weights
 from scalar.simulation.world import World
 from tests.simulation.geometry import masses_at, sensor_frames
@@ -220,3 +221,19 @@ def test_a_product_of_two_joints_errs_as_no_catalogue_has_it():
         return 5e-4 * product
 
     assert_stands_at(scene, on_joint(2, shape))
+
+
+def test_friction_winds_a_joint_up_along_a_loop():
+    """From rest, one spring after the other slips; forth and back by the same small way is a closed loop, and a long move leaves all stretched."""
+    slip, ways = 0.6, np.array([0.0, 0.1, -0.1, 0.1, -0.1, 2.0, 1.9, 2.0, -2.0])
+    found = stretched(ways, slip / 2)
+    assert found[3] == pytest.approx(found[1], abs=1e-12) and found[4] == pytest.approx(found[2], abs=1e-12)
+    assert found[5] == 1.0 and found[8] == -1.0 and 0.0 < found[6] < found[7] == 1.0
+    # A way back of x relaxes springs of slip s by x / s, those below x / 2 by all of it: integrals over s for many springs.
+    slips = slip * (np.arange(4000) + 0.5) / 4000
+    assert found[6] == pytest.approx(1.0 - np.mean(np.minimum(0.1 / slips, 2.0)), abs=0.02)
+    scene = injected(
+        {"effect": "joint_hysteresis", "target": {"joint": 2}, "size": 3e-4, "travel_rad": slip / 2}
+    )
+    error = 3e-4 * stretched(scene.q[:, 1], slip / 2)
+    assert_stands_at(scene, on_joint(2, lambda angle, *_: error if len(angle) == len(error) else 0.0 * angle))

@@ -18,7 +18,8 @@ from tests.simulation.injecting import ENTRIES, config_with, injected, plan_of
 NOISE = {"range_noise_std_m": 1e-4, "scan_bias_std_m": 5e-5, "joint_noise_std_rad": 2e-5}
 INTERFACE = {
     "joint_compliance": {"joints"}, "joint_harmonic": {"joint", "order"}, "joint_scale": {"joint"},
-    "joint_coupling": {"joint", "source"}, "joint_backlash": {"joint"}, "pose_lag": {"joint"}, "axis_nonparallel": {"joint"},
+    "joint_coupling": {"joint", "source"}, "joint_backlash": {"joint"}, "joint_hysteresis": {"joint"}, "pose_lag": {"joint"},
+    "axis_nonparallel": {"joint"},
     "base_compliance": set(), "thermal_drift": set(), "restarted_warm_up": set(), "target_drift": set(), "torque_compliance": {"joints"},
     "payload_deflection": {"joints"}, "sensor_slip": {"at"}, "range_scale": set(),
     "range_offset": set(), "range_distortion": set(), "plane_bow": {"plane"}, "plane_moved": {"plane", "at"},

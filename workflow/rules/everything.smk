@@ -83,6 +83,7 @@ rule everything:
         rules.all.input,
         rules.blind_trials.input,
         rules.blind_trials_stratified.input,
+        rules.tracked_trials.input,
         rules.confidence.input,
         rules.measured.input,
         rules.sensitivity.input,

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scalar.data.moves import move_columns
+from scalar.data.moves import last_move_columns
 from scalar.data.poses import Poses
 from scalar.estimation.correction.correct import Correction, correct_frames, correct_joints
 from scalar.estimation.correction.settings import CorrectionSettings
@@ -47,7 +47,7 @@ def correct_table(
     """
     n = model.robot.n_joints
     poses = Poses.from_frame(table, n, order_is_row=False)
-    names = [name for name in move_columns(n) if name in poses.columns]
+    names = [name for name in last_move_columns(n) if name in poses.columns]
 
     def corrected() -> Correction:
         if T_wanted is None:

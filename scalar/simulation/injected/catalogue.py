@@ -26,7 +26,7 @@ from scalar.simulation.injected.drift import TargetDrift
 from scalar.simulation.injected.heat import RestartedWarmUp
 from scalar.simulation.injected.joints import JointBacklash, JointCoupling, JointHarmonic, JointScale
 from scalar.simulation.injected.links import AxisNonparallel, ThermalDrift
-from scalar.simulation.injected.moves import BacklashByMoves, PoseLag
+from scalar.simulation.injected.moves import BacklashByMoves, JointHysteresis, PoseLag
 from scalar.simulation.injected.noise import PoseJitter, ScanBias
 from scalar.simulation.injected.sensor import RangeDistortion, RangeOffset, RangeScale, SensorSlip
 from scalar.simulation.injected.stage import Stage
@@ -47,6 +47,7 @@ CLASSES: tuple[type[InjectedEffect], ...] = (
     JointScale,
     JointCoupling,
     JointBacklash,
+    JointHysteresis,
     PoseLag,
     AxisNonparallel,
     BaseCompliance,

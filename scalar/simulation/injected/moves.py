@@ -1,4 +1,4 @@
-"""Errors that depend on the previous pose: angles that are logged before a joint comes to rest, and play on the side from which a joint came."""
+"""Errors that depend on the poses before: angles logged before a joint comes to rest, play on the side from which it came, friction that winds up."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,6 +11,8 @@ from scalar.simulation.injected.base import JointError
 from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
+
+SPRINGS = 20  # of the model of friction
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,3 +71,42 @@ class BacklashByMoves(MoveError):
         for k in range(1, len(read)):
             side[k] = side[k - 1] if read[k] == read[k - 1] else (1.0 if read[k] > read[k - 1] else -1.0)
         return cls(target, entry["size"], {"by": "moves"}, entry["size"] * side)
+
+
+@dataclass(frozen=True, eq=False)
+class JointHysteresis(MoveError):
+    """Friction winds a joint up: springs in parallel, each with a slider that slips at its own travel (Maxwell-slip model).
+
+    A spring is stretched by what the joint moves, at most to its travel; the error is size times the mean of the shares, 1 after a long move.
+    """
+
+    name: ClassVar[str] = "joint_hysteresis"
+    unit: ClassVar[str] = "rad"
+
+    @classmethod
+    def needs(cls, entry: Mapping[str, Any]) -> set[str]:
+        """Return the time, which tells the order of the poses."""
+        return {"time"}
+
+    @classmethod
+    def inject(cls, entry: Mapping[str, Any], stage: Stage, rng: np.random.Generator) -> Self:
+        """Draw the joint, whose springs are relaxed at the first pose."""
+        target = {"joint": stage.draw_joint(rng)} | entry["target"]
+        read = stage.q[:, target["joint"] - 1]
+        error = entry["size"] * stretched(read, entry["travel_rad"])
+        return cls(target, entry["size"], {"travel_rad": entry["travel_rad"]}, error)
+
+
+def stretched(angle: Array, travel: float) -> Array:
+    """Return the mean of the shares to which the springs are stretched (N,), -1 to 1, after each direct move of a joint.
+
+    Args:
+        angle: of the joint at the poses in their order (N,) [rad].
+        travel: mean of the travels at which the sliders slip [rad]; they lie evenly between nothing and twice that.
+    """
+    slips = 2.0 * travel * (np.arange(SPRINGS) + 0.5) / SPRINGS
+    stretch, found = np.zeros(SPRINGS), [0.0]
+    for move in np.diff(angle):
+        stretch = np.clip(stretch + move, -slips, slips)
+        found.append(float(np.mean(stretch / slips)))
+    return np.array(found)

@@ -18,6 +18,7 @@ from study.blind_trials.run import SET_COLUMNS, injected_config, make_control, r
 from study.blind_trials.score import outcome, same_target
 from study.blind_trials.statistics import half_point, half_point_interval, wilson
 
+from scalar.effects.joint_hysteresis import JointHysteresis
 from scalar.effects.joint_ripple import JointRipple
 from scalar.effects.payload_deflection import PayloadDeflection
 from scalar.effects.pose_lag import PoseLag
@@ -34,6 +35,7 @@ COMMITTED = ROOT / "paper/summaries/blind_trials"
 SCHEMA = json.loads((ROOT / "tests/diagnosis/diagnosis.schema.json").read_text(encoding="utf-8"))
 NAMES = set(SCHEMA["$defs"]["name"]["enum"]) - {
     "unattributed",
+    JointHysteresis.name,
     JointRipple.name,
     PoseLag.name,
     SensorMap.name,
@@ -44,7 +46,8 @@ NAMES = set(SCHEMA["$defs"]["name"]["enum"]) - {
 }
 """All that can be injected alone: a ripple is named only beside all lower orders of its joint (tests/diagnosis/test_spectrum.py), a map is what a
 crooked lens makes (tests/effects/test_sensor_map.py). A lag is newer than the committed tables (tests/diagnosis/test_moves.py). What needs
-torques, a payload, a tracker or stops is newer too, and the scenes of these trials do not have it."""
+torques, a payload, a tracker or stops is newer too, and the scenes of these trials do not have it. They record directions of approach, with
+which hysteresis is not looked for."""
 
 
 @pytest.mark.parametrize(("k", "n"), [(0, 200), (3, 10), (19, 20), (20, 20)])

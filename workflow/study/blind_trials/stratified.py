@@ -93,8 +93,7 @@ class Design:
 
     def jobs(self) -> list[str]:
         """Return the sets of each job: ``0000-0009`` is the first ten, as ``numbers_of`` reads it."""
-        sets, size = self.content["sets"], self.content["sets_per_job"]
-        return [f"{k:04d}-{min(k + size, sets) - 1:04d}" for k in range(0, sets, size)]
+        return job_names(self.content["sets"], self.content["sets_per_job"])
 
     def trial(self, number: int, conditions: Mapping[str, Any], attempt: int = 0) -> Trial:
         """Return the trial of these conditions: what they leave open is drawn from the seed, the number and the attempt."""
@@ -162,6 +161,11 @@ def pairs_of(conditions: Mapping[str, Any]) -> list[tuple[Any, ...]]:
     return [(a, conditions[a], b, conditions[b]) for a, b in combinations(FACTORS, 2)]
 
 
+def job_names(sets: int, size: int) -> list[str]:
+    """Return the names of the jobs of so many sets, ``size`` to a job."""
+    return [f"{k:04d}-{min(k + size, sets) - 1:04d}" for k in range(0, sets, size)]
+
+
 def numbers_of(job: str) -> range:
     """Return the numbers of the sets of a job."""
     first, last = map(int, job.split("-"))
@@ -174,17 +178,26 @@ def load_design(path: str | Path) -> Design:
     Raises:
         InvalidInput: With every fault found.
     """
+    return Design(checked_config(path, SCHEMA))
+
+
+def checked_config(path: str | Path, schema: Path) -> dict[str, Any]:
+    """Return the content of a YAML file by a JSON schema; where it ``extends`` another in its folder, its keys replace that one's.
+
+    Raises:
+        InvalidInput: With every fault found.
+    """
     content, file = load_yaml(Path(path)), Path(path).name
     if isinstance(content, dict) and isinstance(content.get("extends"), str):
         base = load_yaml(path_inside(Path(path).parent, content["extends"], file, "extends"))
         if not isinstance(base, dict):
             raise InvalidInput(Fault(file, "names a file that holds no design; correct it", column="extends"))
         content = base | {key: value for key, value in content.items() if key != "extends"}
-    validator = strict_validator(json.loads(SCHEMA.read_text(encoding="utf-8")))
+    validator = strict_validator(json.loads(schema.read_text(encoding="utf-8")))
     faults = [
         Fault(file, error.message.splitlines()[0], column=".".join(map(str, error.absolute_path)))
         for error in validator.iter_errors(content)
     ]
     if faults:
         raise InvalidInput(faults)
-    return Design(content)
+    return content

@@ -1,0 +1,66 @@
+# The tracked trials: arms before a tracker or with a probe, simulated without the estimator's formulas, diagnosed blind and scored. A target of
+# its own, `snakemake tracked_trials`: about ten minutes on two cores; a run that was stopped goes on where it was. Its summaries are committed:
+#   cp results/tracked_trials/summaries/* paper/summaries/tracked_trials/
+from study.tracked_trials.design import load_tracked
+
+try:
+    TRACKED_CONFIG = named(config.get("tracked_trials", "configs/tracked_trials.yaml"))
+    TRACKED = load_tracked(TRACKED_CONFIG)
+except InvalidInput as error:
+    raise WorkflowError(str(error)) from None
+TRACKED_DIR = f"{RESULTS}/tracked_trials"
+TRACKED_TABLES = ["table", "errors", "causes", "nulls", "faults"]
+
+
+wildcard_constraints:
+    sensor="tracker|targets|probe",
+
+
+localrules:
+    tracked_trials,
+
+
+rule run_tracked_trials:
+    input:
+        robots=[local(ROOT / "configs/robots" / f"{name}.yaml") for name in TRACKED.content["robots"]],
+        modules=modules("study.tracked_trials.run", "study.common.tables"),
+    output:
+        f"{TRACKED_DIR}/sets/{{sensor}}/{{numbers}}.csv",
+    log:
+        f"{RESULTS}/logs/tracked_trials/{{sensor}}/{{numbers}}.log",
+    conda:
+        ENVIRONMENT
+    threads: 1
+    params:
+        config=local(TRACKED_CONFIG),
+        # So that an edit of the design runs again what it changes; more sets leave those that are there.
+        design=repr({k: v for k, v in TRACKED.content.items() if k != "sets"}),
+    message:
+        "Tracked trials: {wildcards.sensor}, sets {wildcards.numbers}"
+    script:
+        "../scripts/run_tracked_trials.py"
+
+
+rule summarise_tracked_trials:
+    input:
+        sets=[f"{TRACKED_DIR}/sets/{sensor}/{job}.csv" for sensor, job in TRACKED.jobs()],
+        modules=modules("study.tracked_trials.summaries", "study.common.tables"),
+    output:
+        **{name: f"{TRACKED_DIR}/summaries/{name}.csv" for name in TRACKED_TABLES},
+        numbers=f"{TRACKED_DIR}/summaries/numbers.json",
+    log:
+        f"{RESULTS}/logs/tracked_trials/summarise.log",
+    conda:
+        ENVIRONMENT
+    threads: 1
+    params:
+        design=TRACKED.content,
+    message:
+        "Scoring the tracked trials"
+    script:
+        "../scripts/summarise_tracked_trials.py"
+
+
+rule tracked_trials:
+    input:
+        rules.summarise_tracked_trials.output,

@@ -1,0 +1,139 @@
+"""The design of the tracked trials: what is drawn for each set from one seed, the kind of sensor and the set's number.
+
+What is stated about the noise is dealt in turn, so that every kind of sensor has it as often; everything else is drawn. A longer design
+begins with a shorter one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from study.blind_trials.stratified import checked_config, job_names
+
+SCHEMA = Path(__file__).parent / "schemas/tracked_trials.schema.json"
+SENSORS = ("tracker", "targets", "probe")
+PLANES = ("floor", "wall_x", "wall_y")  # that the probe touches
+STATED = {"right": 1.0, "fifth": 0.2, "three_times": 3.0, "none": None}
+"""By level of ``stated``: the stated noise over the true one."""
+FLEXIBLE_JOINTS = [2, 3]
+NARROWEST, WIDEST = 0.5, 0.9  # of the range of the joints that is used
+RECORDS_TIME, RECORDS_APPROACH = 0.6, 0.5  # shares of the sets, where no effect needs the column
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One set: all that its simulation needs.
+
+    Attributes:
+        sensor: One of ``SENSORS``. number: Of the set among those of its sensor, from 0.
+        seed: Of the arm's true geometry, the poses and the noise.
+        robot: Of ``configs/robots``. share_of_range: Of the joints' ranges.
+        poses: That are measured; of a probe some reach no contact. unseen: Over which errors are taken.
+        causes: Entries ``name``, ``target``, ``size`` (and ``phase``) of what the arm has.
+        noise_m: Of a coordinate, or of a contact along the normal. stated: One of ``STATED``.
+        turn_noise_rad: Of a measured orientation about each axis; None: positions alone. turn_stated: One of ``STATED``.
+        repeatability_rad: Standard deviation of each joint at each pose.
+        sessions: In each the tracker stands elsewhere. records_time, records_approach: Columns that the dataset has.
+    """
+
+    sensor: str
+    number: int
+    seed: int
+    robot: str
+    share_of_range: float
+    poses: int
+    unseen: int
+    causes: tuple[Mapping[str, Any], ...]
+    noise_m: float
+    stated: str
+    turn_noise_rad: float | None
+    turn_stated: str
+    repeatability_rad: float
+    sessions: int
+    records_time: bool
+    records_approach: bool
+
+    @property
+    def stated_noise_m(self) -> float | None:
+        """Return what the dataset states."""
+        factor = STATED[self.stated]
+        return None if factor is None else factor * self.noise_m
+
+    @property
+    def stated_turn_noise_rad(self) -> float | None:
+        """Return what the dataset states."""
+        factor = STATED[self.turn_stated]
+        return None if factor is None or self.turn_noise_rad is None else factor * self.turn_noise_rad
+
+
+@dataclass(frozen=True)
+class Design:
+    """The tracked trials of a config."""
+
+    content: Mapping[str, Any]
+
+    def jobs(self) -> list[tuple[str, str]]:
+        """Return the sensor and the sets of each job: ``0000-0009`` is the first ten, as ``numbers_of`` reads it."""
+        size = self.content["sets_per_job"]
+        return [
+            (sensor, job) for sensor, sets in self.content["sets"].items() for job in job_names(sets, size)
+        ]
+
+    def trial(self, sensor: str, number: int) -> Trial:
+        """Return one set, drawn from the seed, its sensor and its number alone."""
+        content = self.content
+        rng = np.random.default_rng([content["seed"], SENSORS.index(sensor), number])
+        robot = str(rng.choice(content["robots"]))
+        names = rng.choice(list(content["effects"]), rng.choice(content["together"]), replace=False)
+        causes = tuple(self._cause(str(name), rng) for name in names)
+        several = sensor == "targets"
+        turn_noise = content["turn_noise_rad"] if several and rng.random() < 0.5 else None
+        return Trial(
+            sensor=sensor,
+            number=number,
+            seed=int(rng.integers(2**31)),
+            robot=robot,
+            share_of_range=float(rng.uniform(NARROWEST, WIDEST)),
+            poses=int(rng.choice(content["poses"][sensor])),
+            unseen=content["unseen_poses"],
+            causes=causes,
+            noise_m=float(rng.choice(content["noise_m"])),
+            stated=content["stated"][number % len(content["stated"])],
+            turn_noise_rad=turn_noise,
+            turn_stated=str(rng.choice(content["stated"])),
+            repeatability_rad=float(rng.choice(content["repeatability_rad"])),
+            sessions=int(rng.integers(1, 3)) if several else 1,
+            records_time=bool(rng.random() < RECORDS_TIME) or "thermal_drift" in names,
+            records_approach=bool(rng.random() < RECORDS_APPROACH) or "joint_backlash" in names,
+        )
+
+    def _cause(self, name: str, rng: np.random.Generator) -> dict[str, Any]:
+        size = float(rng.uniform(*self.content["effects"][name]))
+        joint = int(rng.integers(1, 5))
+        entry: dict[str, Any] = {"name": name, "target": {}, "size": size}
+        if name == "joint_harmonic":
+            target = {"joint": joint, "order": int(rng.choice(self.content["orders"]))}
+            return entry | {"target": target, "phase": float(rng.uniform(0, 2 * np.pi))}
+        if name == "joint_compliance":
+            return entry | {"target": {"joints": FLEXIBLE_JOINTS}}
+        if name == "joint_coupling":
+            return entry | {"target": {"joint": 5, "source": 4}}
+        if name == "joint_scale":
+            return entry | {"target": {"joint": joint}, "size": size * float(rng.choice([-1, 1]))}
+        if name in ("joint_backlash", "pose_lag", "unknown"):
+            return entry | {"target": {"joint": joint}}
+        return entry
+
+
+def load_tracked(path: str | Path) -> Design:
+    """Return the design that a YAML file describes; where it ``extends`` another in its folder, its keys replace that one's.
+
+    Raises:
+        InvalidInput: With every fault found.
+    """
+    return Design(checked_config(path, SCHEMA))

@@ -1,0 +1,114 @@
+"""What a true arm does beside its rigid geometry: causes that bend, turn or lag, by elementary mechanics.
+
+Links are point masses at the origins of their frames, joints and the base are linear springs. A cause without a name, a square wave
+of the sum of two joint angles, stands for all that no catalogue has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from study.common import kinematics
+from study.tracked_trials.tracked_arm import TrackedArm
+
+GRAVITY = 9.81  # m/s2
+HEAVIEST, LIGHTEST, PAYLOAD = 8.0, 1.5, 4.0  # kg: of the links, from the base on, and at the flange
+SOFTER = {2: 1.0, 3: 1.6}  # by joint, compliance over that of the shoulder
+STEP = 1e-4  # rad, of the derivative of the potential energy
+WAVES = (3.3, 2.1)  # per radian, of the cause without a name: of a joint and of the next one
+
+Cause = Mapping[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Acquisition:
+    """What happens while N poses are measured, in their order.
+
+    Attributes:
+        time: ``(N,)`` [s]. settling: Time constant of the warming [s].
+        approach: ``(N, n)``, +1 or -1, the direction in which each joint arrived.
+        jitter: ``(N, n)`` [rad], of the repeatability.
+    """
+
+    time: np.ndarray
+    settling: float
+    approach: np.ndarray
+    jitter: np.ndarray
+
+    def of(self, keep: np.ndarray) -> Acquisition:
+        """Return that of some of the poses ``(N,)`` bool, as if the others had never been approached."""
+        return Acquisition(self.time[keep], self.settling, self.approach[keep], self.jitter[keep])
+
+
+@dataclass(frozen=True, eq=False)
+class FlawedArm:
+    """A true arm and its causes, each an entry ``name``, ``target``, ``size`` and, of a harmonic, ``phase``.
+
+    Joints in targets count from 1. Play, lag and warming belong to an acquisition; the other causes are there always.
+    """
+
+    arm: TrackedArm
+    causes: Sequence[Cause]
+
+    def flange(self, q: np.ndarray, during: Acquisition | None = None) -> np.ndarray:
+        """Return where the flange is ``(N, 4, 4)`` in the base frame, if the encoders read ``(N, n)`` [rad].
+
+        Args:
+            q: Joint angles as read. during: What happens meanwhile; None: a cold arm at rest, without play and jitter.
+        """
+        by_name = {cause["name"]: cause["size"] for cause in self.causes}
+        geometry = self.arm.geometry
+        if during is not None and "thermal_drift" in by_name:
+            growth = by_name["thermal_drift"] * (1 - np.exp(-during.time / during.settling))
+            geometry = np.repeat(geometry[:, :, None], len(q), axis=2)
+            geometry[[0, 2]] *= 1 + growth
+        T = kinematics.chain(geometry, self.angles(q, during)) @ self.arm.T_n_flange
+        if "base_compliance" in by_name:
+            x, y = self.moments(q)[1].T
+            # About the horizontal axis of the moment (-y, x): turned into x, tilted, turned back.
+            tilt, heading = by_name["base_compliance"] * np.hypot(x, y), np.arctan2(x, -y)
+            T = (
+                kinematics.rotation(2, heading)
+                @ kinematics.rotation(0, tilt)
+                @ kinematics.rotation(2, -heading)
+                @ T
+            )
+        return T
+
+    def angles(self, q: np.ndarray, during: Acquisition | None) -> np.ndarray:
+        """Return where the joints are ``(N, n)`` [rad]; arguments as those of ``flange``."""
+        true = q.copy()
+        for cause in self.causes:
+            name, size, target = cause["name"], cause["size"], cause["target"]
+            j = target.get("joint", 1) - 1
+            if name == "joint_harmonic":
+                true[:, j] += size * np.sin(target["order"] * q[:, j] + cause["phase"])
+            elif name == "joint_scale":
+                true[:, j] += size * q[:, j]
+            elif name == "joint_coupling":
+                true[:, j] += size * q[:, target["source"] - 1]
+            elif name == "unknown":
+                true[:, j] += size * np.sign(np.sin(WAVES[0] * q[:, j] + WAVES[1] * q[:, j + 1]))
+            elif name == "joint_compliance":
+                for joint in target["joints"]:
+                    step = STEP * np.eye(q.shape[1])[joint - 1]
+                    torque = (self.moments(q + step)[0] - self.moments(q - step)[0]) / (2 * STEP)
+                    true[:, joint - 1] -= size * SOFTER[joint] * torque
+            elif name == "joint_backlash" and during is not None:
+                true[:, j] += size / 2 * during.approach[:, j]
+            elif name == "pose_lag" and during is not None:
+                true[1:, j] -= size * np.diff(q[:, j])
+        return true if during is None else true + during.jitter
+
+    def moments(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the potential energy ``(N,)`` [J] and the weights times their horizontal places ``(N, 2)`` [N m]."""
+        masses = np.linspace(HEAVIEST, LIGHTEST, q.shape[1])
+        masses[0] = 0.0  # turns about an upright axis and does not move
+        masses[-1] += PAYLOAD
+        places = np.stack([T[:, :3, 3] for T in kinematics.links(self.arm.geometry, q)])
+        weighted = np.einsum("i,ink->nk", GRAVITY * masses, places)
+        return weighted[:, 2], weighted[:, :2]

@@ -1,0 +1,134 @@
+"""Datasets of flawed arms: a tracker that sees one target or three, and a probe that touches three planes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.data.declared import PlaneGuess, Sensor
+from study.tracked_trials.design import PLANES, Trial
+from study.tracked_trials.flawed_arm import Acquisition, FlawedArm
+from study.tracked_trials.tracked_arm import GUESS, TrackedArm
+
+FIRST = "ball"
+TARGETS = {"tracker": (FIRST,), "targets": (FIRST, "second", "third"), "probe": (FIRST,)}
+WIDEST = 2.6  # rad, on either side of the middle of a joint's range
+LEANING = 0.05  # of the planes' normals
+GUESS_TURN, GUESS_DISTANCE = 0.02, 5e-3  # errors of the planes' declared normals and distances [m]
+TOUCHING, ROUNDS = 1e-9, 25  # m, and how often an arm is moved towards its plane
+LONGEST = 0.3  # m, of one such move
+
+
+def simulated(trial: Trial) -> tuple[Dataset, np.ndarray, np.ndarray]:
+    """Return a trial's dataset, and unseen joint angles ``(M, n)`` [rad] with the true frames of the first target ``(M, 4, 4)``."""
+    rng = np.random.default_rng(trial.seed)
+    tracked = TrackedArm.drawn(rng, TARGETS[trial.sensor], trial.robot, trial.sessions)
+    arm = FlawedArm(tracked, trial.causes)
+    low, high = tracked.robot.limits.T
+    half = trial.share_of_range * np.minimum((high - low) / 2, WIDEST)
+    middle = (low + high) / 2
+    q = rng.uniform(middle - half, middle + half, (trial.poses, len(low)))
+    unseen = rng.uniform(middle - half, middle + half, (trial.unseen, len(low)))
+    time = np.cumsum(rng.uniform(20, 40, trial.poses))
+    during = Acquisition(
+        time,
+        float(time[-1] / 3),
+        np.where(rng.random(q.shape) < 0.5, -1.0, 1.0),
+        trial.repeatability_rad * rng.normal(size=q.shape),
+    )
+    dataset = (_probe if trial.sensor == "probe" else _tracker)(trial, arm, q, during, rng)
+    return dataset, unseen, arm.flange(unseen) @ tracked.targets[FIRST]
+
+
+def _columns(trial: Trial, during: Acquisition) -> dict[str, Any] | None:
+    columns: dict[str, Any] = {"time": during.time} if trial.records_time else {}
+    if trial.records_approach:
+        columns |= {f"approach{i + 1}": values for i, values in enumerate(during.approach.T)}
+    return columns or None
+
+
+def _tracker(
+    trial: Trial, arm: FlawedArm, q: np.ndarray, during: Acquisition, rng: np.random.Generator
+) -> Dataset:
+    stated: dict[str, Any] = {"noise": trial.stated_noise_m}
+    if trial.stated_turn_noise_rad is not None:
+        stated["rotation_noise"] = trial.stated_turn_noise_rad
+    return arm.arm.dataset(
+        q,
+        rng,
+        noise=trial.noise_m,
+        turn_noise=trial.turn_noise_rad,
+        session=None if trial.sessions == 1 else np.arange(len(q)) * trial.sessions // len(q),
+        stated=stated,
+        T_base_flange=arm.flange(q, during),
+        columns=_columns(trial, during),
+    )
+
+
+def _probe(
+    trial: Trial, arm: FlawedArm, q: np.ndarray, during: Acquisition, rng: np.random.Generator
+) -> Dataset:
+    places = arm.arm.at(q, FIRST)[:, :3, 3]
+    normals = np.roll(np.eye(3), 1, axis=0) + rng.normal(0, LEANING, (3, 3))  # of floor and two walls
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    distances = np.array(
+        [np.quantile(places @ normal, part) for normal, part in zip(normals, (0.35, 0.65, 0.65), strict=True)]
+    )
+    which = np.arange(len(q)) % len(PLANES)
+    touched = distances[which] + trial.noise_m * rng.normal(size=len(q))
+    q, kept = contacts(arm, q, during, normals[which], touched)
+    during, which = during.of(kept), which[kept]
+    planes = [
+        PlaneGuess(
+            name, normal + rng.normal(0, GUESS_TURN, 3), float(distance + rng.normal(0, GUESS_DISTANCE))
+        )
+        for name, normal, distance in zip(PLANES, normals, distances, strict=True)
+    ]
+    return Dataset.from_arrays(
+        robot=arm.arm.robot,
+        sensor=Sensor("probe", GUESS, noise=trial.stated_noise_m, options={}),
+        q=q,
+        points=None,
+        planes=planes,
+        plane=[PLANES[k] for k in which],
+        columns=_columns(trial, during),
+    )
+
+
+def contacts(
+    arm: FlawedArm, q: np.ndarray, during: Acquisition, normals: np.ndarray, distances: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return joint angles at which the flawed arm's tip touches planes ``(N, 3)``, ``(N,)`` [m], and which of the poses are among them.
+
+    Poses that reach no contact within the limits of the joints are left out, and the others are then solved again, since a pose lags
+    behind the one that is measured before it.
+    """
+    target, limits = arm.arm.targets[FIRST], arm.arm.robot.limits.T
+    kept = np.ones(len(q), dtype=bool)
+    while True:
+        some, normal, distance = during.of(kept), normals[kept], distances[kept]
+        moved = q[kept].copy()
+        gap = np.full(len(moved), np.inf)
+        for _ in range(ROUNDS):
+            gap = np.sum((arm.flange(moved, some) @ target)[:, :3, 3] * normal, axis=1) - distance
+            if np.all(np.abs(gap) < TOUCHING):
+                break
+            slope = _slopes(arm, moved, normal)
+            step = gap / np.maximum(np.sum(slope**2, axis=1), 1e-9)
+            moved -= np.clip(step, -LONGEST, LONGEST)[:, None] * slope
+        reached = (np.abs(gap) < TOUCHING) & np.all((moved >= limits[0]) & (moved <= limits[1]), axis=1)
+        if reached.all():
+            return moved, kept
+        kept[np.flatnonzero(kept)[~reached]] = False
+
+
+def _slopes(arm: FlawedArm, q: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Return how fast each joint of the rigid arm moves the tip along the normal ``(N, n)`` [m/rad]: near enough for Newton's method."""
+    here, step = arm.arm.at(q, FIRST)[:, :3, 3], 1e-6
+    columns = [
+        np.sum((arm.arm.at(q + move, FIRST)[:, :3, 3] - here) * normal, axis=1) / step
+        for move in step * np.eye(q.shape[1])
+    ]
+    return np.stack(columns, axis=1)

@@ -1,0 +1,80 @@
+"""The score of a tracked set: what is right, missed and wrong, and whether the correction helps at unseen poses.
+
+An answer is right if name and joints are those of a cause. A compliance of joints 2 and 3 may leave one of them out, a harmonic may have
+further orders, and a jitter of poses is right where the joints do not repeat. A cause without a name is answered by ``unattributed``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from study.blind_trials.score import SURE, UNATTRIBUTED, Entry, same, same_target
+from study.blind_trials.trial_score import WORSE
+
+RATES = {
+    "clean": "every cause is named, and nothing else",
+    "missed": "a cause is neither named, nor listed as confounded or unobservable, nor reported as unattributed structure",
+    "wrong": "a name that is no cause's, and lists none as confounded with it",
+    "wrong_sure": "such a name with a confidence of 0.8 or more",
+    "unattributed": "structure without a name is reported",
+    "worse": "as shipped, unseen poses err more by 5 % or more than without effects",
+    "failed": "no answer",
+}
+"""Columns of a score, each True or False; several may apply to one set."""
+
+
+def is_cause(entry: Entry, cause: Mapping[str, Any]) -> bool:
+    """Return whether an entry of diagnosis.json names a cause."""
+    if entry["name"] == cause["name"] == "joint_harmonic":
+        target = entry["target"]
+        orders = target.get("orders") or [target.get("order")]
+        return target.get("joint") == cause["target"]["joint"] and cause["target"]["order"] in orders
+    return same(entry, cause)
+
+
+def tracked_score(
+    causes: Sequence[Mapping[str, Any]],
+    repeats: bool,
+    found: Sequence[Entry],
+    unobservable: Sequence[Entry],
+    errors: Mapping[str, float | None],
+) -> dict[str, bool]:
+    """Return the columns ``RATES`` of one set.
+
+    Args:
+        causes: That the arm has. repeats: Whether its joints come back exactly.
+        found, unobservable: Of diagnosis.json.
+        errors: ``before`` and ``after`` over unseen poses [mm]; None without an answer.
+    """
+    unattributed = any(entry["name"] == UNATTRIBUTED for entry in found)
+    wrong = [
+        entry
+        for entry in found
+        if entry["name"] != UNATTRIBUTED
+        and not (entry["name"] == "pose_jitter" and not repeats)
+        and not any(is_cause(e, c) for e in (entry, *entry.get("confounded_with", ())) for c in causes)
+    ]
+    named = [cause_outcome(cause, found, unobservable) for cause in causes]
+    before, after = errors["before"], errors["after"]
+    failed = before is None or after is None
+    needless = unattributed and not any(cause["name"] == "unknown" for cause in causes)
+    return {
+        "clean": not failed and not wrong and not needless and all(outcome == "right" for outcome in named),
+        "missed": not failed and not unattributed and "missed" in named,
+        "wrong": bool(wrong),
+        "wrong_sure": any((entry.get("confidence") or 0.0) >= SURE for entry in wrong),
+        "unattributed": unattributed,
+        "worse": before is not None and after is not None and after > WORSE * before,
+        "failed": failed,
+    }
+
+
+def cause_outcome(cause: Mapping[str, Any], found: Sequence[Entry], unobservable: Sequence[Entry]) -> str:
+    """Return ``right``, ``listed`` (as confounded with one that is named), ``unobservable`` or ``missed``."""
+    if any(is_cause(entry, cause) for entry in found):
+        return "right"
+    if any(is_cause(other, cause) for entry in found for other in entry.get("confounded_with", ())):
+        return "listed"
+    hidden = any(entry["name"] == cause["name"] and same_target(entry, cause) for entry in unobservable)
+    return "unobservable" if hidden else "missed"
