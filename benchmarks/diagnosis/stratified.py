@@ -165,7 +165,7 @@ def summary(table: pd.DataFrame) -> dict[str, Any]:
     for name, rows in table.groupby("contestant", sort=False):
         own: Any = rows.set_index("number")
         found[str(name)] = {
-            key: None if own[key].isna().all() else int(own[key].astype(bool).sum())
+            key: None if own[key].isna().all() else int(np.count_nonzero(own[key].astype(bool)))
             for key in ("clean", "missed", "wrong", "worse", "much_worse")
         } | {
             "median_after_over_before": float(own["after_over_before"].median()),
