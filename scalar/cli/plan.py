@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,7 @@ import click
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, keep
 from scalar.cli.outputs import FORCE, refuse_foreign_plan
+from scalar.cli.plan_moves import moved
 from scalar.cli.plan_source import declared
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
@@ -20,7 +21,6 @@ from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
-    from scalar.geometry.se3 import Array
     from scalar.planning.candidates import Allowed, Candidates
     from scalar.planning.information import Information
     from scalar.planning.plan import Plan
@@ -288,7 +288,7 @@ def _write(
         draw_plan(temporary, q, cell.model.nominal, curve, random)
     # Written last: where plan.json exists, the other two files are whole.
     write_json(folder / "plan.json", content)
-    lines = [f"  moves: {_moved(q, cell.model.nominal.prismatic)}"]
+    lines = [f"  moves: {moved(q, cell.model.nominal.prismatic)}"]
     if touching:
         places = ", ".join(str(ids[k]) for k in touching[:_TOUCHING_SHOWN])
         more = f" and {len(touching) - _TOUCHING_SHOWN} more" if len(touching) > _TOUCHING_SHOWN else ""
@@ -296,19 +296,3 @@ def _write(
             f"  the straight move after pose {places}{more} touches something: add a pose in between"
         )
     return lines
-
-
-def _moved(q: Array, prismatic: Sequence[int]) -> str:
-    """Return in words how far the joints move over the poses ``(k, n)`` [rad, m]: the sum over all moves of the joint that moves farthest."""
-    import numpy as np
-
-    steps = np.abs(np.diff(q, axis=0))
-    slides = np.isin(np.arange(q.shape[1]), list(prismatic))
-    parts = []
-    for part, size, what in ((steps[:, ~slides], DEG, "deg"), (steps[:, slides], MM, "mm")):
-        if part.shape[1]:
-            total = float(part.max(axis=1).sum() / size)
-            parts.append(
-                f"{total:.0f} {what} of the farthest joint in all, {total / max(len(part), 1):.0f} {what} each"
-            )
-    return "; ".join(parts)
