@@ -68,6 +68,7 @@ def rules() -> set[str]:
         "draw_committed_measured",
         "draw_committed_sensitivity",
         "draw_committed_confidence",
+        "draw_committed_edges",
     }
     return set(re.findall(r"^rule (\w+):", text, re.MULTILINE)) - {"figures"} | drawn_for_the_paper
 

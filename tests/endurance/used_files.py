@@ -117,7 +117,7 @@ def import_recording(folder: Path) -> str:
     names = ",".join(f"joint_{i}" for i in range(1, 7))
     out = folder.parent / f"{folder.name}-imported"
     arguments = ["import-bag", folder / "cell", folder / "campaign.bag", "--joint-names", names, "-o", out]
-    return outcome(arguments, out)
+    return outcome(arguments, out).replace(str(folder), "FOLDER")
 
 
 def with_other_numbers(raw: bytes, rng: random.Random) -> bytes:
@@ -159,7 +159,7 @@ def use_calibration(folder: Path) -> list[str]:
         (["export", calibration, "-o", table], table),
     ):
         try:
-            said.append(outcome(arguments, output))
+            said.append(outcome(arguments, output).replace(str(folder), "FOLDER"))
         except Exception as error:
             refusals.append(error)
     for error in sorted(refusals, key=lambda error: not isinstance(error, AssertionError)):

@@ -1,10 +1,11 @@
 # At which point the diagnosis fails: accuracy and answers against stray points, wrong labels, missing poses, a wrong statement of noise and poor initial guesses.
-# A target of its own. Nearly all of its time are diagnoses, 3 to 8 s each, 48 of a seed: with three seeds a quarter of an hour of one core. A job is
+# A target of its own. Nearly all of its time are diagnoses, 3 to 8 s each, 48 of a seed: with two seeds ten minutes of one core. A job is
 # a seed with all axes, since the set that nothing is wrong with is the same for all of them. Its summaries may be committed:
 #   snakemake edges --cores 2
+#   cp results/edges/summaries/* paper/summaries/edges/
 from study.edges.axes import AXES as AXES_OF_EDGES
 
-EDGES = config.get("edges") or {"scene": STUDIES["headline"]["scene"], "seeds": 3, "seeds_per_job": 1}
+EDGES = config.get("edges") or {"scene": STUDIES["headline"]["scene"], "seeds": 2, "seeds_per_job": 1}
 EDGES_DIR = f"{RESULTS}/edges"
 EDGE_VALUES = {
     axis: list(EDGES.get("values", {}).get(axis, AXES_OF_EDGES[axis].values)) for axis in AXES_OF_EDGES

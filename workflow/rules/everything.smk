@@ -8,6 +8,7 @@ FRESH_SUMMARIES = {
     "sensitivity": f"{SENSITIVITY_DIR}/summaries",
     "processors": f"{PROCESSORS_DIR}/summaries",
     "leaning_walls": LEANING_SUMMARIES,
+    "edges": f"{EDGES_DIR}/summaries",
 }
 FRESH_NUMBERS = PAPER_NUMBERS | {
     part: path

@@ -85,6 +85,11 @@ if all((PLANNING_SUMMARIES / name).exists() for name in ("numbers.json", "separa
     PAPER_NUMBERS["planning"] = local(PLANNING_SUMMARIES / "numbers.json")
     PAPER_NUMBERS["separation"] = local(PLANNING_SUMMARIES / "separation.json")
 
+EDGES_SUMMARIES = PAPER / "summaries/edges"
+if (EDGES_SUMMARIES / "numbers.json").exists():
+    PAPER_NUMBERS["edges"] = local(EDGES_SUMMARIES / "numbers.json")
+    PAPER_FIGURES["edges/edges.svg"] = f"{RESULTS}/paper/edges/edges.svg"
+
 PROCESSORS_SUMMARY = PAPER / "summaries/processors/numbers.json"
 if PROCESSORS_SUMMARY.exists():
     PAPER_NUMBERS["processors"] = local(PROCESSORS_SUMMARY)
@@ -145,6 +150,19 @@ use rule draw_confidence as draw_committed_confidence with:
         f"{RESULTS}/logs/paper/draw_confidence.log",
     message:
         "Drawing how sure answers are from the committed summary"
+
+
+use rule draw_edges as draw_committed_edges with:
+    input:
+        edges=local(EDGES_SUMMARIES / "edges.csv"),
+        summary=local(EDGES_SUMMARIES / "summary.csv"),
+        modules=modules("study.plots.edges", "study.common.tables"),
+    output:
+        **{suffix: f"{RESULTS}/paper/edges/edges.{suffix}" for suffix in ("png", "svg")},
+    log:
+        f"{RESULTS}/logs/paper/draw_edges.log",
+    message:
+        "Drawing the diagnoses of spoiled data from their committed summaries"
 
 
 rule draw_sweep_overview:

@@ -125,8 +125,19 @@ def test_shares_add_up_and_edges_are_found():
         "refused_from": 30.0,
         "crashed": 0.0,
     }
+    assert numbers["sets"] == 2 and numbers["sound"] == {"position_worst_mm": 0.010}
+    assert numbers["outliers"]["at"]["30"]["refused"] == 1.0
+    assert numbers["outliers"]["at"]["30"]["position_worst_mm"] is None
+    assert numbers["noise"]["at"]["0_1"]["position_worst_mm"] == 0.011
     assert numbers["noise"]["below"]["accurate_to"] == 0.1 and numbers["noise"]["below"]["right_to"] == 1.0
     assert numbers["noise"]["above"]["accurate_to"] == 1.0
+
+
+def test_structure_that_is_found_without_a_name_is_no_wrong_name():
+    """Only where a gear was injected; without one, such structure is a false alarm."""
+    table = rows().query("axis == 'outliers' and value == 20").assign(verdict="unattributed")
+    for injected, said in (("gear", "unattributed"), ("nothing", "wrong")):
+        assert summarise_edges(table.assign(injected=injected))[said].tolist() == [1.0]
 
 
 def test_the_figure_shows_every_axis_with_its_unit():

@@ -9,12 +9,19 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from study.edges.axes import AXES
-from study.plots.style import BAND, COLOURS, FAINT, LINE, LOOKS, OURS, PAGE_IN, new_figure, styled
+from study.plots.style import BAND, COLOURS, FAINT, LINE, LOOKS, OURS, OURS_LIGHT, PAGE_IN, new_figure, styled
 
-COLOURS_OF = {"right": OURS, "wrong": COLOURS["wrong name"], "refused": FAINT, "crashed": LINE}
-HATCHES = {"right": "", "wrong": "///", "refused": "", "crashed": ""}
+COLOURS_OF = {
+    "right": OURS,
+    "unattributed": OURS_LIGHT,
+    "wrong": COLOURS["wrong name"],
+    "refused": FAINT,
+    "crashed": LINE,
+}
+HATCHES = {"right": "", "unattributed": "..", "wrong": "///", "refused": "", "crashed": ""}
 LABELS = {
     "right": "right answer",
+    "unattributed": "found, not named",
     "wrong": "wrong, or missed",
     "refused": "refused, with the reason",
     "crashed": "crashed",
@@ -73,7 +80,7 @@ def draw_edges(rows: Any, summary: Any) -> Figure:
             else:
                 top.tick_params(which="both", labelleft=False)
                 bottom.tick_params(labelleft=False)
-        shown = [answer for answer in COLOURS_OF if answer != "crashed" or summary["crashed"].any()]
+        shown = [answer for answer in COLOURS_OF if summary[answer].any()]
         handles = [
             Patch(facecolor=COLOURS_OF[a], hatch=HATCHES[a], edgecolor="white", linewidth=0, label=LABELS[a])
             for a in shown
