@@ -89,7 +89,7 @@ def _key(value: float) -> str:
 def _at(row: Mapping[str, Any]) -> dict[str, Any]:
     names = ("position_median_mm", "position_worst_mm")
     errors = {name: None if pd.isna(row[name]) else float(row[name]) for name in names}
-    return errors | {answer: float(row[answer]) for answer in ANSWERS}
+    return {"value": float(row["value"])} | errors | {answer: float(row[answer]) for answer in ANSWERS}
 
 
 def _last(part: Any, good: Any) -> float | None:
