@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from study.edges.axes import AXES
 from study.plots.style import BAND, COLOURS, FAINT, LINE, LOOKS, OURS, OURS_LIGHT, PAGE_IN, new_figure, styled
@@ -58,8 +59,9 @@ def draw_edges(rows: Any, summary: Any) -> Figure:
             top.plot(range(len(values)), table["position_median_mm"], "-", color=LOOKS["proposed"].colour)
             top.set_yscale("log")
             top.set_ylim(low, high)
-            for which in (top.yaxis.set_major_formatter, top.yaxis.set_minor_formatter):
-                which("{x:g}")
+            top.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            top.yaxis.set_major_formatter("{x:g}")
+            top.yaxis.set_minor_formatter(NullFormatter())
             top.tick_params(which="both", labelsize=7)
             base = np.zeros(len(values))
             for answer, colour in COLOURS_OF.items():
