@@ -13,6 +13,7 @@ from study.headline.summary import QUANTITIES
 from study.plots import blind_trials, measured
 from study.plots.confidence import draw_confidence
 from study.plots.correlation import draw_correlation
+from study.plots.edges import draw_edges
 from study.plots.published_curves import draw_curves, draw_recovery, draw_support
 from study.plots.scene import draw_scene
 from study.plots.sensitivity import draw_sensitivity
@@ -216,6 +217,7 @@ DRAWN = {
     },
     "confidence": lambda: {"": draw_confidence(summary("confidence", "reliability"))},
     "sensitivity": lambda: {"": draw_sensitivity(summary("sensitivity", "settings"))},
+    "edges": lambda: {"": draw_edges(summary("edges", "edges"), summary("edges", "summary"))},
     "measured": lambda: {
         "errors": measured.draw_errors(summary("measured", "errors")),
         "gears": measured.draw_gears(summary("measured", "gears")),

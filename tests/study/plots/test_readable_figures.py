@@ -30,6 +30,7 @@ IN_PAPER = {
     "confidence/reliability": ("confidence", ""),
     "measured/gears": ("measured", "gears"),
     "sensitivity/sensitivity": ("sensitivity", ""),
+    "edges/edges": ("edges", ""),
 }
 """The figure drawn here for each that the paper shows; the others are looked at on a screen."""
 TEXT = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "paper").rglob("*.typ")))
