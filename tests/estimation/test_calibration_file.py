@@ -69,6 +69,8 @@ DAMAGE = [
     (("effects", 1, "coefficients"), [], "effects[1].coefficients"),
     (("effects",), {}, "effects"),
     (("names", 0), "a_99", "names[0]"),
+    (("gauge", 0), {"held": "a_1", "moves_with": []}, "gauge[0].reason"),
+    (("gauge", 0, "moves_with"), "a_1", "gauge[0].moves_with"),
     (("covariance",), [[1.0, 2.0]], "covariance"),
     (("summary",), None, "summary"),
 ]  # fmt: skip

@@ -137,7 +137,7 @@ def main() -> int:
                     try:
                         done = disturbed(running, slurm)
                     finally:  # where this process is stopped, Snakemake would wait for ever for a cluster that is gone
-                        running.terminate()
+                        running.kill()  # asked to end, it waits for its jobs
                         running.wait()
                 say(
                     f"{CASES} cases by Slurm: status {running.returncode}, {time.monotonic() - started:.0f} s"
