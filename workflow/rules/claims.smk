@@ -12,7 +12,7 @@ rule judge_claims:
         singular_values=f"{HEADLINE}/identifiability/{FIRST_CASE.name}/singular_values.csv",
         sequential=f"{SEQUENTIAL_DIR}/summary.csv" if "sequential" in config else [],
         sweeps=expand(f"{SWEEP_DIR}/{{sweep}}/summary.csv", sweep=CLAIMED_SWEEPS),
-        modules=modules("study.claims.judge", "study.common.tables"),
+        modules=modules("study.claims.numbers", "study.common.tables"),
     output:
         table=report(
             f"{CLAIMS_DIR}/claims.csv",

@@ -15,10 +15,10 @@ from study.claims.judge import (
     SAME,
     Found,
     Results,
-    claim_numbers,
     judge,
     judge_claims,
 )
+from study.claims.numbers import claim_numbers
 
 STEP = 1e-6
 
