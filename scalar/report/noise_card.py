@@ -88,6 +88,7 @@ def noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
         "flexible": False,
         "size": noise_size(diagnosis),
         "p_value": words.chance(best.p_value),
+        "option": "",  # a random error is nothing that a calibration frees
         "sure": f"{100 * entry['confidence']:.0f} %",
         "chosen": unseen_words.share(entry, diagnosis),
         "before": None,
