@@ -26,7 +26,7 @@ from scalar.data.folder import Content, examine_folder, read_folder
 from scalar.data.formats import COMMANDED
 from scalar.data.moves import move_columns, moves
 from scalar.data.point_tables import group_points, point_table
-from scalar.data.poses import Poses
+from scalar.data.poses import Poses, session_codes
 from scalar.data.references import References
 from scalar.data.sensor_formats import sensor_formats
 from scalar.errors import Fault, InvalidInput
@@ -193,13 +193,7 @@ class Dataset:
         """Return the session of each pose, ``(N,)`` int64 codes in order of first appearance, or None."""
         if "session" not in self.poses.columns:
             return None
-        import pandas as pd
-
-        labels = cast(Any, self.poses["session"])
-        try:  # where all are numbers, 1 and 1.0 are one session
-            return pd.factorize(labels.astype(float))[0].astype(np.int64)
-        except ValueError:
-            return pd.factorize(labels)[0].astype(np.int64)
+        return session_codes(cast(Any, self.poses["session"]))
 
     @property
     def covariates(self) -> tuple[str, ...]:

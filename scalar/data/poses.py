@@ -32,6 +32,20 @@ def is_joint(column: str) -> bool:
     return column.startswith("q") and column[1:].isdigit()
 
 
+def session_codes(labels: pd.Series) -> Array:
+    """Return the session of each pose, ``(N,)`` int64, numbered from 0 in order of first appearance.
+
+    Args:
+        labels: ``(N,)``, the column ``session``; where all labels are numbers, 1 and 1.0 are one session.
+    """
+    import pandas as pd
+
+    try:
+        return pd.factorize(labels.astype(float))[0].astype(np.int64)
+    except ValueError:
+        return pd.factorize(labels)[0].astype(np.int64)
+
+
 @dataclass(frozen=True, eq=False)
 class Poses:
     """N poses as the encoders read them, with what else was recorded.

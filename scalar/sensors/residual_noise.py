@@ -42,15 +42,16 @@ def noise_factor(rms: float, rows: int, unknowns: int, *, stated: bool) -> float
     return rms
 
 
-def factor_within_poses(residual: Array, moved: Array, measured: Array) -> tuple[float, bool] | None:
-    """Return the noise in units of the assumed one, from what no rigid motion of whole poses explains, and whether it clearly differs from 1.
+def factor_within_poses(residual: Array, moved: Array, measured: Array, *, stated: bool) -> float | None:
+    """Return the same factor from what no rigid motion of whole poses explains, whether that is more or less; None if too few rows remain.
 
-    The median over the poses is taken, so that gross errors of some poses do not matter. None if too few rows remain.
+    The median over the poses is taken, so that gross errors of some poses do not matter.
 
     Args:
         residual: ``(N, m)``, in standard deviations of the assumed noise.
         moved: ``(N, m, 6)``, derivatives of the rows by a rigid motion.
         measured: ``(N, m)`` bool; rows that were not measured are zero.
+        stated: Whether the assumed noise is stated; it is then kept unless the factor clearly differs from 1.
     """
     from scipy.stats import chi2  # here: checking a dataset needs no SciPy
 
@@ -67,7 +68,7 @@ def factor_within_poses(residual: Array, moved: Array, measured: Array) -> tuple
     factor = float(np.sqrt(np.median(mean_squares) / (chi2.ppf(0.5, typical) / typical)))
     by_chance = np.log1p(_STANDARD_ERRORS * _OF_A_MEDIAN / np.sqrt(2.0 * freedom[poses].sum()))
     differs = abs(np.log(max(factor, 1e-300))) > max(np.log(_CLEARLY_DIFFERENT), by_chance)
-    return factor, bool(differs)
+    return factor if differs or not stated else 1.0
 
 
 def scaled_up(rms: float, rows: int, unknowns: int) -> float:

@@ -19,7 +19,8 @@ from scipy.sparse.linalg import splu
 from scipy.special import chdtrc
 
 from scalar.data.references import References
-from scalar.geometry.se3 import Array, skew
+from scalar.geometry.screws import change_frame
+from scalar.geometry.se3 import Array, inverse, skew
 
 _REACH = 1.0  # m; a step's rotation shifts points at this distance as much as its translation does
 _RATIOS = (1e-4, 1e2)  # bounds of the ratio of a step to the noise
@@ -42,6 +43,28 @@ class SeenMotion:
     step: float
     noise: float
     p_value: float
+
+
+def motion_of_base(references: References, session: Array, T_tracker_base: Array) -> Array:
+    """Return the motion of the base relative to the tracker ``(N, 6)`` [rad, m], in the base frame, at the poses of all S sessions.
+
+    After the last pose of a session at which a nest was measured, the motion stays as it is.
+
+    Args:
+        references: The nests as measured in the tracker's frame.
+        session: ``(N,)`` int, session of each pose.
+        T_tracker_base: ``(S, 4, 4)``, the base's frame in the tracker's in each session.
+    """
+    found = np.zeros((len(session), 6))
+    for s, T in enumerate(T_tracker_base):
+        rows = np.flatnonzero(session == s)
+        of_session = references.subset(rows, len(session))
+        if len(of_session.pose):
+            screws = seen_motion(of_session).screws
+            back = np.broadcast_to(inverse(T), (len(screws), 4, 4))
+            found[rows[: len(screws)]] = change_frame(back, screws[:, :, None])[:, :, 0]
+            found[rows[len(screws) :]] = found[rows[len(screws) - 1]]
+    return found
 
 
 def seen_motion(references: References) -> SeenMotion:

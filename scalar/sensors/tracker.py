@@ -15,11 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scalar.data.sensor_formats import MeasuredTable, SensorFormat
-from scalar.geometry.screws import change_frame
-from scalar.geometry.se3 import Array, exp_so3, inverse
+from scalar.geometry.se3 import Array, exp_so3
 from scalar.sensors.pose_noise import NoiseComponent
 from scalar.sensors.protocol import Measurement
-from scalar.sensors.residual_noise import factor_within_poses
 from scalar.sensors.rows import Rows
 from scalar.sensors.target import Target
 from scalar.sensors.tracker_frames import TargetOffsets, TrackerFrames
@@ -186,30 +184,10 @@ class Tracker(Measurement):
     ) -> tuple[Array, Array]:
         """Return per pose the squared distances between model and measurement [m^2], and the number of targets seen; orientations are left out."""
         assert isinstance(target, TrackerFrames)
-        squares = self._residuals(T_base_sensor, target)[0] ** 2 * self.seen[:, :, None]
+        residual = self._linear(T_base_sensor, target, self.target_index)[0]
+        squares = residual[:, : 3 * len(self.names)].reshape(*self.seen.shape, 3) ** 2 * self.seen[:, :, None]
         known = self.seen & np.array([target.targets.index(name) is not None for name in self.names])
         return np.sum(squares, axis=(1, 2)), np.maximum(known.sum(axis=1), 1)
-
-    def _residuals(self, T_base_sensor: Array, target: Target) -> tuple[Array, Array]:
-        """Return the residuals of positions ``(N, K, 3)`` [m] and of orientations ``(N, K, 3)`` [rad], the latter empty where there are none."""
-        N, K = self.seen.shape
-        residual = self._linear(T_base_sensor, target, self.target_index)[0]
-        return residual[:, : 3 * K].reshape(N, K, 3), residual[:, 3 * K :].reshape(N, -1, 3)
-
-    def _noise_within_poses(
-        self, T_base_sensor: Array, target: Target
-    ) -> tuple[tuple[float, bool] | None, tuple[float, bool] | None]:
-        """Return the noise of positions and of orientations as ``factor_within_poses`` does; None for what the targets of a pose do not show."""
-        n = 3 * len(self.names)
-        if self.noise_of.fixed or len(self.names) == 1:
-            return None, None
-        residual, wrench, _ = self._linear(T_base_sensor, target, self.target_index)
-        weights = self.noise_of.weights()
-        residual, moved = residual * weights, wrench * weights[:, :, None]
-        of_positions = factor_within_poses(residual[:, :n], moved[:, :n], weights[:, :n] > 0)
-        if self.rotations is None:
-            return of_positions, None
-        return of_positions, factor_within_poses(residual[:, n:], moved[:, n:], weights[:, n:] > 0)
 
     def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
         """Return the derivatives of measurements of all targets: every pose can be measured."""
@@ -220,8 +198,10 @@ class Tracker(Measurement):
 
     def reweighted(self, T_base_sensor: Array, target: Target) -> Tracker:
         """Return the same measurement with a noise that is not stated, or stated too large, estimated from the residuals of the model."""
-        shift, turn = self._residuals(T_base_sensor, target)
-        noise = self.noise_of.estimated(shift, turn, self._noise_within_poses(T_base_sensor, target))
+        if self.noise_of.fixed:
+            return self
+        residual, wrench, _ = self._linear(T_base_sensor, target, self.target_index)
+        noise = self.noise_of.estimated(residual, wrench)
         return self if noise is self.noise_of else replace(self, noise_of=noise)
 
     def counting(self, coefficients: int) -> Tracker:
@@ -279,23 +259,14 @@ class Tracker(Measurement):
 
         The tracker's place is taken from a fit with the nominal arm, whose errors change this small motion by a percent or less.
         """
-        from scalar.sensors.seen_motion import seen_motion  # sparse algebra, slow to import
-
         nests, T = dataset.references, dataset.sensor.T_flange_sensor
         if nests is None or T is None or not len(nests.pose):
             return None
+        from scalar.sensors.seen_motion import motion_of_base  # sparse algebra, slow to import
+
         measured = cls.of(dataset)
         frames = measured.fitted_target(dataset.robot.flange(dataset.q) @ T, measured.initial_target(dataset))
-        found = np.zeros((dataset.n_poses, 6))
-        for s, T_tracker_base in enumerate(frames.transforms):
-            rows = np.flatnonzero(measured.target_index == s)
-            of_session = nests.subset(rows, dataset.n_poses)
-            if len(of_session.pose):
-                screws = seen_motion(of_session).screws
-                back = np.broadcast_to(inverse(T_tracker_base), (len(screws), 4, 4))
-                found[rows[: len(screws)]] = change_frame(back, screws[:, :, None])[:, :, 0]
-                found[rows[len(screws) :]] = found[rows[len(screws) - 1]]
-        return found
+        return motion_of_base(nests, measured.target_index, frames.transforms)
 
     @classmethod
     def shows_turns(cls, dataset: Dataset) -> bool:

@@ -15,18 +15,20 @@ import numpy as np
 
 from scalar.geometry.se3 import Array
 from scalar.sensors.pose_noise import ROTATION_NOISE, NoiseComponent
-from scalar.sensors.residual_noise import UNCHANGED, estimated_position_noise, noise_factor, scaled_up
+from scalar.sensors.residual_noise import (
+    UNCHANGED,
+    estimated_position_noise,
+    factor_within_poses,
+    noise_factor,
+    scaled_up,
+)
 from scalar.sensors.rows import LEAST_SIGMA, stated_sigma
 
 _TYPICAL_REACH = 0.1
 """[m] Until it is estimated, the noise of an angle is assumed to be that of a position divided by this distance."""
 _REACHES = (0.01, 10.0)
 """[m] Bounds of the ratio of the noise of positions to that of orientations, if neither is stated."""
-
-
 _CLEARLY_LARGER = 1.5  # a stated noise of orientations is too small if their residuals exceed those of positions by it, in standard deviations
-
-Factor = tuple[float, bool]
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,26 +118,21 @@ class TrackerNoise:
         """Return the noise of positions over the stated one; None if none was stated."""
         return None if self.stated is None else self.typical / self.stated
 
-    def estimated(
-        self, shift: Array, turn: Array, within_poses: tuple[Factor | None, Factor | None]
-    ) -> TrackerNoise:
+    def estimated(self, residual: Array, moved: Array) -> TrackerNoise:
         """Return the noise as residuals show it where it is not stated, or stated wrongly; the same object if that changes nothing.
 
         Args:
-            shift: ``(N, K, 3)`` [m], residuals of positions.
-            turn: ``(N, K, 3)`` [rad], residuals of orientations; not used if none was measured.
-            within_poses: The noise of positions, and that of orientations, in units of the assumed one as ``factor_within_poses`` gives it; None for
-                one that the targets of a pose do not show.
+            residual: ``(N, m)`` [m, rad], predicted minus measured positions, then orientations if they were measured.
+            moved: ``(N, m, 6)``, derivatives by a rigid motion of the sensor.
         """
-        if self.fixed:
-            return self
+        N, K = self.seen.shape
+        shift, turn = residual[:, : 3 * K].reshape(N, K, 3), residual[:, 3 * K :].reshape(N, -1, 3)
         rows = 3 * int(self.seen.sum()) * (1 if self.rotation is None else 2)
         of_position = scaled_up(_relative(shift, self.position, self.seen), rows, self.unknowns)
-        by_positions, by_turns = within_poses
-        if by_positions is None:
+        by_positions, by_turns = self._within_poses(residual, moved)
+        factor = by_positions
+        if factor is None:
             factor = noise_factor(of_position, rows, self.unknowns, stated=self.position_stated)
-        else:
-            factor = by_positions[0] if by_positions[1] or not self.position_stated else 1.0
         if self.rotation is None:
             return self._scaled(factor, measured=by_positions is not None)
         of_rotation = scaled_up(_relative(turn, self.rotation, self.seen), rows, self.unknowns)
@@ -143,7 +140,7 @@ class TrackerNoise:
             factor = max(of_position, LEAST_SIGMA / self.typical)
         scaled = self._scaled(factor, measured=by_positions is not None)
         if by_turns is not None:
-            turn_factor = by_turns[0] if by_turns[1] or not self.rotation_stated else 1.0
+            turn_factor = by_turns
         elif self.rotation_stated:
             # What the model lacks moves and turns a target. A turn that is larger than that, in standard deviations, is noise.
             turn_factor = noise_factor(of_rotation, rows, self.unknowns, stated=True)
@@ -158,6 +155,23 @@ class TrackerNoise:
             return scaled
         rotation = np.maximum(self.rotation * turn_factor, LEAST_SIGMA)
         return replace(scaled, rotation=rotation, rotation_stated=False)
+
+    def _within_poses(self, residual: Array, moved: Array) -> tuple[float | None, float | None]:
+        """Return what ``factor_within_poses`` gives for positions and for orientations, None for what the targets of a pose do not show."""
+        K = self.seen.shape[1]
+        if K == 1:
+            return None, None
+        weights = self.weights()
+        residual, moved = residual * weights, moved * weights[:, :, None]
+
+        def factor(part: slice, stated: bool) -> float | None:
+            return factor_within_poses(residual[:, part], moved[:, part], weights[:, part] > 0, stated=stated)
+
+        positions, turns = slice(None, 3 * K), slice(3 * K, None)
+        return (
+            factor(positions, self.position_stated),
+            None if self.rotation is None else factor(turns, self.rotation_stated),
+        )
 
     def _scaled(self, factor: float, *, measured: bool) -> TrackerNoise:
         """Return the noise with that of positions multiplied by a factor that residuals show; the same object if it is 1."""

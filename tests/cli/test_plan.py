@@ -194,20 +194,30 @@ def test_poses_that_separate_a_gear_from_a_scale(doubtful, tmp_path):
     )
 
 
+def refused_plan(folder, dataset, size):
+    """Return the two lines on the terminal where a plan after a gear or a scale of this size [rad] is refused; it writes nothing.
+
+    Args:
+        folder: Holds the dataset in ``cell``. dataset: The same.
+        size: Of the coefficients that the diagnosis states.
+    """
+    out, entry = gear_or_scale(folder, dataset, size)
+    diagnosis = {"format": "scalar-diagnosis/2", "effects": [entry], "unobservable": []}
+    (out / "diagnosis.json").write_text(json.dumps(diagnosis), encoding="utf-8")
+    options = ("--poses", 8, "--candidates", 100, "--no-collisions")
+    result = run("plan", folder / "cell", "--after", out / "diagnosis.json", *options, "-o", folder / "p")
+    assert result.exit_code == 3, result.output
+    assert not (folder / "p").exists()
+    return result.stderr.splitlines()
+
+
 def test_poses_that_would_separate_nothing_are_not_written(tmp_path):
     """A gear of a nanoradian, or a scale: no poses show it. Exit 3 says what it lacks and what may help, and nothing is written."""
     scene = make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
     scene.write(tmp_path / "cell")
-    out, entry = gear_or_scale(tmp_path, scene.dataset, 1e-9)
-    diagnosis = {"format": "scalar-diagnosis/2", "effects": [entry], "unobservable": []}
-    (out / "diagnosis.json").write_text(json.dumps(diagnosis), encoding="utf-8")
-    options = ("--poses", 8, "--candidates", 100, "--no-collisions")
-    result = run("plan", tmp_path / "cell", "--after", out / "diagnosis.json", *options, "-o", tmp_path / "p")
-    assert result.exit_code == 3, result.output
-    first, second = result.stderr.splitlines()
+    first, second = refused_plan(tmp_path, scene.dataset, 1e-9)
     assert "no poses separate it" in first and "5 are needed" in first and "--candidates" in second
     assert "less than these measurements can show" in first
-    assert not (tmp_path / "p").exists()
 
 
 def test_where_no_pose_can_show_an_effect_no_better_sensor_is_advised(tmp_path):
@@ -218,13 +228,7 @@ def test_where_no_pose_can_show_an_effect_no_better_sensor_is_advised(tmp_path):
     dataset = replace(scene.dataset, poses=poses)
     replace(scene, dataset=dataset).write(tmp_path / "cell")
     narrowed(tmp_path / "cell" / "dataset.yaml", 3, [0.48, 0.52])
-    out, entry = gear_or_scale(tmp_path, dataset, 1e-3)
-    diagnosis = {"format": "scalar-diagnosis/2", "effects": [entry], "unobservable": []}
-    (out / "diagnosis.json").write_text(json.dumps(diagnosis), encoding="utf-8")
-    options = ("--poses", 8, "--candidates", 100, "--no-collisions")
-    result = run("plan", tmp_path / "cell", "--after", out / "diagnosis.json", *options, "-o", tmp_path / "p")
-    assert result.exit_code == 3, result.output
-    first, second = result.stderr.splitlines()
+    first, second = refused_plan(tmp_path, dataset, 1e-3)
     assert (
         "a better sensor would not tell" in first and "less noise" not in second and "joint limits" in second
     )
