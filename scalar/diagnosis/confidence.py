@@ -3,8 +3,8 @@
 The evidence alone does not give this probability. It would if one of the candidates were the true cause and all noise were Gaussian. In practice the
 cause may be no effect of the catalogue, and scanners have errors that no model describes. The probability that an answer is right is therefore
 estimated by a logistic regression on its grounds (``grounds``). The regression was fitted to answers on simulated data whose truth is known, with
-imperfect scanners and unknown causes among them (``workflow/study/blind_trials/confidence_fit.py``; the coefficients are in the folder of this
-module). A feature outside the range of the trials is replaced by the nearest end of that range.
+scanners, trackers and probes, and imperfect scanners and unknown causes among them (``workflow/study/confidence``; the coefficients are in the
+folder of this module). A feature outside the range of the trials is replaced by the nearest end of that range.
 
 On the same grounds, some names are given wrongly more often than others, because more causes resemble them. The regression therefore has an offset
 for each name, near zero unless the trials show otherwise; a name that was never given in the trials has no offset.
@@ -35,7 +35,8 @@ def features(grounds: Grounds) -> dict[str, float]:
     The log odds of the answer and its least log odds enter by their signed logarithm. ``rivalled`` is 1 if a rival explains at least as much, and
     near 0 if none comes near. ``share`` is minus the logarithm of the share of the residual that the answer leaves; it counts less, the larger
     ``rivalled`` is. The numbers of poses and of other answers, the misfit, and the p-value of the autocorrelation (``chance``) enter by their
-    logarithms. The last two features are 0 or 1: whether a flexible term was found as well, and whether errors are correlated within scans.
+    logarithms. The last three features are 0 or 1: whether a flexible term was found as well, whether errors are correlated within scans, and whether
+    the sensor scans.
     """
     odds = grounds.log_odds
     rivalled = float(np.exp(-max(odds, 0.0) / _NEAR_NATS))
@@ -52,6 +53,7 @@ def features(grounds: Grounds) -> dict[str, float]:
         "others": float(np.log1p(grounds.others)),
         "beside_structure": float(grounds.beside_structure),
         "correlated": float(grounds.final_residuals.correlated),
+        "scans": float(grounds.final_residuals.scans),
     }
 
 

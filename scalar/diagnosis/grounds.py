@@ -29,12 +29,14 @@ class FinalResiduals:
         misfit: Sum of squares of the whitened residuals over their degrees of freedom; 1 if the noise explains them.
         chance: Smallest p-value of their autocorrelation; it is small if structure remains.
         correlated: Whether components of the noise within scans were identified.
+        scans: Whether the sensor scans: its points then show its own noise. A tracker or a probe measures single points.
     """
 
     poses: int
     misfit: float
     chance: float
     correlated: bool
+    scans: bool
 
     @classmethod
     def of(cls, state: FittedState) -> FinalResiduals:
@@ -46,6 +48,7 @@ class FinalResiduals:
             misfit=background.variance,
             chance=min(max(chance, _LEAST_CHANCE), 1.0),
             correlated=bool(state.residuals.measurement.noise_components),
+            scans=state.residuals.measurement.scans,
         )
 
 

@@ -11,15 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import expit
-from study.blind_trials.confidence_fit import (
-    FEATURES,
-    HALVES,
-    KINDS,
-    fitted,
-    regression,
-    summary,
-    with_confidence,
-)
+from study.confidence.answers import HALVES
+from study.confidence.fit import FEATURES, KINDS, fitted, regression, summary, with_confidence
 
 from scalar.diagnosis.confidence import COEFFICIENTS, confidence, features, predicted
 from scalar.diagnosis.grounds import FinalResiduals, Grounds, log_odds
@@ -29,7 +22,12 @@ SHIPPED = Path(__file__).parents[2] / "scalar/diagnosis" / COEFFICIENTS
 nats = st.floats(-200.0, 200.0)
 shares = st.floats(0.0, 1.0)
 left = st.builds(
-    FinalResiduals, st.integers(2, 100_000), st.floats(1e-3, 1e4), st.floats(1e-30, 1.0), st.booleans()
+    FinalResiduals,
+    st.integers(2, 100_000),
+    st.floats(1e-3, 1e4),
+    st.floats(1e-30, 1.0),
+    st.booleans(),
+    st.booleans(),
 )
 names = st.sampled_from(["joint_harmonic", "pose_jitter", "unattributed", "an effect of a user"])
 grounds = st.builds(

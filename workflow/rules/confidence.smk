@@ -1,5 +1,5 @@
-# The confidence: fitted to the answers of trials of several designs; each half of the trials is reported by the fit to the other half. A target of its own, about
-# an hour of one core; a run that was stopped goes on where it was. The fitted coefficients are part of the package, and the tables are committed:
+# The confidence: fitted to the answers of trials of several designs; each half of the trials is reported by the fit to the other half. A target of
+# its own, about half an hour of two cores; a run that was stopped goes on where it was. The fitted coefficients are part of the package, and the tables are committed:
 #   snakemake confidence --cores 2
 #   cp results/confidence/coefficients.json scalar/diagnosis/confidence_coefficients.json
 #   cp results/confidence/{answers.csv,reliability.csv,numbers.json} paper/summaries/confidence/
@@ -13,10 +13,16 @@ try:
                 "configs/blind_trials_confidence.yaml",
                 "configs/blind_trials_components.yaml",
                 "configs/blind_trials_third_exam.yaml",
+                "configs/blind_trials_sixth_exam.yaml",
+                "configs/blind_trials_few_poses.yaml",
             ],
         )
     }
     CONFIDENCE_DESIGNS = {name: load_design(path) for name, path in CONFIDENCE_CONFIGS.items()}
+    CONFIDENCE_TRACKED_CONFIG = named(
+        config.get("confidence_tracked", "configs/tracked_trials_first_exam.yaml")
+    )
+    CONFIDENCE_TRACKED = load_tracked(CONFIDENCE_TRACKED_CONFIG)
 except InvalidInput as error:
     raise WorkflowError(str(error)) from None
 
@@ -43,6 +49,18 @@ use rule run_stratified_trials as run_confidence_trials with:
         "Trials for the confidence, {wildcards.design}: sets {wildcards.numbers}"
 
 
+use rule run_tracked_trials as run_tracked_confidence_trials with:
+    output:
+        f"{CONFIDENCE_DIR}/sets/tracked/{{sensor}}/{{numbers}}.csv",
+    log:
+        f"{RESULTS}/logs/confidence/tracked/{{sensor}}/{{numbers}}.log",
+    params:
+        config=local(CONFIDENCE_TRACKED_CONFIG),
+        design=repr({k: v for k, v in CONFIDENCE_TRACKED.content.items() if k != "sets"}),
+    message:
+        "Trials for the confidence, {wildcards.sensor}: sets {wildcards.numbers}"
+
+
 rule fit_confidence:
     input:
         sets=[
@@ -50,7 +68,10 @@ rule fit_confidence:
             for name, design in CONFIDENCE_DESIGNS.items()
             for job in design.jobs()
         ],
-        modules=modules("study.blind_trials.confidence_fit", "study.common.tables"),
+        tracked=[
+            f"{CONFIDENCE_DIR}/sets/tracked/{sensor}/{job}.csv" for sensor, job in CONFIDENCE_TRACKED.jobs()
+        ],
+        modules=modules("study.confidence.fit", "study.confidence.answers", "study.common.tables"),
     output:
         coefficients=f"{CONFIDENCE_DIR}/coefficients.json",
         answers=f"{CONFIDENCE_DIR}/answers.csv",

@@ -3,15 +3,18 @@
 from job import logged
 
 with logged(snakemake.log):
+    import pandas as pd
     from scalar.data.io.atomic import write_json
-    from study.blind_trials.confidence_fit import answers_of, fitted, reliability, summary, with_confidence
     from study.common.provenance import code_version
     from study.common.tables import read_tables, write_table
+    from study.confidence.answers import answers_of, tracked_answers_of
+    from study.confidence.fit import fitted, reliability, summary, with_confidence
 
-    sets = read_tables(snakemake.input.sets)
-    answers = answers_of(sets)
+    sets, tracked = read_tables(snakemake.input.sets), read_tables(snakemake.input.tracked)
+    answers = pd.concat([answers_of(sets), tracked_answers_of(tracked)], ignore_index=True)
     stated = with_confidence(answers)
     write_json(snakemake.output.coefficients, fitted(answers))
     write_table(snakemake.output.answers, stated)
     write_table(snakemake.output.reliability, reliability(stated))
-    write_json(snakemake.output.numbers, {"code": code_version(), "sets": len(sets)} | summary(stated))
+    numbers = {"code": code_version(), "sets": len(sets) + len(tracked), "tracked_sets": len(tracked)}
+    write_json(snakemake.output.numbers, numbers | summary(stated))

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from study.blind_trials.confidence_fit import KINDS
+from study.confidence.fit import KINDS
 from study.plots.style import EDGE, OURS, new_figure, styled
 
 TITLES = {

@@ -33,6 +33,11 @@ def is_cause(entry: Entry, cause: Mapping[str, Any]) -> bool:
     return same(entry, cause)
 
 
+def is_true_jitter(entry: Entry, repeats: bool) -> bool:
+    """Return whether an entry names a jitter of poses where the joints do not come back exactly."""
+    return entry["name"] == "pose_jitter" and not repeats
+
+
 def tracked_score(
     causes: Sequence[Mapping[str, Any]],
     repeats: bool,
@@ -52,7 +57,7 @@ def tracked_score(
         entry
         for entry in found
         if entry["name"] != UNATTRIBUTED
-        and not (entry["name"] == "pose_jitter" and not repeats)
+        and not is_true_jitter(entry, repeats)
         and not any(is_cause(e, c) for e in (entry, *entry.get("confounded_with", ())) for c in causes)
     ]
     named = [cause_outcome(cause, found, unobservable) for cause in causes]

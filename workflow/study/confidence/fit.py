@@ -1,14 +1,12 @@
-"""The confidence, fitted to trials and reported on others.
+"""The confidence, fitted to the answers of trials and reported for others.
 
-The trials are halved: by their seeds, and sets of an unknown cause or shape by its kind, so that no half has seen the other's causes. What is
-reported of an answer follows from the fit to the other half (cross-fitting). The package takes the fit to both halves, which has
-seen more causes than either.
+What is reported of an answer follows from the fit to the half of the trials to which it does not belong (cross-fitting; ``answers`` halves them).
+The package takes the fit to both halves, which has seen more causes than either.
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -19,16 +17,13 @@ from scipy.special import expit
 
 from scalar.diagnosis.confidence import features, predicted
 from scalar.diagnosis.grounds import COMPONENT, EFFECT, STRUCTURE, FinalResiduals, Grounds
-from scalar.diagnosis.repeated_changes import repetitions
 from scalar.geometry.se3 import Array
-from study.blind_trials.score import NOISES, SURE, UNATTRIBUTED, same
+from study.blind_trials.score import SURE
 from study.blind_trials.statistics import wilson
-from study.blind_trials.trial_score import acceptable, flaws
-from study.blind_trials.trial_summaries import truth_in
+from study.confidence.answers import HALVES
 
-HALVES = ("first", "second")
 KINDS = (EFFECT, COMPONENT, STRUCTURE)
-FEATURES = tuple(features(Grounds(EFFECT, 0.0, 0.0, 0.5, 0, False, FinalResiduals(1, 1.0, 1.0, False))))
+FEATURES = tuple(features(Grounds(EFFECT, 0.0, 0.0, 0.5, 0, False, FinalResiduals(1, 1.0, 1.0, False, True))))
 SIGNS = {
     "log_odds": (0.0, None),
     "least_log_odds": (0.0, None),
@@ -42,63 +37,6 @@ half that each fit has not seen; these and the next are the only numbers in whos
 NAME_PRIOR = 2.0
 """Prior standard deviation of the offset of a name; chosen among 0.5, 1 and 2 in the same way."""
 _LEAST_STD = 1e-9
-
-
-def answers_of(sets: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each answer of all sets: its half, kind, name, whether it is right, and the features of its grounds."""
-    rows = []
-    for row in sets.to_dict("records"):
-        truth, found = truth_in(row), json.loads(row["found"])
-        given = list(every_answer(found))
-        times = repetitions([(entry["name"], entry["target"]) for entry in given])
-        for entry, repeated in zip(given, times, strict=True):
-            kind = kind_of(entry)
-            rows.append(
-                {"number": row["number"], "seed": row["seed"], "half": half_of(row, truth), "row": row["row"], "poses": row["poses"]}
-                | {"kind": kind, "name": entry["name"], "right": is_right(entry, truth, found), "repeated": repeated}
-                | features(grounds_from(kind, entry["grounds"]))
-            )  # fmt: skip
-    return pd.DataFrame(rows)
-
-
-def every_answer(found: Sequence[Mapping[str, Any]]) -> Iterator[Mapping[str, Any]]:
-    """Yield the entries of a diagnosis, and instead of one that only gathers doubtful names, each of these names."""
-    for entry in found:
-        names = entry.get("most_like", ())
-        yield from names
-        if not names or entry.get("corrected_by_flexible_term"):
-            yield entry
-
-
-def kind_of(entry: Mapping[str, Any]) -> str:
-    """Return what an entry of a diagnosis is. A variance component that is no noise is structure."""
-    if entry["name"] == UNATTRIBUTED:
-        return STRUCTURE
-    return COMPONENT if entry["name"] in NOISES else EFFECT
-
-
-def grounds_from(kind: str, entry: Mapping[str, Any]) -> Grounds:
-    """Return the grounds that diagnosis.json states."""
-    final_residuals = FinalResiduals(
-        **{key: entry[key] for key in ("poses", "misfit", "chance", "correlated")}
-    )
-    own = {key: entry[key] for key in ("log_odds", "least_log_odds", "share", "others", "beside_structure")}
-    return Grounds(kind, final_residuals=final_residuals, **own)
-
-
-def is_right(entry: Mapping[str, Any], truth: Mapping[str, Any], found: list[Mapping[str, Any]]) -> bool:
-    """Return whether an answer is right; structure is where anything is that no other entry names."""
-    if entry["name"] != UNATTRIBUTED:
-        return acceptable(entry, truth)
-    unnamed = [i for i in truth["injected"] if not any(same(e, i) for e in found)]
-    return bool(unnamed or flaws(truth))
-
-
-def half_of(row: Mapping[Any, Any], truth: Mapping[str, Any]) -> str:
-    """Return the half of a set: by the kind of an unknown cause, else by the number of the set."""
-    kinds = [entry["kind"] for entry in truth["injected"] if entry["name"] == "unknown"]
-    number = sum(kinds[0].encode()) if kinds else int(row["number"])
-    return HALVES[number % 2]
 
 
 def fitted(answers: pd.DataFrame) -> dict[str, Any]:
