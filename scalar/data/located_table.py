@@ -52,9 +52,9 @@ class Table:
     Attributes:
         file: name of the file.
         columns: the columns by name, in the order of the file; float64 ``(N,)``, or text as objects.
-        line_numbers: returns the row of each entry in the file, ``(N,)``, counted as the module says.
+        line_numbers: returns the row in the file of each entry, ``(N,)``, counted as the module's docstring says.
         bad: for each column the cells that have been reported already, ``(N,)`` bool.
-        whole: False where rows had to be left out, so that nothing may be concluded from what is missing.
+        whole: False if rows of the file had to be left out, so that what is missing here may stand in the file.
     """
 
     file: str
@@ -89,7 +89,7 @@ class Table:
 
 
 def did_you_mean(name: str, known: list[str]) -> str:
-    """Return ``did you mean 'noise'? `` where a known name is like `name`, else nothing."""
+    """Return ``did you mean 'noise'? `` if a known name resembles `name`, else an empty text."""
     by_lower = {candidate.lower(): candidate for candidate in reversed(known)}
     close = get_close_matches(name.lower(), list(by_lower), n=1, cutoff=0.6)
     return f"did you mean {by_lower[close[0]]!r}? " if close else ""
@@ -112,9 +112,8 @@ def header_faults(file: str, names: list[str], layout: Layout, row: int | None =
     if len(names) > MAX_COLUMNS:
         return [Fault(file, too_many_columns(len(names)), row)]
     if len(names) == 1 and ";" in names[0]:
-        return [
-            Fault(file, f"cells are separated by ';'; write commas, and points in numbers: {wanted}", row)
-        ]
+        message = f"cells are separated by ';'; separate them by commas, and write decimal points: {wanted}"
+        return [Fault(file, message, row)]
     if all(NUMBER.fullmatch(name) for name in names):
         return [Fault(file, f"there is no header; the first line has to be {wanted}", row)]
     faults = []
@@ -144,7 +143,7 @@ def header_faults(file: str, names: list[str], layout: Layout, row: int | None =
 
 
 def check_cells(table: Table, layout: Layout, faults: list[Fault]) -> None:
-    """Report text that is missing, numbers that are not finite, and integers that are not whole."""
+    """Report empty texts, numbers that are not finite, and columns of integers with a value that is not whole or beyond ``MAX_INTEGER``."""
     for name, values in table.columns.items():
         if name in layout.text:
             empty = np.array([not cell for cell in values], dtype=bool)

@@ -1,4 +1,4 @@
-"""The table of measured points: its rows grouped by pose as a dataset holds them, and written as a table again."""
+"""Convert the table of measured points to the arrays of a dataset, in which the points are grouped by pose, and back."""
 
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
 # pandas is not annotated throughout.
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def group_points(
     pose_ids: np.ndarray, format: SensorFormat, points: Table | None
 ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], tuple[str, ...]]:
-    """Return the points of a table, ordered by the row of their pose.
+    """Return the points of a table as arrays, in the order of the poses.
 
     Args:
         pose_ids: ``(N,)``, ids of the poses in the order of their rows.
@@ -28,8 +28,9 @@ def group_points(
         points: The table; None if the sensor has none.
 
     Returns:
-        The points ``(P, k)`` [m], the index ``(N + 1,)`` at which those of each pose begin, the optional columns by name, ``(P,)`` each,
-        and the names of the targets: `points`, `starts`, `point_columns` and `targets` of ``Dataset``.
+        The points ``(P, k)`` in the units of the format, the index ``(N + 1,)`` at which those of each pose begin, the optional columns by name,
+        ``(P,)`` each (a column of targets as indices of their names), and the names of the targets. These are `points`, `starts`,
+        `point_columns` and `targets` of ``Dataset``.
     """
     if points is None or format.table is None:
         return np.empty((0, 2)), np.zeros(len(pose_ids) + 1, dtype=np.int64), {}, ()
@@ -56,12 +57,12 @@ def point_table(
     point_columns: Mapping[str, np.ndarray],
     targets: Sequence[str],
 ) -> pd.DataFrame:
-    """Return the table of the points, as the file of the sensor kind has it.
+    """Return the table of the points, with the columns of the sensor kind's file.
 
     Args:
         layout: The table's columns.
         row_pose_ids: ``(P,)``, the id of the pose of each point.
-        points: ``(P, k)``, as in ``Dataset``.
+        points: ``(P, k)``, as in ``Dataset``, in the units of the layout.
         point_columns: The optional columns, as in ``Dataset``.
         targets: The names of the targets on the flange, as in ``Dataset``.
     """

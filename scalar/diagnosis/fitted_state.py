@@ -79,9 +79,9 @@ class FittedState:
         return residual, jacobian[:, self.free]
 
     def linearised(self) -> tuple[Array, Array]:
-        """Return the residual, whitened for the noise within scans, ``(N m + priors,)`` and its derivatives by the F free parameters.
+        """Return the residual ``(N m + priors,)`` and its derivatives ``(N m + priors, F)`` by the F free parameters.
 
-        The rows of priors follow those of the poses.
+        Both are whitened for the noise within scans. The rows of priors follow those of the poses.
         """
         return self._linearised
 
@@ -170,7 +170,7 @@ class FittedState:
     def columns_within_scans(
         self, effects: Sequence[Effect], bases: dict[Effect, Basis] | None = None
     ) -> Array:
-        """Return the same columns, whitened for the noise within scans alone."""
+        """Return the columns ``(N m, e)`` that ``columns_of`` returns, whitened for the noise within scans alone."""
         return EffectColumns(self.residuals, self.model, self.rows, None).of(effects, bases)
 
     @cached_property

@@ -23,7 +23,7 @@ _LINES = 150  # lines through pairs of points that are tried: with two points in
 _POINTS = 60  # points of a scan with which the lines are compared; with more, the result is the same
 _SCANS = 100  # scans that are judged: a share of one half is then known with a standard error of a twentieth
 _ROUNDS = 10  # of refining the line; later ones change nothing
-_CORE = 2.5  # standard deviations: points nearer to the line than this are its core
+_CORE = 2.5  # standard deviations: points nearer to the line than this are its core, which contains at least the densest third
 _CORE_TO_STD = 1.048  # ratio of a normal law's standard deviation to that of the same law cut off at the core
 
 
@@ -32,9 +32,11 @@ def share_of_broken_lines(
 ) -> float:
     """Return the share of scans that are corrupted or whose line has broken down; zero for sensors without scans.
 
+    In a dataset with many scans, the share is that among ``_SCANS`` of them, drawn with a fixed seed.
+
     Args:
-        dataset: Without the points that were found off their line.
-        corrupted: ``(N,)`` bool, scans with too many of these.
+        dataset: Without the points that were found off their scan's line.
+        corrupted: ``(N,)`` bool, scans of which too many points were found off the line.
         settings: Thresholds.
     """
     if not kind_of(dataset).scans:
@@ -56,13 +58,13 @@ def line_has_broken_down(points: Array, settings: GrossErrorSettings = DEFAULTS.
         points: ``(M, 2)`` [m], those that were kept; fewer than twelve never count as broken down.
         settings: Thresholds.
     """
-    quiet = settings.least_point_error / settings.point_sigmas
+    least_std = settings.least_point_error / settings.point_sigmas  # a smaller scatter [m] counts as this one
     if len(points) <= _LEAST_PART:
         return False
     scatter = _line(points)[2]
-    if scatter <= settings.line_breakdown * quiet:
+    if scatter <= settings.line_breakdown * least_std:
         return False
-    return scatter > settings.line_breakdown * max(_core_scatter(points), quiet)
+    return scatter > settings.line_breakdown * max(_core_scatter(points), least_std)
 
 
 def _line(points: Array) -> tuple[Array, float, float]:
@@ -77,10 +79,14 @@ def _line(points: Array) -> tuple[Array, float, float]:
 def _core_scatter(points: Array) -> float:
     """Return the standard deviation [m] that a normal law would have if its densest third lay as close to a line as that of these points.
 
+    Lines through random pairs of points are tried, and the one with the nearest third of the points is refined by fits to its core. The third is
+    at least ``_LEAST_PART`` points; if there are no more points than that, infinity is returned.
+
     Args:
-        points: ``(M, 2)`` [m]. Infinite is returned if a third of them is fewer than ``_LEAST_PART``.
+        points: ``(M, 2)`` [m].
     """
-    some = points[:: -(-len(points) // _POINTS)]
+    every = int(np.ceil(len(points) / _POINTS))
+    some = points[::every]
     M = len(some)
     part = max(int(np.ceil(_PART * M)), _LEAST_PART)
     if part >= M:
@@ -89,13 +95,14 @@ def _core_scatter(points: Array) -> float:
     first = rng.integers(0, M, _LINES)
     along = some[(first + rng.integers(1, M, _LINES)) % M] - some[first]
     length = np.hypot(along[:, 0], along[:, 1])
-    real = length > 0
-    normals = np.stack([-along[real, 1], along[real, 0]], axis=1) / length[real, None]
-    distances = np.sum(normals * some[first[real]], axis=1)
-    reach = np.partition(np.abs(normals @ some.T - distances[:, None]), part - 1, axis=1)[:, part - 1]
-    best = int(np.argmin(reach))
+    apart = length > 0  # pairs of two different points
+    normals = np.stack([-along[apart, 1], along[apart, 0]], axis=1) / length[apart, None]
+    distances = np.sum(normals * some[first[apart]], axis=1)
+    off_lines = np.abs(normals @ some.T - distances[:, None])
+    farthest_of_part = np.partition(off_lines, part - 1, axis=1)[:, part - 1]
+    best = int(np.argmin(farthest_of_part))
     normal, distance = normals[best], float(distances[best])
-    std = float(reach[best] / ndtri(0.5 + 0.5 * part / M))
+    std = float(farthest_of_part[best] / ndtri(0.5 + 0.5 * part / M))
     least = max(int(np.ceil(_PART * len(points))), _LEAST_PART)
     for _ in range(_ROUNDS):
         off = np.abs(points @ normal - distance)

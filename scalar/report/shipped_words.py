@@ -56,8 +56,8 @@ def _in_other_regions(diagnosis: Diagnosis) -> list[str]:
     without, effects = (number(error.rms / MM) for error in shipped.regions)
     count = int(shipped.regions[0].block.max()) + 1
     return [
-        f"Where each of {count} regions of the joint space is held out as a whole, its poses are predicted to {effects} mm RMS with the effects, "
-        f"and to {without} mm without. Expect this next to the poses that were measured; nothing is known of poses farther away."
+        f"When each of {count} regions of the joint space is held out as a whole, its poses are predicted to {effects} mm RMS with the effects, "
+        f"and to {without} mm without. Expect such errors next to the poses that were measured; nothing is known of poses farther away."
     ]
 
 
@@ -79,20 +79,20 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
         ]
     if shipped.decided_by == "few_poses":
         return [
-            "after.json is the model without effects, because structure without a name was found in few poses. In simulated trials, correcting "
+            "after.json is the model without effects, because unmodelled structure was found in few poses. In simulated trials, correcting "
             "for it did harm as often as good. Measure more poses ('scalar plan' chooses them), and diagnose again."
         ]
-    judged = diagnosis.halves if diagnosis.outer is None else diagnosis.outer
-    if shipped.decided_by == "unseen" and judged is not None:
-        poses, errors = "poses that took no part in the diagnosis", [e.rms for e in judged.errors]
+    on_unseen = diagnosis.halves if diagnosis.outer is None else diagnosis.outer
+    if shipped.decided_by == "unseen" and on_unseen is not None:
+        poses = "poses that took no part in the diagnosis"
+        without_and_with = [e.rms for e in on_unseen.errors]
     elif shipped.decided_by == "regions" and shipped.regions is not None:
-        poses, errors = (
-            "regions of the joint space that are held out as a whole",
-            [e.rms for e in shipped.regions],
-        )
+        poses = "regions of the joint space that are held out as a whole"
+        without_and_with = [e.rms for e in shipped.regions]
     else:
-        poses, errors = "poses held out from the fit", [shipped.held_out.rms, shipped.rms_with_equal_weights]
-    without, with_effects = (number(rms / MM) for rms in errors)
+        poses = "poses held out from the fit"
+        without_and_with = [shipped.held_out.rms, shipped.rms_with_equal_weights]
+    without, with_effects = (number(rms / MM) for rms in without_and_with)
     return [
         f"after.json is the model without effects, because with them {poses} are predicted worse ({with_effects} mm RMS, "
         f"{without} mm without). The effects are findings only, and nothing is corrected for them."

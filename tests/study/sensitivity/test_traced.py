@@ -11,8 +11,8 @@ from study.sensitivity.answers import answer_of, differences
 from study.sensitivity.datasets import make_dataset
 from study.sensitivity.sets import load_sets
 from study.sensitivity.traced import Trace, Traced, counted
+from study.sensitivity.traced_estimator import comparing_results, same_content, traced_estimator
 from study.sensitivity.variants import traced_settings, variants
-from study.sensitivity.watched import judged, same_content, watched_estimator
 
 from scalar.diagnosis import diagnose
 from scalar.diagnosis.settings import DEFAULTS
@@ -30,10 +30,10 @@ def traced(value, **alternatives):
 
 
 @given(NUMBERS, NUMBERS, NUMBERS, NUMBERS, OPERATORS, OPERATORS)
-def test_what_is_computed_is_the_value_s_own_and_an_alternative_that_ends_elsewhere_has_parted(
+def test_what_is_computed_is_the_value_s_own_and_an_alternative_that_ends_elsewhere_has_diverged(
     value, other, a, b, first, second
 ):
-    """For any two operations and a comparison: the outcome is that of plain numbers; the alternative has parted if its outcome is another."""
+    """For any two operations and a comparison: the outcome is that of plain numbers; the alternative has diverged if its outcome is another."""
 
     def outcome(x):
         return second(first(x, a), np.float64(b)) < 5.0
@@ -41,11 +41,11 @@ def test_what_is_computed_is_the_value_s_own_and_an_alternative_that_ends_elsewh
     number, trace = traced(value, other=other)
     assert bool(outcome(number)) == bool(outcome(value))
     if outcome(other) != outcome(value):
-        assert trace.parted == {"other"}
+        assert trace.diverged == {"other"}
 
 
 @pytest.mark.parametrize(
-    ("ask", "parting"),
+    ("ask", "diverging"),
     [
         (lambda x: x > 1.5, {"low"}),
         (lambda x: x > 0.5, set()),
@@ -61,19 +61,19 @@ def test_what_is_computed_is_the_value_s_own_and_an_alternative_that_ends_elsewh
         (lambda x: x + 1.0, set()),
     ],
 )
-def test_exactly_those_alternatives_part_that_come_out_otherwise(ask, parting):
-    """2 with the alternatives 1 and 4, in comparisons, arrays, counts and conversions; what nobody asks for parts nobody."""
+def test_exactly_those_alternatives_diverge_that_come_out_otherwise(ask, diverging):
+    """2 with the alternatives 1 and 4, in comparisons, arrays, counts and conversions; what nobody asks for makes none diverge."""
     number, trace = traced(2.0, low=1.0, high=4.0)
     result, plain = ask(number), ask(2.0)
     assert np.array_equal(result if isinstance(result, np.ndarray | list) else plain, plain)
-    assert trace.parted == parting
+    assert trace.diverged == diverging
     assert trace.used == {"low", "high"}
 
 
 @pytest.mark.parametrize(
-    ("rounds", "parting"), [(1, set()), (2, set()), (3, {"low"}), (4, {"low"}), (9, {"low", "high"})]
+    ("rounds", "diverging"), [(1, set()), (2, set()), (3, {"low"}), (4, {"low"}), (9, {"low", "high"})]
 )
-def test_a_loop_that_ends_by_itself_parts_only_bounds_that_would_have_ended_it(rounds, parting):
+def test_a_loop_that_ends_by_itself_diverges_only_under_bounds_that_would_have_ended_it(rounds, diverging):
     """At most 4 rounds, or 2, or 8: a loop left in its second round is the same under all; one that runs out is another under more."""
     bound, trace = traced(4, low=2, high=8)
     done = 0
@@ -82,27 +82,27 @@ def test_a_loop_that_ends_by_itself_parts_only_bounds_that_would_have_ended_it(r
         if done == rounds:
             break
     assert done == min(rounds, 4)
-    assert trace.parted == parting
+    assert trace.diverged == diverging
 
 
-def test_a_function_that_is_judged_parts_only_alternatives_with_another_result():
-    """Of 2, 9, 4 and 5, those below 4.5: below 4.2 they are the same two, though a comparison parts; below 8, three."""
+def test_under_a_function_compared_by_its_result_only_alternatives_with_another_result_diverge():
+    """Of 2, 9, 4 and 5, those below 4.5: below 4.2 they are the same two, though a comparison diverges; below 8, three."""
 
     def below(values, threshold):
         kept = [float(value) for value in values if float(value) + 0.0 * float(threshold) < float(threshold)]
         return tuple(kept), np.array(len(kept))
 
     number, trace = traced(4.5, near=4.2, far=8.0)
-    assert judged(below, same_content)([2.0, 9.0, 4.0, 5.0], threshold=number) == ((2.0, 4.0), 2)
-    assert trace.parted == {"far"} and trace.used == {"near", "far"}
-    assert judged(below, same_content)([2.0, 9.0], 4.5) == ((2.0,), 1)
+    assert comparing_results(below, same_content)([2.0, 9.0, 4.0, 5.0], threshold=number) == ((2.0, 4.0), 2)
+    assert trace.diverged == {"far"} and trace.used == {"near", "far"}
+    assert comparing_results(below, same_content)([2.0, 9.0], 4.5) == ((2.0,), 1)
 
 
-def test_a_judged_result_that_is_traced_is_asked_for_under_every_alternative():
-    """Twice the threshold, which parts nothing by itself: the plain number comes back, and both alternatives part."""
+def test_a_result_that_is_itself_traced_is_computed_for_every_alternative():
+    """Twice the threshold, which by itself makes none diverge: the plain number comes back, and both alternatives diverge."""
     number, trace = traced(4.5, near=4.2, far=8.0)
-    assert judged(lambda x: (2.0 * x,), same_content)(number) == (9.0,)
-    assert trace.parted == {"near", "far"}
+    assert comparing_results(lambda x: (2.0 * x,), same_content)(number) == (9.0,)
+    assert trace.diverged == {"near", "far"}
 
 
 def test_plain_ranges_stay_as_they_are():
@@ -112,7 +112,7 @@ def test_plain_ranges_stay_as_they_are():
 
     before = hold_out.first_of_repetitions
     assert counted(2, 5) == range(2, 5)
-    with watched_estimator():
+    with traced_estimator():
         assert vars(hold_out)["range"] is counted and hold_out.first_of_repetitions is not before
     assert "range" not in vars(hold_out) and hold_out.first_of_repetitions is before
     assert callable(module_of_its_own)
@@ -127,22 +127,22 @@ def small_set():
 
 @pytest.mark.slow
 def test_what_a_trace_says_is_the_same_is_the_same_when_it_is_run(small_set):
-    """Of the variants that no operation parted, twelve are run: every number of the answer is the default's, to the last bit, confidences
+    """Of the variants that diverged in no operation, twelve are run: every number of the answer is the default's, to the last bit, confidences
     apart, which count by the side of 0.8 on which they are.
     """
     dataset, truth_poses = small_set
     trace, wanted = Trace(), [v for v in variants() if not v.setting.startswith("confidence.")]
     default = diagnose(dataset).to_mapping()
-    with watched_estimator():
+    with traced_estimator():
         assert diagnose(dataset, settings=traced_settings(wanted, trace)).to_mapping() == default
-    assert trace.parted < trace.used < set(wanted)
-    same = [variant for variant in wanted if variant in trace.used - trace.parted]
+    assert trace.diverged < trace.used < set(wanted)
+    same = [variant for variant in wanted if variant in trace.used - trace.diverged]
     for variant in np.random.default_rng(3).permutation(len(same))[:12]:
         assert diagnose(dataset, settings=same[variant].settings).to_mapping() == default, same[variant]
     loosest = [variant for variant in wanted if variant.setting == "observability.unobservable"]
     answers = [answer_of(diagnose(dataset, settings=v.settings), truth_poses) for v in loosest]
     told = [bool(differences(answer_of(diagnose(dataset), truth_poses), answer)) for answer in answers]
-    assert {v for v, is_told in zip(loosest, told, strict=True) if is_told} <= trace.parted
+    assert {v for v, is_told in zip(loosest, told, strict=True) if is_told} <= trace.diverged
 
 
 def test_every_threshold_has_a_variant_on_either_side():

@@ -1,4 +1,4 @@
-"""The workcell: the picture of pybullet's renderer, with names on its parts."""
+"""The figure of the workcell: the image that pybullet renders, with the names of base, scanner and target planes."""
 
 from __future__ import annotations
 
@@ -14,15 +14,17 @@ from matplotlib.patheffects import withStroke
 from study.plots.style import new_figure, styled
 
 _WIDTH = 5.0  # in: text of 9 pt is 6 pt in a column of the paper
-_MARGIN = 12  # pixels that stay around what is not background
+_MARGIN = 12  # pixels of background that are kept on every side of the workcell
 _BACKGROUND = 0.995  # brightness from which a pixel counts as background
 
 
 def draw_scene(picture: str | Path, places: Mapping[str, Sequence[float]]) -> Figure:
-    """Return the picture, cropped to what it shows, target planes and scanner named.
+    """Return the figure: the rendered image without the background around the workcell, its parts named.
 
     Args:
-        picture: PNG. places: ``{name: (x, y)}`` in pixels from the upper left; ``base`` and ``scanner``, the rest are target planes.
+        picture: The rendered image, a PNG file.
+        places: ``{name: (x, y)}``, where each name is written, in pixels of the image from its upper left corner: ``base``, ``scanner``,
+            and the name of each target plane.
     """
     image: Any = imread(picture)[..., :3]
     rows, columns = np.nonzero((image < _BACKGROUND).any(axis=2))

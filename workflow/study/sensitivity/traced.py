@@ -1,11 +1,11 @@
-"""Numbers that carry alternative values, and record which alternatives would have changed the course of a computation.
+"""Numbers that carry alternative values, and record which alternatives would have changed the computation.
 
 One diagnosis with traced thresholds stands for many. Each traced number holds its value and, by name, its alternatives: this
 threshold halved, that one doubled. Arithmetic is done on the value and on every alternative, and goes on. Where a result steers
 the computation or leaves Python's arithmetic (a comparison, a loop's end, an array, a conversion to a plain number) it is taken
-with the value and with every alternative: an alternative with another result is recorded in ``Trace.parted`` and followed no
-further. By induction, an alternative that is not in ``parted`` at the end would have taken every step that the diagnosis took,
-with the same numbers: its answer is known without a run. One that is in ``parted`` has to be run; its answer may still be the same.
+with the value and with every alternative: an alternative with another result is recorded in ``Trace.diverged`` and followed no
+further. By induction, an alternative that is not in ``diverged`` at the end would have taken every step that the diagnosis took,
+with the same numbers: its answer is known without a run. One that is in ``diverged`` has to be run; its answer may still be the same.
 
 ``Traced`` is not a ``float``: C code reads the bits of a float directly, which could not be recorded. Where it cannot stand for a number, the
 computation fails, and the set is then run in full. A loop ``for _ in range(threshold)`` would convert its bound to a plain number at once;
@@ -31,11 +31,11 @@ class Trace:
 
     Attributes:
         used: Names of alternatives whose numbers entered any operation.
-        parted: Names of alternatives under which an operation came out otherwise.
+        diverged: Names of alternatives under which the result of an operation differed from that of the value.
     """
 
     used: set[Any] = field(default_factory=set)
-    parted: set[Any] = field(default_factory=set)
+    diverged: set[Any] = field(default_factory=set)
 
 
 class Traced:
@@ -48,10 +48,10 @@ class Traced:
         self.value, self.alternatives, self.trace = value, dict(alternatives), trace
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
-        """Return the result of a NumPy ufunc; if it writes into a given array, all alternatives part."""
+        """Return the result of a NumPy ufunc; if it writes into a given array, all alternatives diverge."""
         call = getattr(ufunc, method)
         if "out" in options:
-            _traces(inputs).parted.update(_names(inputs))
+            _traces(inputs).diverged.update(_names(inputs))
             return call(*(_under(x, None) for x in inputs), **options)
         return _applied(lambda *given: call(*given, **options), inputs)
 
@@ -86,7 +86,7 @@ class Traced:
     __repr__ = __str__
 
     def __getitem__(self, key: Any) -> Any:
-        """Return a part of an array, under every alternative."""
+        """Return an element or a slice of an array, under every alternative."""
         return _applied(operator.getitem, (self, key))
 
     def __len__(self) -> int:
@@ -102,7 +102,7 @@ class Traced:
         if name.startswith("__"):  # protocols that the value may have and this class has not
             raise AttributeError(name)
         self.trace.used.update(self.alternatives)
-        self.trace.parted.update(self.alternatives)
+        self.trace.diverged.update(self.alternatives)
         return getattr(self.value, name)
 
     def __format__(self, form: str) -> str:
@@ -136,33 +136,33 @@ def _applied(function: Callable[..., Any], inputs: tuple[Any, ...]) -> Any:
     trace.used |= names
     value = function(*(_under(x, None) for x in inputs))
     followed = {}
-    for name in names - trace.parted:
+    for name in names - trace.diverged:
         try:
             other = function(*(_under(x, name) for x in inputs))
         except Exception:  # the alternative fails where the value does not
-            trace.parted.add(name)
+            trace.diverged.add(name)
             continue
         if _same(other, value):
             continue
         if _is_numeric(value) and _is_numeric(other):
             followed[name] = other
         else:
-            trace.parted.add(name)
+            trace.diverged.add(name)
     return Traced(value, followed, trace) if followed else value
 
 
 def _plain_result(function: Callable[[Any], Any], number: Traced) -> Any:
-    """Return a function's result for the value; alternatives with another result part."""
+    """Return a function's result for the value; alternatives with another result diverge."""
     trace = number.trace
     trace.used.update(number.alternatives)
     value = function(number.value)
-    for name in set(number.alternatives) - trace.parted:
+    for name in set(number.alternatives) - trace.diverged:
         try:
             same = _same(function(number.alternatives[name]), value)
         except Exception:  # as above
             same = False
         if not same:
-            trace.parted.add(name)
+            trace.diverged.add(name)
     return value
 
 

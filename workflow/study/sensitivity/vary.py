@@ -14,8 +14,8 @@ from scalar.errors import ScalarError
 from study.common.provenance import code_version
 from study.sensitivity.answers import Answer, answer_of, differences, refusal
 from study.sensitivity.traced import Trace
+from study.sensitivity.traced_estimator import traced_estimator
 from study.sensitivity.variants import Variant, traced_settings
-from study.sensitivity.watched import watched_estimator
 
 ROW_COLUMNS = {
     "set": "of configs/sensitivity.yaml",
@@ -65,10 +65,10 @@ def vary(name: str, answer_to: AnswerTo, wanted: Sequence[Variant]) -> pd.DataFr
 
     commit = code_version()["commit"]
     default = answer(DEFAULTS)
-    used, parted = _traced(answer, default, wanted)
+    used, diverged = _traced(answer, default, wanted)
     rows = []
     for i, variant in enumerate(wanted):
-        how = RUN if variant in parted else SAME if variant in used else UNUSED
+        how = RUN if variant in diverged else SAME if variant in used else UNUSED
         other = _varied(answer, variant) if how == RUN else default
         found = differences(default, other)
         rows.append(
@@ -104,11 +104,11 @@ def _traced(answer: AnswerTo, default: Answer, wanted: Sequence[Variant]) -> tup
     """Return which variants enter any operation, and which could come out otherwise; all, where tracing fails."""
     trace = Trace()
     try:
-        with watched_estimator():
+        with traced_estimator():
             same = not differences(default, answer(traced_settings(wanted, trace)))
     except Exception as error:  # something that a traced number cannot do
         print(f"tracing failed, so every variant is run: {type(error).__name__}: {error}")
         same = False
     if not same:
         return set(wanted), set(wanted)
-    return trace.used, trace.parted
+    return trace.used, trace.diverged

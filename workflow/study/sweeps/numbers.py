@@ -1,8 +1,8 @@
-"""The numbers of the sweeps that a text quotes: slopes, ratios to the bound, how wrong guesses may be, failures, published points inside the bands.
+"""Compute the numbers of the sweeps that the paper quotes.
 
-All from the tables of the sweeps, raw errors, over the fits that converged. A fit has *succeeded* where it converged
-and its mean position error is at most ``LOST_MM``. Questions about a sweep or a point that a run does not have
-are left out of the answer.
+These are slopes, ratios to the Cramér-Rao bound, how far initial guesses may be off, how fits failed, and how many published values lie within the
+simulated bands. They use raw errors (the base is not aligned) of the fits that converged. A fit has *succeeded* if it converged and its mean position
+error is at most ``LOST_MM``. If a run lacks a sweep or a value on its axis, the numbers that need it are left out.
 """
 
 from __future__ import annotations
@@ -18,29 +18,28 @@ from study.common.statistics import QUANTITIES, summary_statistics
 from study.sweeps.summary import LOST_MM
 
 MAIN = QUANTITIES[0]
-"""The error that ratios and slopes are about, where nothing else is said: the mean position error."""
+"""The quantity of ratios and slopes where no other is named: the mean position error."""
 NEAR_BOUND = 0.10
 """Relative distance from the bound within which an estimate counts as efficient."""
-EDGES = ("plane_tilt", "plane_offset", "initial_model")
-"""Sweeps of how wrong the start may be: up to where does every fit succeed?"""
+SWEEPS_OF_THE_START = ("plane_tilt", "plane_offset", "initial_model")
+"""Sweeps of the error of the initial guess, of which the largest error with which every fit succeeds is computed."""
 ENOUGH = {"poses": (60.0, 120.0), "points": (20.0, 100.0)}
-"""The paper's claims that so much is enough: the error at the first value over that at the second."""
+"""``{sweep: (few, many)}``: the original paper claims that few are enough; computed is the error at few divided by that at many."""
 FEWEST = (15.0, 18.0, 21.0)
-"""Poses on three planes: fewer equations than unknowns, and the first two with more."""
-YARDSTICKS = (BOUND, EFFICIENT)
+"""Numbers of poses on three planes: with 15 there are fewer equations (two per pose) than the 32 unknowns, with 18 and 21 more."""
 
 
 def sweep_numbers(
     errors: Mapping[str, pd.DataFrame], placed: Mapping[str, pd.DataFrame], labels: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Return the numbers of all sweeps; units in the names, values on an axis in the unit of its label.
+    """Return the numbers of all sweeps; units are in the names, and values on an axis have the unit of its label.
 
     Args:
         errors: ``{sweep: its errors.csv}``.
-        placed: ``{sweep: its published_among_simulated.csv}``.
+        placed: ``{sweep: its published_among_simulated.csv}``, where each published value lies among the simulated ones.
         labels: ``{sweep: label of its axis}``.
     """
-    raw = {name: _judged(table) for name, table in errors.items()}
+    raw = {name: _raw_with_success(table) for name, table in errors.items()}
     return {
         "lost_beyond_mm": LOST_MM,
         "sweeps": {
@@ -48,7 +47,9 @@ def sweep_numbers(
         },
         "noise_slope": _by_walls(raw["noise"], _by_method(_slope)) if "noise" in raw else {},
         "near_bound": _near_bound(raw),
-        "edges": {name: _by_walls(raw[name], _by_method(_edge)) for name in EDGES if name in raw},
+        "edges": {
+            name: _by_walls(raw[name], _by_method(_success)) for name in SWEEPS_OF_THE_START if name in raw
+        },
         "enough": {
             name: {"value": few, "of": many, "walls": _by_walls(raw[name], _by_method(_ratio(few, many)))}
             for name, (few, many) in ENOUGH.items()
@@ -61,77 +62,87 @@ def sweep_numbers(
 
 
 def join_placed(placed: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Return where the published points of all sweeps fall among the simulated ones, as one table."""
+    """Return the tables of the sweeps as one, with the column ``sweep`` first."""
     parts = [table.assign(sweep=name) for name, table in placed.items() if len(table)]
     empty = pd.DataFrame(columns=["sweep", *next(iter(placed.values())).columns])
     whole: Any = pd.concat(parts, ignore_index=True) if parts else empty
     return whole[["sweep", *(name for name in whole.columns if name != "sweep")]]
 
 
-def _judged(table: Any) -> Any:
-    """Return the raw rows, with whether each fit converged and whether it succeeded."""
+def _raw_with_success(table: Any) -> Any:
+    """Return the rows of raw errors, with the columns ``converged`` and ``succeeded`` (bool)."""
     raw = table[table["alignment"] == "raw"]
     converged = raw["status"] == CONVERGED
     return raw.assign(converged=converged, succeeded=converged & (raw[MAIN] <= LOST_MM))
 
 
 def _by_walls(table: Any, ask: Any) -> dict[str, Any]:
+    """Return ``{kind of walls: ask(its rows)}``; the kinds are upright walls and walls that lean."""
     return {str(walls): ask(rows) for walls, rows in table.groupby("walls", sort=False)}
 
 
 def _by_method(ask: Any) -> Any:
-    """Return a function that applies ``ask`` to the rows of each method; a method without an answer (None) is left out."""
+    """Return a function of a table that returns ``{method: ask(its rows)}``; a method for which that is None is left out."""
 
     def asked(table: Any) -> dict[str, Any]:
-        answers = {method: ask(rows, table) for method, rows in _methods(table)}
+        answers = {method: ask(rows) for method, rows in _methods(table)}
         return {method: answer for method, answer in answers.items() if answer is not None}
 
     return asked
 
 
 def _methods(table: Any) -> list[tuple[str, Any]]:
-    known = (INITIAL, *YARDSTICKS)
-    return [(str(m), rows) for m, rows in table.groupby("method", sort=False) if m not in known]
+    """Return the methods of a table with their rows, without the model before calibration, the bound and the efficient estimate."""
+    no_methods = (INITIAL, BOUND, EFFICIENT)
+    return [(str(m), rows) for m, rows in table.groupby("method", sort=False) if m not in no_methods]
 
 
 def _cases(table: Any) -> dict[str, Any]:
-    """Return ``{case: {value, bound, methods}}``: ends, errors, ratios to the bound."""
+    """Return ``{case: {value, bound, methods}}``, with counts of how fits ended, errors and ratios to the bound of each method."""
     cases: dict[str, Any] = {}
     for case, rows in table.groupby("case", sort=False):
         bound = rows[rows["method"] == BOUND]
         cases[str(case)] = {
             "value": float(rows["value"].iloc[0]),
             "bound": {q: float(bound[q].mean()) for q in QUANTITIES} if len(bound) else None,
-            "methods": {m: _ends(own) | _errors(own) | _over(own, rows) for m, own in _methods(rows)},
+            "methods": {m: _ends(own) | _errors(own) | _ratios(own, rows) for m, own in _methods(rows)},
         }
     return cases
 
 
 def _ends(rows: Any) -> dict[str, int]:
-    """Return how the fits ended."""
+    """Return how many fits ended in which way.
+
+    ``failed`` counts every fit that did not converge. Among these, ``refused`` ones have no model, ``raised`` ones met a NaN, and ``capped`` ones
+    reached the largest number of evaluations. ``lost`` ones converged farther than ``LOST_MM`` from the truth.
+    """
     status = rows["status"]
-    without = int(rows[MAIN].isna().sum())
     return {
         "seeds": len(rows),
         "succeeded": int(rows["succeeded"].sum()),
         "lost": int((rows["converged"] & ~rows["succeeded"]).sum()),
         "failed": int((~rows["converged"]).sum()),
-        "refused": without,
+        "refused": int(rows[MAIN].isna().sum()),
         "raised": int((status == "raised").sum()),
         "capped": int((status == "capped").sum()),
     }
 
 
 def _errors(rows: Any) -> dict[str, Any]:
-    """Return statistics over the seeds of the fits that converged, for each quantity."""
+    """Return statistics over the seeds whose fit converged, for each quantity."""
     ended = rows[rows["converged"]]
     names = ("mean", "median", "p05", "p95", "min", "max")
     over = {q: summary_statistics(ended[q].to_numpy(dtype=float)) for q in QUANTITIES}
     return {q: {name: values[name] for name in names} for q, values in over.items()}
 
 
-def _over(rows: Any, case: Any) -> dict[str, Any]:
-    """Return the mean error over the bound with its standard error, and over the efficient estimate from the same noise."""
+def _ratios(rows: Any, case: Any) -> dict[str, Any]:
+    """Return the ratio of the mean error to the bound, with its standard error, and that to the efficient estimate from the same noise.
+
+    Args:
+        rows: Rows of one method in one case.
+        case: All rows of that case, among them those of the bound and of the efficient estimate.
+    """
     ours = rows[rows["converged"]].set_index("seed")[MAIN]
     bound = case[case["method"] == BOUND].set_index("seed")[MAIN]
     efficient = case[case["method"] == EFFICIENT].set_index("seed")[MAIN]
@@ -145,8 +156,8 @@ def _over(rows: Any, case: Any) -> dict[str, Any]:
     }
 
 
-def _slope(rows: Any, _: Any) -> dict[str, float] | None:
-    """Return the slope of log error against log noise, over all noises above zero, and the least and greatest error over noise."""
+def _slope(rows: Any) -> dict[str, float] | None:
+    """Return the slope of log error against log noise, over all noises above zero, and the least and greatest ratio of error to noise."""
     mean = rows[rows["converged"] & (rows["value"] > 0)].groupby("value")[MAIN].mean()
     if len(mean) < 2:
         return None
@@ -163,12 +174,12 @@ def _slope(rows: Any, _: Any) -> dict[str, float] | None:
 
 
 def _near_bound(raw: Mapping[str, Any]) -> dict[str, Any]:
-    """Return by method how many points of all sweeps and walls lie within 10 % of the bound, and of the efficient estimate."""
+    """Return for each method how many cases of all sweeps and walls lie within 10 % of the bound, and of the efficient estimate."""
     found: dict[str, list[dict[str, Any]]] = {}
     for name, table in raw.items():
         for (walls, case), rows in table.groupby(["walls", "case"], sort=False):
             for method, own in _methods(rows):
-                over = _over(own, rows)
+                over = _ratios(own, rows)
                 if over["over_bound"] is not None:
                     all_converged = bool(own["converged"].all())
                     point = {"point": f"{name}/{case}/{walls}", "all_converged": all_converged}
@@ -198,8 +209,8 @@ def _near_bound(raw: Mapping[str, Any]) -> dict[str, Any]:
     return answer
 
 
-def _edge(rows: Any, _: Any) -> dict[str, Any]:
-    """Return up to which value every seed succeeds, and what happens beyond."""
+def _success(rows: Any) -> dict[str, Any]:
+    """Return up to which value on the axis every seed succeeds, the first value with a failure, and the number of successes at each value."""
     by_value = rows.groupby("value", sort=True)
     values = [float(value) for value, _ in by_value]
     succeeded = [int(own["succeeded"].sum()) for _, own in by_value]
@@ -217,9 +228,9 @@ def _edge(rows: Any, _: Any) -> dict[str, Any]:
 
 
 def _ratio(few: float, many: float) -> Any:
-    """Return a function that gives each quantity's mean error at one value divided by that at another."""
+    """Return a function of rows: each quantity's mean at the value ``few`` divided by its mean at ``many``; None if either is missing."""
 
-    def ask(rows: Any, _: Any) -> dict[str, float] | None:
+    def ask(rows: Any) -> dict[str, float] | None:
         ended = rows[rows["converged"]]
         at = [ended[ended["value"] == value] for value in (few, many)]
         if not all(len(one) for one in at):
@@ -230,7 +241,7 @@ def _ratio(few: float, many: float) -> Any:
 
 
 def _fewest(placed: Any) -> dict[str, Any]:
-    """Return by number of poses where the published mean position error falls among the simulated fits that converged."""
+    """Return for each number of poses in ``FEWEST`` where the published mean position error lies among the simulated fits that converged."""
     names = (
         "simulated_min",
         "simulated_median",
@@ -250,13 +261,13 @@ def _fewest(placed: Any) -> dict[str, Any]:
 
 
 def _failures(raw: Mapping[str, Any]) -> dict[str, Any]:
-    """Return by walls and method how all fits of all sweeps ended."""
+    """Return for each kind of walls and method how the fits of all sweeps ended."""
     whole = pd.concat(list(raw.values()), ignore_index=True)
-    return _by_walls(whole, _by_method(lambda rows, _: _ends(rows)))
+    return _by_walls(whole, _by_method(_ends))
 
 
 def _inside(placed: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
-    """Return how many published values lie inside the simulated bands and ranges, by walls and method, whole and by sweep."""
+    """Return how many published values lie inside the simulated bands and ranges, by walls and method, for all sweeps and for each."""
     whole: Any = join_placed(placed)
     points = whole[["sweep", "value"]].drop_duplicates()
     values = whole[["sweep", "value", "quantity"]].drop_duplicates()

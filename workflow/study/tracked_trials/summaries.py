@@ -1,6 +1,9 @@
-"""Summaries of the tracked trials: rates with intervals by kind of sensor and by what was stated, causes, nulls, errors and faults."""
+"""Summaries of the tracked trials.
 
-# pandas is not annotated throughout.
+Rates and errors are given for each kind of sensor and for each level at which the noise was stated in the dataset (``design.STATED``), outcomes for
+each cause, verdicts for the sets without a cause, and the sets with a grave fault one by one.
+"""
+
 from __future__ import annotations
 
 import json
@@ -17,53 +20,56 @@ from study.tracked_trials.design import SENSORS, STATED
 from study.tracked_trials.run import DRAWN
 from study.tracked_trials.score import RATES, cause_outcome, tracked_score
 
-ALL = "all"
-OUTCOMES = ("right", "listed", "unobservable", "missed")
+ALL = "all"  # in the columns ``sensor`` and ``stated``: the sets of all levels together
+OUTCOMES = ("right", "listed", "unobservable", "missed")  # of a cause, as ``cause_outcome`` returns them
 
 
 def scored(sets: Any) -> pd.DataFrame:
-    """Return the sets with the columns ``RATES`` and ``after_over_before`` beside them."""
+    """Return the sets with their scores: the columns ``RATES``, ``after_over_before``, and ``causes`` (the number of injected causes)."""
     rows = []
     for row in sets.to_dict("records"):
         causes, found, unobservable = (json.loads(row[key]) for key in ("injected", "found", "unobservable"))
         failed = row["status"] != "diagnosed"
-        errors = {w: None if failed else float(row[f"unseen_{w}_mm"]) for w in ("before", "after")}
+        errors = {when: None if failed else float(row[f"unseen_{when}_mm"]) for when in ("before", "after")}
         score = tracked_score(causes, row["repeatability_rad"] == 0, found, unobservable, errors)
         ratio = np.nan if failed else row["unseen_after_mm"] / row["unseen_before_mm"]
         rows.append({**row, **score, "after_over_before": ratio, "causes": len(causes)})
     return pd.DataFrame(rows)
 
 
-def table(judged: Any) -> pd.DataFrame:
-    """Return a row for each kind of sensor, level stated and rate: count, share and its 95 % interval (Wilson's)."""
+def rates(scores: Any) -> pd.DataFrame:
+    """Return a row for each kind of sensor, stated level and rate: count, share and Wilson's 95 % interval of the share."""
     rows = []
-    for place, group in _groups(judged):
+    for key, group in _groups(scores):
         for rate in RATES:
             hits = int(group[rate].sum())
             low, high = wilson(hits, len(group))
-            row = {**place, "rate": rate, "sets": len(group), "count": hits, "share": hits / len(group)}
+            row = {**key, "rate": rate, "sets": len(group), "count": hits, "share": hits / len(group)}
             rows.append(row | {"low": low, "high": high})
     return pd.DataFrame(rows)
 
 
-def errors(judged: Any) -> pd.DataFrame:
-    """Return medians of the rms errors over unseen poses [mm], and quantiles of after over before, of the sets with an answer."""
+def errors(scores: Any) -> pd.DataFrame:
+    """Return medians of the RMS errors over unseen poses [mm], and the median and the largest ratio of after to before.
+
+    A row for each kind of sensor and stated level, over the sets that were diagnosed.
+    """
     rows = []
-    for place, group in _groups(judged[~judged["failed"]]):
+    for key, group in _groups(scores[~scores["failed"]]):
         medians = {
             f"{when}_median_mm": float(group[f"unseen_{when}_mm"].median())
             for when in ("before", "found", "after")
         }
         ratio = group["after_over_before"]
         rows.append(
-            {**place, "sets": len(group), **medians}
+            {**key, "sets": len(group), **medians}
             | {"ratio_median": float(ratio.median()), "ratio_largest": float(ratio.max())}
         )
     return pd.DataFrame(rows)
 
 
 def by_cause(sets: Any) -> pd.DataFrame:
-    """Return how often each cause is right, listed, unobservable and missed, by kind of sensor."""
+    """Return for each kind of sensor and cause how often it was injected, and the number of each of ``OUTCOMES``."""
     rows = [
         {
             "sensor": row["sensor"],
@@ -73,26 +79,26 @@ def by_cause(sets: Any) -> pd.DataFrame:
         for row in sets.to_dict("records")
         for cause in json.loads(row["injected"])
     ]
-    known: Any = pd.DataFrame(rows, columns=["sensor", "cause", "outcome"])
+    outcomes: Any = pd.DataFrame(rows, columns=["sensor", "cause", "outcome"])
     return pd.DataFrame(
         [
             {"sensor": sensor, "cause": cause, "injected": len(group)}
             | {outcome: int((group["outcome"] == outcome).sum()) for outcome in OUTCOMES}
-            for (sensor, cause), group in known.groupby(["sensor", "cause"])
+            for (sensor, cause), group in outcomes.groupby(["sensor", "cause"])
         ],
         columns=["sensor", "cause", "injected", *OUTCOMES],
     )
 
 
-def nulls(judged: Any) -> pd.DataFrame:
-    """Return the verdicts of the sets without any cause."""
-    none = judged[judged["causes"] == 0]
-    counted = none.fillna({"verdict": "failed"}).groupby(["sensor", "stated", "verdict"], sort=False)
-    return counted.size().rename("sets").reset_index()
+def nulls(scores: Any) -> pd.DataFrame:
+    """Return the number of sets without any cause by kind of sensor, stated level and verdict; ``failed`` if there was no answer."""
+    without_cause = scores[scores["causes"] == 0]
+    groups = without_cause.fillna({"verdict": "failed"}).groupby(["sensor", "stated", "verdict"], sort=False)
+    return groups.size().rename("sets").reset_index()
 
 
-def faults(judged: Any) -> pd.DataFrame:
-    """Return the sets with a wrong name of 0.8 or more, a correction that makes unseen poses worse, or no answer."""
+def faults(scores: Any) -> pd.DataFrame:
+    """Return the sets with a wrong name of confidence 0.8 or more, a correction that makes unseen poses worse, or no answer."""
     columns = [
         *DRAWN,
         "poses",
@@ -103,19 +109,23 @@ def faults(judged: Any) -> pd.DataFrame:
         "unseen_after_mm",
         "reason",
     ]
-    grave = judged[judged["wrong_sure"] | judged["worse"] | judged["failed"]]
+    grave = scores[scores["wrong_sure"] | scores["worse"] | scores["failed"]]
     return grave[["wrong_sure", "worse", "failed", *columns]]
 
 
 def summarise_tracked(
     sets: pd.DataFrame, design: Mapping[str, Any]
 ) -> tuple[dict[str, Any], dict[str, pd.DataFrame]]:
-    """Return numbers (what made the tables, how long it took) and the tables ``table, errors, causes, nulls, faults``.
+    """Return numbers and tables.
+
+    The numbers are the commit, the design with its hash, the counts of ``RATES`` and the processor time. The tables are ``table`` (the rates),
+    ``errors``, ``causes``, ``nulls`` and ``faults``.
 
     Args:
-        sets: A row a set. design: Content of the config that they were drawn from.
+        sets: The results of all sets, a row for each.
+        design: Content of the config from which the sets were drawn.
     """
-    judged: Any = scored(sets)
+    scores: Any = scored(sets)
     numbers = {
         "code": code_version(),
         "design": {
@@ -123,24 +133,24 @@ def summarise_tracked(
             "sealed_after": design.get("sealed_after"),
             "sha256": sha256(json.dumps(design, sort_keys=True).encode()).hexdigest(),
         },
-        "sets": len(judged),
-        **{rate: int(judged[rate].sum()) for rate in RATES},
-        "processor_s": float(judged["seconds"].sum()),
+        "sets": len(scores),
+        **{rate: int(scores[rate].sum()) for rate in RATES},
+        "processor_s": float(scores["seconds"].sum()),
     }
     return numbers, {
-        "table": table(judged),
-        "errors": errors(judged),
+        "table": rates(scores),
+        "errors": errors(scores),
         "causes": by_cause(sets),
-        "nulls": nulls(judged),
-        "faults": faults(judged),
+        "nulls": nulls(scores),
+        "faults": faults(scores),
     }
 
 
-def _groups(judged: Any) -> Iterator[tuple[dict[str, str], Any]]:
-    """Yield the sets of each kind of sensor and level stated, and of all of them, where there are any."""
+def _groups(scores: Any) -> Iterator[tuple[dict[str, str], Any]]:
+    """Yield ``{"sensor": .., "stated": ..}`` and the sets of every kind of sensor and stated level, ``ALL`` among them; empty groups are left out."""
     for sensor in (*SENSORS, ALL):
         for stated in (*STATED, ALL):
-            group = judged
+            group = scores
             for column, level in (("sensor", sensor), ("stated", stated)):
                 group = group if level == ALL else group[group[column] == level]
             if len(group):
