@@ -19,13 +19,14 @@ from scalar.diagnosis.harmonic_spectrum import has_all_orders, is_shrunk, priors
 from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors, moving_joints
 from scalar.diagnosis.identified_components import identified_components, only_place
 from scalar.diagnosis.merging import merged
+from scalar.diagnosis.near_data_sheet import near_data_sheet
 from scalar.diagnosis.observability import unobservable_effects
 from scalar.diagnosis.outer_split import Answer, OuterSplit, outer_split
 from scalar.diagnosis.ranking import Scored, rank
 from scalar.diagnosis.repeated_changes import repeated_changes_doubted
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS, Settings
-from scalar.diagnosis.shipped_fit import ShippedFit, shipped_fit
+from scalar.diagnosis.shipped_fit import ShippedFit, shipped_fit, unconfirmed_effects_help
 from scalar.diagnosis.two_halves import limited_by_halves, two_halves
 from scalar.diagnosis.unmodelled_structure import evidence_without_a_name
 from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
@@ -84,12 +85,12 @@ def diagnose(
     noise = identified_components(after)
     judged = halves if outer is None else outer
     unseen = None if judged is None else judged.errors
-    component = after.variance_components[0] if noise else None
-    final, shipped = _shipped(run, component, unseen)
     progress("calibrating")
+    final, shipped, component = _shipped(run, noise, unseen)
     calibration_before, calibration_found, calibration_after = final.calibrated(shipped, component)
-    # The findings report the coefficients of the calibration with all effects that were found.
-    fitted = zip(found, calibration_found.model.effects, calibration_found.effect_std, strict=True)
+    # The findings report the coefficients of the calibration with all effects that were found. Unconfirmed effects of it come after them.
+    n = len(found)
+    fitted = zip(found, calibration_found.model.effects[:n], calibration_found.effect_std[:n], strict=True)
     return Diagnosis(
         dataset=dataset,
         cleaned=run.cleaned,
@@ -99,7 +100,7 @@ def diagnose(
         calibration_before=calibration_before,
         calibration_found=calibration_found,
         calibration_after=calibration_after,
-        shipped=shipped,
+        shipped=shipped.with_unconfirmed([f.effect for f in refused]),
         findings=tuple(replace(f, effect=effect, std=tuple(std)) for f, effect, std in fitted),
         not_confirmed=refused,
         noise=noise,
@@ -117,8 +118,7 @@ def answer_without(dataset: Dataset, settings: Settings) -> Answer:
     """Return the answer of a whole diagnosis of some of the poses: a dataset without one part of the outer split, or one half of the poses."""
     run = explained(dataset, settings, lambda stage: None)
     noise = identified_components(run.after)
-    component = run.after.variance_components[0] if noise else None
-    final, shipped = _shipped(run, component)
+    final, shipped, component = _shipped(run, noise)
     before, _, after = final.calibrated(shipped, component)
     return Answer(
         before.model,
@@ -130,28 +130,30 @@ def answer_without(dataset: Dataset, settings: Settings) -> Answer:
 
 def _shipped(
     run: Explained,
-    component: VarianceComponent | None,
+    noise: Sequence[VarianceComponent],
     unseen: tuple[HeldOutErrors, HeldOutErrors] | None = None,
-) -> tuple[Explained, ShippedFit]:
-    """Return a run whose states have the priors of the final fits, and which of these fits is shipped.
+) -> tuple[Explained, ShippedFit, VarianceComponent | None]:
+    """Return a run whose states have the priors of the final fits, which of these fits is shipped, and the component that may weight it.
 
     Args:
         run: The run whose states lack these priors.
-        component: The variance component whose weights the fit may have, or None.
+        noise: Its variance components that were identified.
         unseen: Errors without and with effects on poses that no part of the diagnosis has used, or None.
     """
     final = run.near_data_sheet()
+    component = run.after.variance_components[0] if noise else None
     whitening = None if component is None else whitening_for(component)
-    return final, shipped_fit(final.before, final.after, whitening, unseen)
+    return final, shipped_fit(final.before, final.after, whitening, unseen), component
 
 
 def _confirmed(
     run: Explained, found: tuple[Finding, ...], outer: OuterSplit | None
 ) -> tuple[Explained, tuple[Finding, ...], tuple[Finding, ...]]:
-    """Return the run, refitted with the confirmed findings only if some are not, the confirmed findings, and those that are not confirmed.
+    """Return the run, refitted without the findings that are not confirmed, the confirmed findings, and those that are not confirmed.
 
     A finding is confirmed if at least the share ``settings.outer_split.least_selected`` of the runs of the outer split select its effect. Without an
-    outer split, all findings count as confirmed.
+    outer split, all findings count as confirmed. If predictions become worse without the others, the run keeps their effects, after those of the
+    confirmed findings.
     """
     if outer is None or not outer.answers:
         return run, found, ()
@@ -165,7 +167,10 @@ def _confirmed(
         if share < least
     )
     if refused:
-        run = replace(run, after=run.after.refitted([f.effect for f in kept]))
+        after = run.after.refitted([f.effect for f in kept])
+        everything = after.refitted([*after.effects, *(f.effect for f in refused)])
+        helps = bool(kept) and unconfirmed_effects_help(near_data_sheet(after), near_data_sheet(everything))
+        run = replace(run, after=everything if helps else after)
     return run, kept, refused
 
 

@@ -208,18 +208,31 @@ def refit(
     """
     rows = MeasuredRows(dataset) if rows is None else rows
     state = _fitted(dataset, replace(model, effects=tuple(effects)), geometry_free, settings, rows)
+    weighted = state = _with_weight_of_priors(state)
     for _ in range(_RELINEARISATIONS):
         moved = [effect.relinearised() for effect in state.effects]
         if all(new is old for new, old in zip(moved, state.effects, strict=True)):
             break
         state = _fitted(dataset, replace(state.model, effects=tuple(moved)), geometry_free, settings, rows)
-    return state
+    return state if state is weighted else _with_weight_of_priors(state)
+
+
+def _with_weight_of_priors(state: FittedState) -> FittedState:
+    """Return a state whose priors weigh as the misfit at its optimum demands; the same one if they do already."""
+    model, settings = state.model, state.settings.estimation
+    if not model.priors:
+        return state
+    ratio = misfit_ratio(state.residuals, model, state.free, settings)
+    if abs(ratio / model.misfit_ratio - 1.0) <= settings.identifiability.settled_weight:
+        return state
+    weighted = _optimum(state.residuals, replace(model, misfit_ratio=ratio), state.free)
+    return replace(state, model=weighted)
 
 
 def _fitted(
     dataset: Dataset, model: Model, geometry_free: Array, settings: Settings, rows: MeasuredRows
 ) -> FittedState:
-    """Return the joint optimum of a model with its effects, linear in their coefficients."""
+    """Return the joint optimum of a model with its effects, linear in their coefficients; the priors keep their weight."""
     model, effects = model.rebased(), model.effects
     free = np.r_[geometry_free, np.ones(sum(len(e.coefficients) for e in effects), dtype=bool)]
     measurement = rows.with_functions(extra_basis_of(model.effects))
@@ -235,10 +248,6 @@ def _fitted(
     again = residuals.reweighted(model)
     if again.measurement is not residuals.measurement:
         residuals, model = again, _optimum(again, model, free)
-    if model.priors:
-        ratio = misfit_ratio(residuals, model, free, settings.estimation)
-        if abs(ratio / model.misfit_ratio - 1.0) > settings.estimation.identifiability.settled_weight:
-            model = _optimum(residuals, replace(model, misfit_ratio=ratio), free)
     return FittedState(dataset, model, geometry_free, free, residuals, settings, rows)
 
 

@@ -34,9 +34,9 @@ class Diagnosis:
     Attributes:
         dataset: The dataset as read.
         cleaned: The dataset without its gross errors, and what was set aside.
-        before, after: The states without effects and with all findings.
+        before, after: The states without effects and with all findings, which unconfirmed effects may follow (``shipped.unconfirmed``).
         held_out_before: Held-out errors without effects.
-        calibration_before, calibration_found: The calibrations without effects and with all findings.
+        calibration_before, calibration_found: The calibrations of these states.
         calibration_after: The calibration that is shipped as ``after.json``.
         shipped: Which fit is shipped, how it weights the poses, and what decided that.
         findings: The effects that were found, in the order in which they were added.
@@ -45,7 +45,7 @@ class Diagnosis:
         depends_on: Columns along which the residuals are autocorrelated. A variance component is then no noise, and is reported as unattributed.
         unobservable: Effects that leave no residual in these data.
         ranking: The candidates with the most evidence on the residual without effects, best first.
-        not_confirmed: Effects that too few of the outer split's runs selected: they are no findings, and not in ``after``.
+        not_confirmed: Effects that too few of the outer split's runs selected: they are no findings.
         noise_place: The one place at which a random error explains the scatter better (``q4``, ``sensor``, ``base``), or None. If there is one, a
             variance component is no noise either.
         outer: Answers of the diagnoses without a part of the poses, or None without an outer split.

@@ -2,7 +2,9 @@
 
 Where a variance component is identified, the fit may use its weights or equal weights. The weights are used if predictions at poses that were not
 measured then vary clearly less when single poses are left out (``jackknife``). Held-out errors do not decide between them: they are distances at
-measured poses, each with a random error of its own, and say little about which fit predicts other poses better.
+measured poses, each with a random error of its own, and say little about which fit predicts other poses better. There is one exception. If the
+predictions of the two fits differ by more than chance allows, the supposed random error is not the same at all poses. The weights are then used only
+if they do not predict held-out poses clearly worse either.
 
 The shipped model need not contain exactly the effects that were found: effects whose correction is expected to make predictions elsewhere worse are
 left out, and others may be added (``focused_choice``). If the model without effects has smaller errors than the fit with the chosen effects and equal
@@ -16,7 +18,8 @@ no bias, so the test does not protect against them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from scalar.diagnosis.fitted_state import FittedState
@@ -29,6 +32,7 @@ from scalar.diagnosis.hold_out import (
     no_worse,
 )
 from scalar.diagnosis.jackknife import prediction_changes
+from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 from scalar.units import MM
 
@@ -45,6 +49,7 @@ class Disagreement:
         held_out_rms: Held-out errors of the fit with equal weights and of the weighted one [m].
         predicted_std: Standard errors of a predicted position by the jackknife over poses, of the same two fits [m].
         beyond_chance: Whether their predictions differ significantly.
+        weights_mislead: Whether they do, and the weighted fit predicts held-out poses clearly worse as well.
     """
 
     difference: float
@@ -52,6 +57,7 @@ class Disagreement:
     held_out_rms: tuple[float, float]
     predicted_std: tuple[float, float]
     beyond_chance: bool
+    weights_mislead: bool
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the entry of ``diagnosis.json``."""
@@ -76,10 +82,11 @@ class ShippedFit:
         held_out: Held-out errors of the fit that is shipped.
         effects_held_out: Held-out errors of the fit with effects.
         regions: Errors without and with the effects where whole regions are held out; None without effects or with too few poses.
-        decided_by: What decided: ``predicted_std`` between the weights; ``expected_error``, ``held_out``, ``regions``, ``unseen`` or ``few_poses``
-            against the effects; ``only_one`` if there was nothing to decide.
+        decided_by: What decided: ``predicted_std`` or ``held_out`` between the weights; ``expected_error``, ``held_out``, ``regions``, ``unseen`` or
+            ``few_poses`` against the effects; ``only_one`` if there was nothing to decide.
         disagreement: The comparison of the weighted fit with that of equal weights; None without a variance component.
         choice: The effects that the fit with effects contains.
+        unconfirmed: Those among them that are no findings, because too few runs of the outer split selected them.
     """
 
     fit: str
@@ -90,6 +97,7 @@ class ShippedFit:
     decided_by: str
     disagreement: Disagreement | None
     choice: FocusedChoice
+    unconfirmed: tuple[Effect, ...] = ()
 
     @property
     def rms_with_equal_weights(self) -> float:
@@ -101,6 +109,25 @@ class ShippedFit:
         """Return whether the model without effects is shipped although effects were found."""
         return self.fit == BEFORE
 
+    def with_unconfirmed(self, refused: Sequence[Effect]) -> ShippedFit:
+        """Return the same fit with the effects that are no findings listed apart.
+
+        Args:
+            refused: Effects that the outer split does not confirm.
+        """
+
+        def is_refused(effect: Effect) -> bool:
+            return any(effect.same_place(other) for other in refused)
+
+        choice = self.choice
+        return replace(
+            self,
+            choice=replace(choice, left_out=tuple(e for e in choice.left_out if not is_refused(e))),
+            unconfirmed=()
+            if self.without_effects
+            else tuple(e for e in choice.state.effects if is_refused(e)),
+        )
+
     def to_mapping(self) -> dict[str, Any]:
         """Return the entry of ``diagnosis.json``."""
         found = None if self.disagreement is None else self.disagreement.to_mapping()
@@ -109,6 +136,7 @@ class ShippedFit:
             "decided_by": self.decided_by,
             "disagreement": found,
             "regions": None if self.regions is None else _entry_of_regions(*self.regions),
+            "unconfirmed": [{"name": effect.name, "target": effect.target} for effect in self.unconfirmed],
         } | self.choice.to_mapping()
 
 
@@ -140,11 +168,15 @@ def shipped_fit(
             error,
             (equal.rms, weighted.rms),
             (of_equal.std, of_weighted.std),
-            difference > settings.beyond_chance * error,
+            beyond_chance := difference > settings.beyond_chance * error,
+            beyond_chance and weighted.rms > settings.clearly_larger_error * equal.rms,
         )
         decided_by = "predicted_std"
         if of_weighted.std < settings.clearly_smaller_std * of_equal.std:
-            fit, held_out = BY_COMPONENT, weighted
+            if found.weights_mislead:
+                decided_by = "held_out"
+            else:
+                fit, held_out = BY_COMPONENT, weighted
     effects_fit, effects_held_out = fit, held_out
     regions = None
     against = "expected_error" if choice.left_out and not after.effects else None
@@ -157,6 +189,22 @@ def shipped_fit(
     if against is not None:
         fit, held_out, decided_by = BEFORE, without, against
     return ShippedFit(fit, effects_fit, held_out, effects_held_out, regions, decided_by, found, choice)
+
+
+def unconfirmed_effects_help(confirmed: FittedState, all_found: FittedState) -> bool:
+    """Return whether predictions become worse without the effects that the outer split does not confirm: at held-out poses and in held-out regions.
+
+    The outer split does not confirm an effect if its runs select others in its place. Together these may describe well what the arm does although it
+    is open which of them is the cause. The errors on unseen poses are those of runs that correct for all that they select.
+
+    Args:
+        confirmed: The fit with the confirmed effects.
+        all_found: The fit with all effects that were selected.
+    """
+    if no_worse(held_out_errors(all_found), held_out_errors(confirmed)):
+        return False
+    regions = _regions(confirmed, all_found)
+    return regions is None or no_worse(*regions)
 
 
 def _few_equations(state: FittedState) -> bool:

@@ -11,6 +11,7 @@ McCaffrey, Survey Methodology 28, 2002).
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import solve_triangular
 from scipy.special import chdtrc  # what scipy.stats.chi2.sf calls, without its checks of arrays
 
 from scalar.estimation.model import Model
@@ -22,6 +23,7 @@ from scalar.geometry.se3 import Array
 # 16 or 64 groups the results on measured grids are about the same.
 GROUPS = 32
 LEAST_POSES = 6  # in a group; in smaller groups, similar poses would often be in different groups
+_LEAST_DIAGONAL = 1e-8  # of a triangular factor, as a share of the largest: with a smaller one, dividing by it loses too many digits
 
 
 def design_effect(
@@ -46,7 +48,7 @@ def design_effect(
         return 1.0
     residual, jacobian = residuals.linearise(model)
     scale = np.linalg.norm(jacobian[:, free], axis=0)
-    Q = np.linalg.qr(jacobian[:, free] / np.where(scale == 0, 1.0, scale))[0]
+    Q = _orthonormal(jacobian[:, free] / np.where(scale == 0, 1.0, scale))
     N, m = len(group), residuals.measurement.rows_per_pose
     Q_poses = Q[: N * m].reshape(N, m, -1)
     scores = np.zeros((n_groups, Q.shape[1]))
@@ -66,6 +68,15 @@ def design_effect(
     degrees_of_freedom = 2.0 * expected**2 / variance
     p_value = float(chdtrc(degrees_of_freedom, degrees_of_freedom * found / expected))
     return max(found / expected, 1.0) if p_value < least_p_value else 1.0
+
+
+def _orthonormal(columns: Array) -> Array:
+    """Return an orthonormal basis ``(R, F)`` of columns ``(R, F)``; where they are clearly independent, by division by their triangular factor."""
+    factor = np.asarray(np.linalg.qr(columns, mode="r"))
+    sizes = np.abs(np.diag(factor))
+    if len(factor) < columns.shape[1] or sizes.min(initial=1.0) <= _LEAST_DIAGONAL * sizes.max(initial=1.0):
+        return np.linalg.qr(columns)[0]
+    return solve_triangular(factor, columns.T, trans=1, check_finite=False).T
 
 
 def similar_poses(q: Array, most: int, least: int) -> Array:

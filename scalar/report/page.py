@@ -51,7 +51,10 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
     view = FittedView.of(
         diagnosis.after, diagnosis.calibration_found.free, diagnosis.calibration_found.covariance
     )
-    shown = [effect.pictures(view) for effect in diagnosis.after.effects[:_MANY_PICTURES]]
+    shown = [
+        effect.pictures(view)
+        for effect in diagnosis.after.effects[: min(len(diagnosis.findings), _MANY_PICTURES)]
+    ]
     most = dots_per_panel(2 * (sum(len(pictures) for pictures in shown) + 1))
     effects = [
         _card(diagnosis, view, i, finding, shown[i] if i < len(shown) else [], most)

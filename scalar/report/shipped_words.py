@@ -19,6 +19,7 @@ def shipped_sentences(diagnosis: Diagnosis) -> list[str]:
         *_without_effects(diagnosis),
         *_left_out(diagnosis),
         *_added(diagnosis),
+        *_unconfirmed(diagnosis),
         *_weights(diagnosis),
         *_in_other_regions(diagnosis),
         *beyond_ranges(diagnosis),
@@ -46,6 +47,17 @@ def _added(diagnosis: Diagnosis) -> list[str]:
     return [
         f"after.json also corrects for {names}. The data do not show this clearly enough to report it as {a_finding}, but with this correction "
         "predictions at other poses are expected to be nearer to the truth."
+    ]
+
+
+def _unconfirmed(diagnosis: Diagnosis) -> list[str]:
+    effects = diagnosis.shipped.unconfirmed
+    if not effects:
+        return []
+    names, are = listed([quoted(effect.title) for effect in effects]), "is" if len(effects) == 1 else "are"
+    return [
+        f"after.json also corrects for {names}, which {are} not confirmed: without this correction, held-out poses and regions are predicted worse. "
+        "Part of what it corrects is real, but it may have another cause."
     ]
 
 
@@ -107,7 +119,11 @@ def _weights(diagnosis: Diagnosis) -> list[str]:
     weighted = shipped.fit == BY_COMPONENT
     equal_rms, weighted_rms = (f"{number(rms / MM, 4)} mm RMS" for rms in found.held_out_rms)
     equal_std, weighted_std = (length(std) for std in found.predicted_std)
-    why = f"these weights {'make' if weighted else 'would not make'} predictions at other poses clearly more certain"
+    why = (
+        "the fits with and without these weights disagree, and held-out poses are predicted clearly worse with them"
+        if found.weights_mislead
+        else f"these weights {'make' if weighted else 'would not make'} predictions at other poses clearly more certain"
+    )
     figures = (
         f"when single poses are left out, predictions vary by {weighted_std} with the weights and by {equal_std} without; "
         f"held-out poses are predicted to {weighted_rms} with them, {equal_rms} without"

@@ -42,10 +42,16 @@ def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[s
         sentences.append(
             f"{len(outer.failed)} of {outer.folds} runs failed without their part of the poses, and that part is not counted: {outer.failed[0]}."
         )
+    corrected = mapping["shipped"]["unconfirmed"]
     for entry in mapping["not_confirmed"]:
-        name = quoted(title(entry["name"], entry["target"], entry.get("depends_on", ())))
+        name = title(entry["name"], entry["target"], entry.get("depends_on", ()))
+        does = (
+            "corrects for it all the same"
+            if {key: entry[key] for key in ("name", "target")} in corrected
+            else "does not correct for it"
+        )
         sentences.append(
-            f"Not confirmed: {name} was chosen in {share(entry, diagnosis)}. It is not counted as a finding, and after.json does not correct for it."
+            f"Not confirmed: {quoted(name)} was chosen in {share(entry, diagnosis)}. It is not counted as a finding, and after.json {does}."
         )
     return sentences
 

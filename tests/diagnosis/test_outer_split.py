@@ -24,7 +24,7 @@ from scalar.estimation.gross_errors import Cleaned, clean
 from scalar.estimation.residuals import Residuals
 from scalar.report import render_report
 from tests.diagnosis.cases import scale
-from tests.effects.injected import make_cell
+from tests.effects.injected import Flaws, PoseData, make_cell
 
 DIAGNOSE = sys.modules["scalar.diagnosis.diagnose"]  # the package's own name for it is the function
 SCHEMA = json.loads((Path(__file__).parent / "diagnosis.schema.json").read_text())
@@ -39,6 +39,12 @@ def geometry_alone(dataset: Dataset, settings: Settings) -> Answer:
     """Stand in for a diagnosis that finds nothing."""
     model = geometry_fit(dataset, settings.estimation)[0]
     return Answer(model, model, (), None)
+
+
+def one_scale(dataset: Dataset, settings: Settings) -> Answer:
+    """Stand in for a diagnosis that finds the scale of joint 3."""
+    model = geometry_fit(dataset, settings.estimation)[0]
+    return Answer(model, model, (JointScale(3),), None)
 
 
 def refuses_the_first(dataset: Dataset, settings: Settings) -> Answer:
@@ -183,6 +189,28 @@ def test_what_no_run_confirms_is_no_finding(monkeypatch):
     )
     assert mapping["verdict"] == "no_effect" and not diagnosis.calibration_after.model.effects
     assert "Not confirmed" in render_report(diagnosis)
+
+
+def test_an_unconfirmed_effect_without_which_predictions_are_worse_is_corrected_all_the_same(monkeypatch):
+    """Joints 2 and 3 have a scale error, and the runs of the outer split find that of joint 3 alone. The other is no finding; after.json has both,
+    and report and diagnosis.json say so.
+    """
+
+    def scales(at: PoseData) -> np.ndarray:
+        return at.q * [0.0, 2e-3, 2e-3, 0.0, 0.0, 0.0]
+
+    dataset = make_cell(Flaws(joints=scales), seed=5, poses_per_plane=40, points_per_scan=12).dataset
+    monkeypatch.setattr(DIAGNOSE, "answer_without", one_scale)
+    diagnosis = diagnose(dataset, outer_folds=2)
+    mapping = diagnosis.to_mapping()
+    jsonschema.validate(mapping, SCHEMA)
+    assert [e["target"] for e in mapping["effects"]] == [{"joint": 3}]
+    assert [e["target"] for e in mapping["not_confirmed"]] == [{"joint": 2}]
+    assert mapping["shipped"]["unconfirmed"] == [{"name": "joint_scale", "target": {"joint": 2}}]
+    corrected = {effect.target["joint"] for effect in diagnosis.calibration_after.model.effects}
+    assert corrected == {2, 3} and mapping["residual"]["after"]["train_rms_mm"] < 0.1
+    page = render_report(diagnosis)
+    assert "corrects for it all the same" in page and "are predicted worse" in page
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from scalar.diagnosis.fitted_state import FittedState, refit, whitened
 from scalar.diagnosis.hold_out import held_out_errors
 from scalar.diagnosis.jackknife import N_POSES, prediction_changes
 from scalar.diagnosis.predicted_displacements import displacement_columns, random_poses
-from scalar.diagnosis.shipped_fit import BEFORE, BY_COMPONENT, EQUAL, shipped_fit
+from scalar.diagnosis.shipped_fit import BEFORE, BY_COMPONENT, EQUAL, shipped_fit, unconfirmed_effects_help
 from scalar.diagnosis.variance_components import WhitenedMeasurement
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
@@ -91,6 +92,42 @@ def test_weights_that_are_wrong_are_not_used():
         shipped = shipped_fit(state, state, false_weights(state, np.random.default_rng(seed)))
         assert shipped.fit == EQUAL
         np.testing.assert_array_equal(shipped.held_out.metric, held_out_errors(state).metric)
+
+
+@pytest.mark.parametrize(
+    ("apart", "larger", "fit", "decided_by"),
+    [(9e-4, 1.2, EQUAL, "held_out"), (1e-4, 1.2, BY_COMPONENT, "predicted_std"), (9e-4, 1.01, BY_COMPONENT, "predicted_std")],
+)  # fmt: skip
+def test_weights_that_mislead_are_not_used(monkeypatch, jittering, apart, larger, fit, decided_by):
+    """Weights with which predictions seem more certain are not used if the two fits disagree beyond chance and held-out poses are predicted a fifth
+    worse with them; either alone is no reason.
+    """
+    errors = held_out_errors(jittering)
+    worse = replace(errors, metric=errors.metric * larger**2)
+    monkeypatch.setattr(
+        "scalar.diagnosis.shipped_fit.held_out_errors",
+        lambda state, whitening=None: errors if whitening is None else worse,
+    )
+    monkeypatch.setattr(
+        "scalar.diagnosis.shipped_fit.prediction_changes",
+        lambda state, whitening: SimpleNamespace(
+            std=1e-3 if whitening is None else 1e-4, difference_from=lambda other: (apart, 1e-4)
+        ),
+    )
+    shipped = shipped_fit(jittering, jittering, jittering.whitening)
+    assert (shipped.fit, shipped.decided_by) == (fit, decided_by)
+    assert shipped.held_out is (worse if fit == BY_COMPONENT else errors)
+
+
+@pytest.mark.parametrize(("unconfirmed", "helps"), [(2, True), (5, False)])
+def test_an_unconfirmed_effect_helps_if_predictions_are_worse_without_it(unconfirmed, helps):
+    """Joints 2 and 3 have a scale error: that of joint 2 helps beside that of joint 3, and one of joint 5 does not."""
+    flaws = Flaws(joints=lambda at: at.q * [0.0, 2e-3, 2e-3, 0.0, 0.0, 0.0])
+    confirmed = fitted(77, flaws, poses_per_plane=20).refitted([JointScale(3)])
+    assert (
+        unconfirmed_effects_help(confirmed, confirmed.refitted([JointScale(3), JointScale(unconfirmed)]))
+        == helps
+    )
 
 
 def test_a_model_that_predicts_worse_is_not_shipped():

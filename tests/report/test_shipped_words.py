@@ -20,6 +20,7 @@ def said(*, without_effects: bool) -> str:
         decided_by="regions" if without_effects else "only_one",
         choice=choice,
         disagreement=None,
+        unconfirmed=(),
     )
     diagnosis: Any = SimpleNamespace(shipped=shipped, outer=None, halves=None, findings=())
     return " ".join(shipped_sentences(diagnosis))

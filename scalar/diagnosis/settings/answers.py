@@ -40,6 +40,11 @@ class ShippedFitSettings:
         "than this share of that with equal weights",
         "one over the root of two, half the variance: both standard errors are estimated from few poses, and are uncertain by tens of percent",
     )  # fmt: skip
+    clearly_larger_error: float = setting(
+        1.05, "of the held-out error with equal weights", "if the predictions of the fits with the weights of a variance component and without "
+        "differ by more than chance allows, and the held-out error with the weights is larger than this, the weights are not used",
+        "chosen as for ``clearly_smaller_error``: a twentieth; a random error of the poses changes held-out errors by about a hundredth",
+    )  # fmt: skip
     clearly_smaller_error: float = setting(
         0.95, "of the expected error of a prediction", "a model with other effects than those found is shipped only if its expected error is at most "
         "this share of that with all effects found",
