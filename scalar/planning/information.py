@@ -90,6 +90,8 @@ def linearised_at(model: Model, poses: Dataset, *, measured: bool = True) -> tup
     if not measured:
         residuals = replace(residuals, measurement=residuals.measurement.weighted_like(residuals.measurement))
     target = residuals.measurement.initial_target(poses)
+    if measured:  # a noise that is not stated is estimated from the residual, which is that of the noise only at the fitted target
+        target = residuals.measurement.fitted_target(residuals.kinematics(model).T_base_sensor, target)
     model = replace(model, target=target, priors=()).rebased()
     return residuals.reweighted(model), model
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -16,6 +16,7 @@ from scalar.estimation.calibrate import calibrate
 from scalar.estimation.result import Calibration
 from scalar.evaluate.pose_errors import aligned_to
 from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import exp_so3
 from scalar.planning.after import After, poses_after
 from scalar.planning.candidates import draw_candidates
 from scalar.planning.left_open import left_open
@@ -113,6 +114,19 @@ def test_the_stated_error_counts_what_is_left_open(narrow: Case) -> None:
     assert found is not None
     assert 0.5 * narrow.error < found.error < 3.0 * narrow.error
     assert narrow.error > 3.0 * NOISE
+
+
+def test_the_noise_of_a_tracker_need_not_be_stated(narrow: Case) -> None:
+    """The residual at the fitted place of the tracker shows it, so both the stated error and the signal of further poses are those of a stated
+    noise; at the unknown place of the tracker the residual would be metres."""
+    points = narrow.dataset.points @ exp_so3([0.1, -0.2, 2.0]).T + [2.5, -1.2, 0.3]
+    sensor = replace(narrow.dataset.sensor, noise=None)
+    unstated = replace(narrow, dataset=replace(narrow.dataset, sensor=sensor, points=points))
+    stated, found = (left_open(c.dataset, c.calibration, c.diagnosis) for c in (narrow, unstated))
+    assert stated is not None and found is not None
+    assert found.error == pytest.approx(stated.error, rel=0.3)
+    (before,), (after,) = narrow.after().answers, unstated.after().answers
+    assert after.now == pytest.approx(before.now, rel=0.7, abs=1.0)
 
 
 @dataclass(frozen=True, eq=False)
