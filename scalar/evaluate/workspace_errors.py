@@ -5,8 +5,8 @@ At random poses within the joint limits, the position of the sensor's origin by 
 standard normal. Every workcell measures the place of its base and of the sensor on the flange anew, so the motion of the base and the
 shift of the sensor that fit best are removed from both terms. The remaining errors are those that no such measurement corrects.
 
-The band covers the random errors of the measurements. Errors that the calibration's model lacks enter only as one distance, ``lacking``,
-by which the arm is taken to be off at every pose.
+The band covers the random errors of the measurements, and the error of the scale where no length is known (``unknown_scale``). Errors that the
+calibration's model lacks enter only as one distance, ``lacking``, by which the arm is taken to be off at every pose.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from scalar.estimation.model import Model
 from scalar.estimation.prediction_covariance import pose_deviations
 from scalar.estimation.random_poses import limits_or_seen, poses_within_limits
 from scalar.estimation.result import Calibration
+from scalar.estimation.unknown_scale import unknown_scale
 from scalar.evaluate.pose_errors import best_rigid_motion
 from scalar.geometry.se3 import Array
 
@@ -126,6 +127,9 @@ def workspace_errors(
         return None
     T = estimate.T_base_sensor
     of_positions = of_poses[:, :3].reshape(3 * len(T), -1)
+    if (scale := unknown_scale(calibration)) is not None:
+        stretched = scale.relative * (T[:, :3, 3] - calibration.model.nominal.T_base_0[:3, 3])
+        of_positions = np.column_stack([of_positions, stretched.ravel()])
     deviations = projected_out(base_and_sensor_columns(T), of_positions, _RANK_TOLERANCE).reshape(
         len(T), 3, -1
     )
