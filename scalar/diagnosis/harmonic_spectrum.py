@@ -73,18 +73,27 @@ def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
 
 
 def _without_insignificant_series(state: FittedState, named: CandidateSet) -> FittedState:
-    """Return the state without those series of all orders of a joint that are not significant."""
+    """Return the state without series of all orders of a joint that are not significant, except those without which predictions are worse.
+
+    The series are tried one after the other, the least significant first. Several may matter together although none of them is significant.
+    """
     scored = priors_for_whitened_rows(state)
     columns = CandidateColumns.of(scored, named)
-    kept = [
-        effect
+    p_values = {
+        i: rivals(scored, i, columns)[0].p_value
         for i, effect in enumerate(state.effects)
-        if not is_shrunk(effect)
-        or rivals(scored, i, columns)[0].p_value <= state.settings.selection.alpha_named_effect
+        if is_shrunk(effect)
+    }
+    insignificant = [
+        state.effects[i]
+        for i in sorted(p_values, key=lambda i: -p_values[i])
+        if p_values[i] > state.settings.selection.alpha_named_effect
     ]
-    if len(kept) == len(state.effects):
-        return state
-    return state.refitted(kept)
+    for series in insignificant:
+        without = state.refitted([effect for effect in state.effects if not effect.same_place(series)])
+        if no_worse(held_out_errors(state), held_out_errors(without)):
+            state = without
+    return state
 
 
 def _with_more(state: FittedState, named: CandidateSet) -> FittedState:

@@ -1,6 +1,7 @@
 """Joints that err in many orders: one smooth error, right at measured angles and tending to zero away from them."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,12 @@ from scalar.data.poses import Poses
 from scalar.diagnosis.candidate_columns import named_candidates
 from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.forward_selection import select_forward
-from scalar.diagnosis.harmonic_spectrum import priors_for_whitened_rows, with_scaled_priors, with_spectrum
+from scalar.diagnosis.harmonic_spectrum import (
+    _without_insignificant_series,
+    priors_for_whitened_rows,
+    with_scaled_priors,
+    with_spectrum,
+)
 from scalar.diagnosis.hold_out import held_out_errors
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
@@ -64,6 +70,22 @@ def test_the_correction_fades_where_the_joint_was_not_measured(found):
         return np.std(curve)
 
     assert size(beyond) < 0.5 * size(seen)
+
+
+def test_a_series_that_predictions_need_is_kept_though_it_is_not_significant(found, monkeypatch):
+    """If no series is significant, those of the joints that err are kept, since held-out poses are predicted worse without them; that of a joint
+    without an error is dropped.
+    """
+    _, _, smooth = found
+    needless = JointHarmonic(6, tuple(range(1, 33)), term_std=(1e-7,) * 32)
+    state = smooth.refitted([*smooth.effects, needless])
+    monkeypatch.setattr(
+        "scalar.diagnosis.harmonic_spectrum.rivals",
+        lambda scored, i, columns: (SimpleNamespace(p_value=0.5), []),
+    )
+    left = _without_insignificant_series(state, named_candidates(state.dataset))
+    kept = {e.joint for e in left.effects if isinstance(e, JointHarmonic)}
+    assert kept == set(BUMPY_JOINTS)
 
 
 def test_a_deflection_is_distinguished_from_many_orders():
