@@ -1,9 +1,9 @@
 """Errors that are not defects of this program, and the exit status of each kind.
 
-There are two kinds, because the user does different things about them: the input is at fault
+There are two main kinds, because the user does different things about them: the input is at fault
 (`InvalidInput`, exit 2: repair the file), or the input is sound and cannot determine the model
-(`Undetermined`, exit 3: measure more, or fix more parameters). Everything else that is raised is a defect
-of this package.
+(`Undetermined`, exit 3: measure more, or fix more parameters). The simulator has one of its own, `SimulationError`
+(exit 2: change the config). An exception that is not derived from `ScalarError` is a defect of this package.
 """
 
 from collections.abc import Iterable

@@ -57,7 +57,7 @@ def diagnose(
     """Find what the model lacks.
 
     The effects that are found are added to the model. Errors before and after are compared on poses that no part of
-    the diagnosis has used.
+    the diagnosis has used, unless --quick is given.
 
     Writes DIR/before.json and DIR/after.json (calibrations), DIR/diagnosis.json and DIR/report.html (one file, opens offline).
 
@@ -161,9 +161,9 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
             f"than stated) and {outliers['points']} points"
         )
     if d["unobservable"]:
-        hidden = list(dict.fromkeys(words.title(s["name"], s["target"]) for s in d["unobservable"]))
-        more = len(hidden) - _UNOBSERVABLE_SHOWN
-        shown = hidden[:_UNOBSERVABLE_SHOWN] + ([f"{more} more (see the report)"] if more > 0 else [])
+        titles = list(dict.fromkeys(words.title(s["name"], s["target"]) for s in d["unobservable"]))
+        more = len(titles) - _UNOBSERVABLE_SHOWN
+        shown = titles[:_UNOBSERVABLE_SHOWN] + ([f"{more} more (see the report)"] if more > 0 else [])
         lines.append(f"  unobservable in these data: {words.listed(shown)}")
     return "\n".join(lines).translate(_PLAIN)
 

@@ -49,13 +49,8 @@ _TOUCHING_SHOWN = 6
 @click.option(
     "--fan", default=15.0, show_default=True, metavar="DEG", help="Half of a scanner's opening angle."
 )
-@click.option(
-    "--incidence",
-    default=50.0,
-    show_default=True,
-    metavar="DEG",
-    help="Largest angle between a scanner's ray and the normal of a plane.",
-)
+@click.option("--incidence", default=50.0, show_default=True, metavar="DEG",
+              help="Largest angle between a scanner's ray and the normal of a plane.")  # fmt: skip
 @click.option("--noise", type=click.FloatRange(0, min_open=True), metavar="MM",
               help="Noise of the sensor, 1 sigma; if not given, that of dataset.yaml, or 0.1.")  # fmt: skip
 @click.option("--repeatability", type=click.FloatRange(0), default=REPEATABILITY / MM, show_default=True, metavar="MM",
@@ -89,12 +84,12 @@ def plan(
 
     ROBOT is a dataset folder (as `scalar init` begins it) with a complete dataset.yaml, including nominal_pose of the sensor,
     or the name of an arm of the library, for which poses are then planned with a laser tracker.
-    Candidates are drawn within the joint limits; the sensor sees its plane from all of
-    them, and neither arm nor sensor touches anything (by pybullet, with a body guessed from the arm's reach: look at the moves
-    before you run them). The plan consists of those from which a calibration is expected to predict positions best.
+    Candidates are drawn within the joint limits. In all of them the sensor can measure its target, and neither arm nor sensor touches anything
+    (tested by pybullet with a body of the arm that is guessed from its reach: check the moves before you run them). The plan consists of the
+    candidates from which a calibration is expected to predict positions best.
 
-    With --after, poses are planned near the after.json that lies beside the diagnosis, or near what --near names. The plan
-    consists of the poses that separate effects which the diagnosis could not distinguish. The output
+    With --after, poses are planned for the arm as calibrated in the after.json that lies beside the diagnosis, or in what --near names.
+    The plan consists of the poses that separate effects which the diagnosis could not distinguish. The output
     says for each pair of effects whether the planned poses separate them, or whether more poses would. If even all candidates
     together separate no pair, nothing is written, and the exit status is 3.
 
@@ -120,24 +115,24 @@ def plan(
     arm, sensor, planes, dataset = declared(robot, noise, needs_data=after is not None)
     view = View(*_range(limits), fan * DEG, incidence * DEG)
     calibration = _calibration(near, after, arm)
-    cell = Workcell.of(
+    workcell = Workcell.of(
         arm, sensor, planes, calibration, view, repeatability * MM, same_campaign=after is not None
     )
-    with _collisions(cell, no_collisions) as allowed:
+    with _collisions(workcell, no_collisions) as allowed:
         found = draw_candidates(
-            cell, candidates, np.random.default_rng(seed), allowed, one_turn=after is None
+            workcell, candidates, np.random.default_rng(seed), allowed, one_turn=after is None
         )
         if after is not None:
             from scalar.cli.plan_after import plan_after
 
             assert dataset is not None and calibration is not None
-            chosen, lines, content = plan_after(cell, found, dataset, calibration, after, poses)
+            chosen, lines, content = plan_after(workcell, found, dataset, calibration, after, poses)
             curve, random = [], None
         else:
-            result, info, lines = _planned(cell, found, poses, accuracy, criterion, seed)
+            result, info, lines = _planned(workcell, found, poses, accuracy, criterion, seed)
             chosen, content = result.chosen, result.to_mapping() | {"not_determined": list(info.fixed)}
             curve, random = result.curve, (len(chosen), result.random_error)
-        lines += _write(output, cell, found, chosen, content, allowed, curve, random, _next_ids(dataset))
+        lines += _write(output, workcell, found, chosen, content, allowed, curve, random, _next_ids(dataset))
     if after is not None:
         lines.append(
             f"  measure them, append the rows to the tables of {robot} (pose numbers and order go on from there; give them a session of their "
@@ -151,7 +146,12 @@ def plan(
 
 
 def _planned(
-    cell: Workcell, found: Candidates, poses: int | None, accuracy: float | None, criterion: str, seed: int
+    workcell: Workcell,
+    found: Candidates,
+    poses: int | None,
+    accuracy: float | None,
+    criterion: str,
+    seed: int,
 ) -> tuple[Plan, Information, list[str]]:
     """Return a plan by its expected error, the information of the candidates, and lines for the terminal."""
     import numpy as np
@@ -159,8 +159,8 @@ def _planned(
     from scalar.planning.information import information
     from scalar.planning.plan import choose_poses, least_poses, poses_for_error
 
-    info = information(cell.model, cell.dataset(found.q, found.plane), cell.repeatability)
-    least = least_poses(info, cell.equations_per_pose)
+    info = information(workcell.model, workcell.dataset(found.q, found.plane), workcell.repeatability)
+    least = least_poses(info, workcell.equations_per_pose)
     lines: list[str] = []
     if accuracy is not None:
         enough = poses_for_error(info, accuracy * MM, least, criterion)
@@ -184,7 +184,7 @@ def _planned(
     lines.insert(
         0,
         f"  expected error of predicted positions: {result.error / MM:.4f} mm RMS within the joint limits, "
-        f"from noise of {cell.noise / MM:g} mm and repeatability of {cell.repeatability / MM:g} mm alone",
+        f"from noise of {workcell.noise / MM:g} mm and repeatability of {workcell.repeatability / MM:g} mm alone",
     )
     lines.insert(1, f"  as many poses drawn at random: {result.random_error / MM:.4f} mm")
     others = ", ".join(f"{n}: {e / MM:.4f}" for n, e in result.curve if n != count)
@@ -222,7 +222,7 @@ def _range(text: str) -> tuple[float, float]:
 
 
 @contextmanager
-def _collisions(cell: Workcell, without: bool) -> Iterator[Allowed | None]:
+def _collisions(workcell: Workcell, without: bool) -> Iterator[Allowed | None]:
     """Yield a test of which joint angles touch nothing, by the physics engine; None with ``--no-collisions``."""
     if without:
         yield None
@@ -233,9 +233,9 @@ def _collisions(cell: Workcell, without: bool) -> Iterator[Allowed | None]:
     from scalar.geometry.robot import fixed_transform_mapping
     from scalar.simulation.collisions import collision_test
 
-    walls = [] if cell.touches_planes else [plane.to_mapping() for plane in cell.planes]
-    pose = fixed_transform_mapping(cell.model.T_flange_sensor)
-    with collision_test(cell.model.robot.to_mapping(), pose, walls) as free:
+    walls = [] if workcell.touches_planes else [plane.to_mapping() for plane in workcell.planes]
+    pose = fixed_transform_mapping(workcell.model.T_flange_sensor)
+    with collision_test(workcell.model.robot.to_mapping(), pose, walls) as free:
         yield free
 
 
@@ -248,7 +248,7 @@ def _next_ids(dataset: Dataset | None) -> tuple[int, int]:
 
 def _write(
     folder: Path,
-    cell: Workcell,
+    workcell: Workcell,
     found: Candidates,
     chosen: list[int],
     content: dict[str, Any],
@@ -271,28 +271,28 @@ def _write(
     table = pd.DataFrame(q, columns=[f"q{i + 1}" for i in range(q.shape[1])])
     ids = range(first[0], first[0] + len(q))
     table.insert(0, "pose", ids)
-    if cell.on_planes:
-        table.insert(1, "plane", [cell.planes[k].name for k in plane])
+    if workcell.on_planes:
+        table.insert(1, "plane", [workcell.planes[k].name for k in plane])
     table["order"] = range(first[1], first[1] + len(q))
     content = {
         "format": FORMAT,
         **content,
-        "robot": cell.model.nominal.name,
-        "noise_mm": cell.noise / MM,
-        "repeatability_mm": cell.repeatability / MM,
+        "robot": workcell.model.nominal.name,
+        "noise_mm": workcell.noise / MM,
+        "repeatability_mm": workcell.repeatability / MM,
         "moves_that_touch_after_pose": None if allowed is None else [ids[k] for k in touching],
     }
     with atomic_write(folder / "poses.csv") as temporary:
         table.to_csv(temporary, index=False, float_format="%.9g")
     with atomic_write(folder / "plan.png") as temporary:
-        draw_plan(temporary, q, cell.model.nominal, curve, random)
-    # Written last: where plan.json exists, the other two files are whole.
+        draw_plan(temporary, q, workcell.model.nominal, curve, random)
+    # Written last: if plan.json exists, the other two files are complete.
     write_json(folder / "plan.json", content)
-    lines = [f"  moves: {moved(q, cell.model.nominal.prismatic)}"]
+    lines = [f"  moves: {moved(q, workcell.model.nominal.prismatic)}"]
     if touching:
         places = ", ".join(str(ids[k]) for k in touching[:_TOUCHING_SHOWN])
         more = f" and {len(touching) - _TOUCHING_SHOWN} more" if len(touching) > _TOUCHING_SHOWN else ""
         lines.append(
-            f"  the straight move after pose {places}{more} touches something: add a pose in between"
+            f"  the move from pose {places}{more} to the next, straight in joint angles, touches something: add a pose in between"
         )
     return lines

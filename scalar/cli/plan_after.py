@@ -28,7 +28,7 @@ _FAR = 10.0  # times less noise: with more, no sensor and no number of poses are
 
 
 def plan_after(
-    cell: Workcell,
+    workcell: Workcell,
     found: Candidates,
     dataset: Dataset,
     calibration: Calibration,
@@ -38,7 +38,7 @@ def plan_after(
     """Return the indices of the chosen candidates, lines on the questions that they answer, and the same for ``plan.json``.
 
     Args:
-        cell: The workcell near the calibration after the diagnosis.
+        workcell: The workcell near the calibration after the diagnosis.
         found: The candidates.
         dataset: The dataset that was diagnosed.
         calibration: The calibration after the diagnosis.
@@ -54,7 +54,7 @@ def plan_after(
     from scalar.planning.separation import ANSWERED
 
     left_open = read_questions(path, calibration.model.effects, dataset)
-    after = poses_after(cell, found, dataset, calibration, left_open, poses or FURTHER_POSES)
+    after = poses_after(workcell, found, dataset, calibration, left_open, poses or FURTHER_POSES)
     answers, not_by_poses = after.answers, after.not_by_poses
     lines = [f"  no poses answer this: {text}" for text in not_by_poses]
     if not after.pairs:

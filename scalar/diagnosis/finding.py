@@ -25,7 +25,8 @@ class Finding:
     Attributes:
         effect: The effect, with its coefficients.
         p_value: p-value of its gain given the other effects, corrected for the number of all candidates.
-        before, after: Held-out errors without and with it, given the effects that were added before it.
+        before: Held-out errors without it, given the effects that were added before it.
+        after: Held-out errors with it, given the same effects.
         confounded_with: Effects that would explain the same as well.
         confidence: Estimated probability that name and target are right.
         std: ``(k,)``, standard errors of the coefficients, None for those that were not estimated.
@@ -53,7 +54,7 @@ class Finding:
 
     @property
     def depends_on(self) -> list[str]:
-        """Return the columns of ``poses.csv`` that it varies with, as far as its variables and its target say."""
+        """Return the columns of ``poses.csv`` with which it varies: those of its class, of the joints of its target, and of the moment it begins."""
         target = self.effect.target
         joints = [*target.get("joints", ()), *(target[key] for key in ("joint", "source") if key in target)]
         moment = ["order"] if "at" in target else []

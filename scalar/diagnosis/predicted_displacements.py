@@ -14,7 +14,7 @@ from scalar.data.poses import Poses
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.effects import Effect
 from scalar.estimation.displacement import displacement_columns as model_columns
-from scalar.estimation.random_poses import limits_or_seen, poses_within_limits, seen_ranges
+from scalar.estimation.random_poses import limits_or_measured_ranges, poses_within_limits, ranges_of_joints
 from scalar.geometry.se3 import Array
 
 N_POSES = 1500
@@ -23,12 +23,12 @@ _SEED = 20240
 
 def joint_limits(state: FittedState) -> Array:
     """Return the joints' limits ``(n, 2)`` [rad, or m of a joint that slides]; the measured range of a joint without limits."""
-    return limits_or_seen(state.model.nominal.limits, state.residuals.poses.q)
+    return limits_or_measured_ranges(state.model.nominal.limits, state.residuals.poses.q)
 
 
 def measured_ranges(state: FittedState) -> Array:
     """Return the measured ranges of the joints ``(n, 2)`` [rad, or m of a joint that slides]."""
-    return seen_ranges(state.residuals.poses.q)
+    return ranges_of_joints(state.residuals.poses.q)
 
 
 def random_poses(state: FittedState, count: int = N_POSES) -> Poses:

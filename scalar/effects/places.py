@@ -29,7 +29,7 @@ class OneJoint(Effect):
 
     @property
     def target(self) -> dict[str, Any]:
-        """The joint."""
+        """Return the joint."""
         return {"joint": self.joint}
 
     def to_mapping(self) -> dict[str, Any]:
@@ -96,7 +96,7 @@ class JointEffect(Effect):
 
     @property
     def erring_joint(self) -> int | None:
-        """Return the joint of an effect that has one."""
+        """Return the joint whose angle or travel errs, from 1; None for an effect of several joints."""
         return getattr(self, "joint", None)
 
     def pictures(self, view: View) -> list[Profile | Map]:

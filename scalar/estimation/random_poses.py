@@ -42,13 +42,13 @@ def poses_within_limits(limits: Array, seen: Poses, count: int, seed: int) -> Po
     return Poses(q, np.full(count, float(np.median(seen.order))), columns)
 
 
-def limits_or_seen(limits: Array, q: Array) -> Array:
+def limits_or_measured_ranges(limits: Array, q: Array) -> Array:
     """Return joint limits ``(n, 2)`` [rad], or the range of ``q`` ``(N, n)`` where a joint has none."""
     limits = np.array(limits, dtype=float)
     bounded = np.isfinite(limits) & (np.abs(limits) < _UNBOUNDED)
-    return np.where(bounded, limits, seen_ranges(q))
+    return np.where(bounded, limits, ranges_of_joints(q))
 
 
-def seen_ranges(q: Array) -> Array:
+def ranges_of_joints(q: Array) -> Array:
     """Return the range of each joint ``(n, 2)`` in angles ``(N, n)``."""
     return np.column_stack([q.min(axis=0), q.max(axis=0)])

@@ -26,9 +26,7 @@ from scalar.kernels import LIBRARY
 from scalar.kernels.plane_problem import PlaneProblem
 from scalar.sensors import Measurement, Rows, by_coordinates, measure
 
-_MOST_KEPT = (
-    32_000_000  # bytes of a Jacobian: larger ones, as of thousands of poses, are computed anew each time
-)
+_MOST_KEPT = 32_000_000  # bytes; a larger Jacobian (of thousands of poses) is not kept, but computed anew
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,13 +114,15 @@ class Residuals:
         It is kept, since most models that are asked for in turn share their references.
         """
         robot, tangents = model.robot, getattr(model.target, "tangents", None)
-        about = (LIBRARY, robot.T_base_0, robot.T_n_flange, model.reference_rotation, tangents, model.effects)
+        references = (
+            LIBRARY, robot.T_base_0, robot.T_n_flange, model.reference_rotation, tangents, model.effects,
+        )  # fmt: skip
         if self._problem is None or any(
-            new is not old for new, old in zip(about, self._problem[0], strict=True)
+            new is not old for new, old in zip(references, self._problem[0], strict=True)
         ):
             index, factors = self.measurement.target_index, self.measurement.contact_factors
             problem = None if factors is None else plane_problem(model, self.poses.q, index, factors)
-            self._problem = about, problem
+            self._problem = references, problem
         return self._problem[1]
 
     def wrench(self, model: Model) -> Array:
@@ -154,6 +154,7 @@ class Residuals:
         return residual, jacobian
 
     def _linearise_measured(self, model: Model) -> tuple[Array, Array]:
+        """Return what ``linearise_measured`` returns, computed anew."""
         problem = self.plane_problem(model)
         if problem is not None:
             values, jacobian = problem.linearise(model.vector)
@@ -202,7 +203,7 @@ class Residuals:
         return np.concatenate([known, coefficients[bounded] / sizes[bounded], off]), below
 
     def reweighted(self, model: Model) -> Residuals:
-        """Return the same residuals with the weights computed anew at a model, since they depend on how rays meet planes."""
+        """Return the same residuals, their weights computed anew at a model: from the incidence of rays, or from a noise that is estimated."""
         T = self.kinematics(model).T_base_sensor
         return Residuals(self.measurement.reweighted(T, model.target), self.poses, self.bases, self.known)
 
@@ -212,7 +213,7 @@ class Residuals:
         return float(np.sqrt(squares.sum() / counts.sum()))
 
     def squared_distances(self, model: Model) -> tuple[Array, Array]:
-        """Return for every pose the sum of its squared distances ``(N,)`` [m^2] and their number ``(N,)``."""
+        """Return for every pose the sum of the squared distances of its points from the target ``(N,)`` [m^2], and their number ``(N,)``."""
         T = self.kinematics(model).T_base_sensor
         return self.measurement.distances(T, model.target, self.point_effects(model))
 

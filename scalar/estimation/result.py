@@ -186,8 +186,11 @@ class Calibration:
             columns: As in ``predict``.
 
         Returns:
-            Position ``(N,)`` [m] and orientation ``(N,)`` [rad]: root of the trace of each 3 x 3 covariance; NaN where the fit
+            Position ``(N,)`` [m] and orientation ``(N,)`` [rad]: root of the trace of each 3 x 3 covariance; NaN if the fit
             gave no covariance.
+
+        Raises:
+            InvalidInput: As in ``predict``.
         """
         kinematics = self._kinematics(q, columns)
         deviations = pose_deviations(self.model, kinematics, self.free, self.covariance)
@@ -217,7 +220,7 @@ class Calibration:
 
     def _poses(self, q: ArrayLike | pd.DataFrame, columns: Mapping[str, ArrayLike]) -> Poses:
         robot = self.model.robot
-        if hasattr(q, "columns"):  # a table; pandas is not imported to see that an array is none
+        if hasattr(q, "columns"):  # a table; asked in this way, an array needs no import of pandas
             table: Any = q
             poses = Poses.from_frame(table.assign(**columns), robot.n_joints, order_is_row=False)
         else:

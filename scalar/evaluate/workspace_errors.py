@@ -21,7 +21,7 @@ from scalar.data.poses import Poses
 from scalar.estimation.displacement import base_and_sensor_columns, kinematics_at, projected_out
 from scalar.estimation.model import Model
 from scalar.estimation.prediction_covariance import pose_deviations
-from scalar.estimation.random_poses import limits_or_seen, poses_within_limits
+from scalar.estimation.random_poses import limits_or_measured_ranges, poses_within_limits
 from scalar.estimation.result import Calibration
 from scalar.estimation.unknown_scale import unknown_scale
 from scalar.evaluate.pose_errors import best_rigid_motion
@@ -105,7 +105,7 @@ def errors_within_limits(
     """
     robot = estimate.model.nominal
     count = int(np.clip(_MOST_DERIVATIVES // len(estimate.model.names), _LEAST_POSES, _MOST_POSES))
-    poses = poses_within_limits(limits_or_seen(robot.limits, seen.q), seen, count, _SEED)
+    poses = poses_within_limits(limits_or_measured_ranges(robot.limits, seen.q), seen, count, _SEED)
     nominal = replace(estimate.model, robot=robot, effects=())
     return workspace_errors(estimate, {NOMINAL: nominal, **models}, poses, lacking)
 

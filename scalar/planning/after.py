@@ -32,7 +32,7 @@ class After:
 
 
 def poses_after(
-    cell: Workcell,
+    workcell: Workcell,
     found: Candidates,
     dataset: Dataset,
     calibration: Calibration,
@@ -42,7 +42,7 @@ def poses_after(
     """Return which candidates to add after a diagnosis, and how well they answer its open questions; none if poses can answer no question.
 
     Args:
-        cell: The workcell near the calibration after the diagnosis.
+        workcell: The workcell near the calibration after the diagnosis.
         found: The candidates.
         dataset: The dataset that was diagnosed.
         calibration: The calibration after the diagnosis.
@@ -52,8 +52,8 @@ def poses_after(
     pairs, not_by_poses = left_open
     if not pairs:
         return After([], [], [], not_by_poses)
-    candidates = cell.dataset(found.q, found.plane)
-    what = open_questions(cell, pairs, dataset, candidates, excess_factor(calibration.summary))
+    candidates = workcell.dataset(found.q, found.plane)
+    what = open_questions(workcell, pairs, dataset, candidates, excess_factor(calibration.summary))
     chosen, answers = separating_poses(what.questions, what.start, what.rows, count)
     return After(chosen, pairs, answers, not_by_poses)
 

@@ -41,7 +41,7 @@ class Candidates:
 
 
 def draw_candidates(
-    cell: Workcell,
+    workcell: Workcell,
     count: int,
     rng: np.random.Generator,
     allowed: Allowed | None = None,
@@ -51,7 +51,7 @@ def draw_candidates(
     """Return candidate poses, equally many for each plane.
 
     Args:
-        cell: The workcell.
+        workcell: The workcell.
         count: Number of poses, over all planes.
         rng: Draws them.
         allowed: Says which joint angles touch nothing; None if collisions are not tested.
@@ -60,18 +60,18 @@ def draw_candidates(
     Raises:
         InvalidInput: A plane cannot be measured from enough poses, or too few poses touch nothing.
     """
-    items = range(len(cell.planes)) if cell.on_planes else [-1]
+    items = range(len(workcell.planes)) if workcell.on_planes else [-1]
     share = -(-count // len(items))
-    found = [_poses_for_plane(cell, k, share, rng, allowed, one_turn) for k in items]
+    found = [_poses_for_plane(workcell, k, share, rng, allowed, one_turn) for k in items]
     for k, q in zip(items, found, strict=True):
         if len(q) < _LEAST_SHARE * share:
-            raise InvalidInput(_too_few(cell, k, len(q)))
+            raise InvalidInput(_too_few(workcell, k, len(q)))
     plane = np.concatenate([np.full(len(q), k) for k, q in zip(items, found, strict=True)])
     return Candidates(np.concatenate(found), plane)
 
 
 def _poses_for_plane(
-    cell: Workcell,
+    workcell: Workcell,
     k: int,
     wanted: int,
     rng: np.random.Generator,
@@ -79,15 +79,15 @@ def _poses_for_plane(
     one_turn: bool,
 ) -> Array:
     """Return up to ``wanted`` poses ``(K, n)`` [rad] that measure the plane with index k, or that have no plane to measure if k is -1."""
-    limits = cell.model.nominal.limits
+    limits = workcell.model.nominal.limits
     low, high = (_one_turn(limits) if one_turn else limits).T
     kept: list[Array] = []
     total = 0
     for _ in range(_BATCHES):
         q = rng.uniform(low, high, (_BATCH, len(low)))
-        q = _measurable(cell, q, k)
+        q = _measurable(workcell, q, k)
         q = q[np.all((q >= low) & (q <= high), axis=1)]
-        q = q[_inside(cell, q, k)]
+        q = q[_inside(workcell, q, k)]
         q = q[: 2 * (wanted - total)]  # the test for contact is the slow one
         if allowed is not None and len(q):
             q = q[allowed(q)]
@@ -104,69 +104,69 @@ def _one_turn(limits: Array) -> Array:
     return np.clip(limits, middle - np.pi, middle + np.pi)
 
 
-def _measurable(cell: Workcell, q: Array, k: int) -> Array:
+def _measurable(workcell: Workcell, q: Array, k: int) -> Array:
     """Return the poses in which the sensor measures plane k; one that measures by touch is first moved until it touches the plane."""
     if k < 0:
         return q
-    kind = kind_named(cell.sensor.kind)
+    kind = kind_named(workcell.sensor.kind)
     if kind.scans:
-        return q[_sees(cell, cell.sensor_frames(q), k)]
+        return q[_sees(workcell, workcell.sensor_frames(q), k)]
     index = np.full(len(q), k)
-    robot = cell.model.robot
-    dataset = cell.dataset(q, index)
+    robot = workcell.model.robot
+    dataset = workcell.dataset(q, index)
     measurement = measure(dataset)
     target, which = measurement.initial_target(dataset), np.zeros(len(q), dtype=int)
     for _ in range(kind.contact_iterations):
         frames = robot.frames(q)
-        T = frames[:, -1] @ robot.T_n_flange @ cell.model.T_flange_sensor
+        T = frames[:, -1] @ robot.T_n_flange @ workcell.model.T_flange_sensor
         q = q + measurement.contact_step(T, target, which, robot.screws(frames)[:, :, robot.joint_columns])
-    return q[measurement.perfect_rows(cell.sensor_frames(q), target, which)[2]]
+    return q[measurement.perfect_rows(workcell.sensor_frames(q), target, which)[2]]
 
 
-def _sees(cell: Workcell, T: Array, k: int) -> Array:
+def _sees(workcell: Workcell, T: Array, k: int) -> Array:
     """Return in which of the frames T ``(N, 4, 4)`` a scanner sees plane k over its whole fan, ``(N,)`` bool."""
-    view = cell.view
+    view = workcell.view
     N = len(T)
 
     def scan(item: int) -> tuple[Array, Array]:
-        normals = np.broadcast_to(cell.normals[item], (N, 3))
-        return scan_points(T, normals, np.full(N, cell.distances[item]), view)[1:]
+        normals = np.broadcast_to(workcell.normals[item], (N, 3))
+        return scan_points(T, normals, np.full(N, workcell.distances[item]), view)[1:]
 
     reach, cosine = scan(k)
     good = (reach >= view.near) & (reach <= view.far) & (cosine >= np.cos(view.incidence))
-    for other in range(len(cell.planes)):
+    for other in range(len(workcell.planes)):
         if other != k:
             between = scan(other)[0]
             good &= (between <= 0) | (between > reach)
     return np.all(good, axis=1)
 
 
-def _inside(cell: Workcell, q: Array, k: int) -> Array:
+def _inside(workcell: Workcell, q: Array, k: int) -> Array:
     """Return which poses keep joints and sensor on the arm's side of every plane ``(N,)`` bool."""
-    if not len(q) or not cell.on_planes:
+    if not len(q) or not workcell.on_planes:
         return np.ones(len(q), dtype=bool)
-    robot = cell.model.robot
+    robot = workcell.model.robot
     low, high = robot.limits.T
     random_frames = robot.frames(np.random.default_rng(0).uniform(low, high, (_BATCH // 8, robot.n_joints)))
     middle = random_frames[:, _BASE_FRAMES:, :3, 3].mean(axis=(0, 1))
-    side = np.sign(cell.normals @ middle - cell.distances)
+    side = np.sign(workcell.normals @ middle - workcell.distances)
     frames = robot.frames(q)[:, _BASE_FRAMES:]
-    sensor = cell.sensor_frames(q)[:, None]
+    sensor = workcell.sensor_frames(q)[:, None]
     keep = np.ones(len(q), dtype=bool)
-    for item, (normal, distance) in enumerate(zip(cell.normals, cell.distances, strict=True)):
-        parts = frames if cell.touches_planes and item == k else np.concatenate([frames, sensor], axis=1)
+    for item, (normal, distance) in enumerate(zip(workcell.normals, workcell.distances, strict=True)):
+        parts = frames if workcell.touches_planes and item == k else np.concatenate([frames, sensor], axis=1)
         height = (parts[..., :3, 3] @ normal - distance) * side[item]
         keep &= np.all(height > _CLEARANCE, axis=1)
     return keep
 
 
-def _too_few(cell: Workcell, k: int, found: int) -> Fault:
+def _too_few(workcell: Workcell, k: int, found: int) -> Fault:
     """Return the fault that plane k can be measured from too few random poses."""
     drawn = _BATCH * _BATCHES
     if k < 0:
         message = f"only {found} of {drawn} random poses within the joint limits touch nothing; check robot.joints and its limits"
         return Fault("dataset.yaml", message, None, "robot.joints")
-    name = cell.planes[k].name
+    name = workcell.planes[k].name
     message = (
         f"the sensor sees the plane '{name}' from {found} of {drawn} random poses; check its place and sensor.nominal_pose, "
         "move it, or give what the scanner sees by --range, --fan and --incidence"

@@ -1,8 +1,8 @@
-"""The information that candidate poses give on the parameters of a model, and the error of predicted positions that it leaves.
+"""The Fisher information that candidate poses give on the parameters of a model, and the error of predicted positions that it leaves.
 
 The rows of a pose are those of the estimator: the whitened Jacobian of what the sensor would measure there. An arm returns to a pose only within
-its repeatability. All measurements of a pose therefore share a random shift s of the sensor, of standard deviation r along each axis, so the rows
-have the covariance ``I + r^2 W W'`` with W their derivative by s, and are whitened for it.
+its repeatability. All measurements of a pose therefore share a random shift s of the sensor, of standard deviation r along each axis. The whitened
+rows then have the covariance ``I + r^2 W W'`` with W their derivative by s, and are whitened once more for that.
 """
 
 from __future__ import annotations
@@ -28,15 +28,17 @@ _OTHER_PRIOR = 1.0  # prior standard deviation of a parameter in any other unit
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """The information of N candidates on F free parameters, in units of their prior standard deviations.
+    """The information of N candidates on F free parameters, each in units of its prior standard deviation.
+
+    The covariance after measuring some candidates is ``inv(start + A' A)``, with A their rows.
 
     Attributes:
         rows: ``(N, m, F)``, whitened rows of the candidates.
-        start: ``(F, F)``, the information of the priors.
-        interest: ``(F, F)``: ``trace(interest C)`` is the mean squared error of a predicted position [m^2], C being a covariance.
+        start: ``(F, F)``, the information of the priors: the identity in these units.
+        interest: ``(F, F)``: ``trace(interest C)`` is the mean squared error of a predicted position [m^2] if the parameters have the covariance C.
         free: Names of the free parameters.
         fixed: Names of the parameters that all candidates together do not determine.
-        items: ``(N,)``, which item of the target (plane or tracker) each candidate measures: a plan keeps some of each.
+        items: ``(N,)``, the index of the plane, or of the tracker's session, that each candidate measures: a plan contains some of each.
     """
 
     rows: Array
@@ -52,7 +54,7 @@ class Information:
 
 
 def information(model: Model, poses: Dataset, repeatability: float) -> Information:
-    """Return the information of poses on the parameters of a model.
+    """Return the information of poses on the parameters of a model, of which those that all poses together do not determine are fixed.
 
     Args:
         model: The model at which the measurements are linearised; its target is replaced by that of ``poses``.
@@ -84,7 +86,8 @@ def linearised_at(model: Model, poses: Dataset, *, measured: bool = True) -> tup
     Args:
         model: The model.
         poses: Poses with what was measured there, or with what the sensor would measure.
-        measured: Whether it was measured. Else the residuals are zero by construction, and show nothing of the noise: that is the stated one.
+        measured: False if nothing was measured. The residuals are then zero by construction, so the noise is not estimated from them, but taken as
+            stated.
     """
     residuals = Residuals.of(poses, model)
     if not measured:
@@ -107,7 +110,9 @@ def whitened_rows(residuals: Residuals, model: Model, repeatability: float = 0.0
     N = len(residuals.poses)
     J = J.reshape(N, len(residual) // N, -1)
     if repeatability > 0:
-        W = residuals.wrench(model)[:, :, 3:] * repeatability
+        W = (
+            residuals.wrench(model)[:, :, 3:] * repeatability
+        )  # r times the derivatives by the shift, the last three of the screw
         L = np.linalg.cholesky(np.eye(W.shape[1]) + W @ np.swapaxes(W, 1, 2))
         J = np.linalg.solve(L, J)
     return J

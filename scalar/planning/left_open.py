@@ -4,8 +4,8 @@ The error that a calibration states for its predictions comes from its own param
 open: further coefficients of the effects that were found (the torques of other links), effects with which these are confounded, and effects that
 were unobservable. Here all of these are parameters. The prior standard deviation of a found effect's coefficients is their own root mean square,
 that of the others is their natural size. The rows of the measured poses then give the covariance of all parameters, and from it follows the error
-of a predicted position. The noise is that of the fit, with what the residual has beyond it: that is how far measured poses scatter, whatever the
-arm's repeatability is said to be.
+of a predicted position. The noise is that of the fit, enlarged by the ratio of the residual to it: this is how far the measured poses do scatter,
+and it contains the arm's repeatability.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from scalar.effects import Effect
 from scalar.estimation.displacement import displacement_columns, position_std
 from scalar.estimation.misfit import excess_factor
 from scalar.estimation.model import Model
-from scalar.estimation.random_poses import limits_or_seen, poses_within_limits
+from scalar.estimation.random_poses import limits_or_measured_ranges, poses_within_limits
 from scalar.estimation.result import Calibration
 from scalar.geometry.se3 import Array
 from scalar.planning.information import linearised_at, prior_std, whitened_rows
@@ -32,11 +32,12 @@ _N_POSES, _SEED = 500, 20240  # random poses over which the error of predictions
 
 @dataclass(frozen=True, eq=False)
 class LeftOpen:
-    """What a diagnosis left open, and how far predictions may err because of it.
+    """The effects that a diagnosis left open, and how far predictions may err because of them.
 
     Attributes:
-        error: Error of a predicted position [m], root mean square over random poses within the joint limits, with everything that was left open.
-        effects: The effects in question.
+        error: Standard error of a predicted position [m], root mean square over random poses within the joint limits, with everything that was left
+            open among the parameters.
+        effects: The effects that were left open.
     """
 
     error: float
@@ -56,27 +57,27 @@ def left_open(dataset: Dataset, calibration: Calibration, diagnosis: Mapping[str
     if not pairs:
         return None
     base = with_whole(calibration.model.effects, pairs)
-    rivals = [pair.effect if pair.rival is None else pair.rival for pair in pairs]
-    model = replace(calibration.model, effects=with_zero(base, rivals))
-    residuals, here = linearised_at(model, dataset)
-    rows = whitened_rows(residuals, here) / excess_factor(calibration.summary)
-    prior = _priors(here, calibration)
+    in_question = [pair.effect if pair.rival is None else pair.rival for pair in pairs]
+    model = replace(calibration.model, effects=with_zero(base, in_question))
+    residuals, model = linearised_at(model, dataset)
+    rows = whitened_rows(residuals, model) / excess_factor(calibration.summary)
+    prior = _prior_std(model, calibration)
     free = prior > 0
     scaled = rows[:, :, free].reshape(-1, int(free.sum())) * prior[free]
     covariance = np.linalg.inv(np.eye(scaled.shape[1]) + scaled.T @ scaled)
-    limits = limits_or_seen(here.nominal.limits, dataset.q)
-    anywhere = poses_within_limits(limits, residuals.poses, _N_POSES, _SEED)
-    columns = displacement_columns(here, anywhere)[:, free] * prior[free]
+    limits = limits_or_measured_ranges(model.nominal.limits, dataset.q)
+    random_poses = poses_within_limits(limits, residuals.poses, _N_POSES, _SEED)
+    columns = displacement_columns(model, random_poses)[:, free] * prior[free]
     return LeftOpen(position_std(columns, covariance), tuple(pair.effect for pair in pairs))
 
 
 def _on_the_arm(pair: Pair) -> bool:
-    """Return whether all effects of a pair belong to the arm and depend on its joint angles, unlike a wrong range of the sensor, say."""
+    """Return whether all effects of a pair belong to the arm and depend on its joint angles (an error of the sensor's range does not)."""
     effects = (pair.effect,) if pair.rival is None else (pair.effect, pair.rival)
     return all(effect.stays_with_arm and effect.acts_by_joint_angles for effect in effects)
 
 
-def _priors(model: Model, fitted: Calibration) -> Array:
+def _prior_std(model: Model, fitted: Calibration) -> Array:
     """Return the prior standard deviations ``(P,)`` of a model's parameters; zero for a parameter of the arm that was fixed."""
     geometry = set(model.robot.parameter_names) - set(fitted.free)
     prior = np.where(np.isin(model.names, list(geometry)), 0.0, prior_std(model))

@@ -99,23 +99,23 @@ def with_doubtful(effects: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any
 
 
 def open_questions(
-    cell: Workcell, pairs: Sequence[Pair], dataset: Dataset, candidates: Dataset, misfit: float
+    workcell: Workcell, pairs: Sequence[Pair], dataset: Dataset, candidates: Dataset, misfit: float
 ) -> OpenQuestions:
     """Return the questions about the parameters of one model with all effects in question, and the information of poses on these.
 
     Args:
-        cell: The workcell near the calibration after the diagnosis.
+        workcell: The workcell near the calibration after the diagnosis.
         pairs: The pairs to separate.
         dataset: The dataset that was diagnosed.
         candidates: Candidate poses with what the sensor would measure there.
         misfit: Ratio of the residual to the stated noise, by which the information of all poses is reduced.
     """
-    base = with_whole(cell.model.effects, pairs)
+    base = with_whole(workcell.model.effects, pairs)
     asked_for = [e for pair in pairs for e in (pair.effect, pair.rival) if e is not None]
-    model = replace(cell.model, effects=with_zero(base, asked_for))
-    measured = replace(dataset, sensor=cell.sensor, planes=cell.planes)
-    old, names = _rows(model, measured, cell.repeatability, measured=True)
-    new, names_new = _rows(model, candidates, cell.repeatability, measured=False)
+    model = replace(workcell.model, effects=with_zero(base, asked_for))
+    measured = replace(dataset, sensor=workcell.sensor, planes=workcell.planes)
+    old, names = _rows(model, measured, workcell.repeatability, measured=True)
+    new, names_new = _rows(model, candidates, workcell.repeatability, measured=False)
     all_names = list(dict.fromkeys([*names, *names_new]))
     old, new = (_spread(rows, own, all_names) / misfit for rows, own in ((old, names), (new, names_new)))
     prior = _priors(model, all_names)
@@ -138,7 +138,7 @@ def open_questions(
         rest = np.concatenate([without_beta, *(columns(e) for e in others)])
         own = columns(pair.effect)
         size = pair.effect.coefficients
-        if any(whole(e, [pair.effect]) is not e for e in cell.model.effects):
+        if any(whole(e, [pair.effect]) is not e for e in workcell.model.effects):
             size = _least(old[:, :, own].reshape(-1, len(own)), size)
         questions.append(Question(pair.title, own, rest, size))
     return OpenQuestions(questions, start, new)

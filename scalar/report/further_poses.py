@@ -57,7 +57,7 @@ def _after(diagnosis: Diagnosis) -> After | None:
     sensor = replace(dataset.sensor, noise=stated_sigma(dataset.sensor.noise))
     calibration = diagnosis.calibration_after
     try:
-        cell = Workcell.of(
+        workcell = Workcell.of(
             dataset.robot,
             sensor,
             dataset.planes,
@@ -65,8 +65,8 @@ def _after(diagnosis: Diagnosis) -> After | None:
             repeatability=REPEATABILITY,
             same_campaign=True,
         )
-        found = draw_candidates(cell, N_CANDIDATES, np.random.default_rng(0))
+        found = draw_candidates(workcell, N_CANDIDATES, np.random.default_rng(0))
     except InvalidInput:
         return None
     left_open = open_pairs(plain(diagnosis.to_mapping()), calibration.model.effects, dataset)
-    return poses_after(cell, found, dataset, calibration, left_open)
+    return poses_after(workcell, found, dataset, calibration, left_open)

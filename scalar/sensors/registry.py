@@ -24,7 +24,7 @@ _kinds: dict[str, type[Measurement]] = {}
 
 
 def register(kind: type[_K]) -> type[_K]:
-    """Make a kind of sensor known, to the reader of datasets too, and return it; can be used as a decorator of its class.
+    """Register a kind of sensor and its dataset format, and return it; can be used as a decorator of its class.
 
     Raises:
         ValueError: Another class is registered under the same name of a kind.
@@ -38,19 +38,23 @@ def register(kind: type[_K]) -> type[_K]:
 
 
 def unregister(kind: type[Measurement]) -> None:
-    """Forget a kind of sensor that was registered."""
+    """Remove a kind of sensor that was registered.
+
+    Raises:
+        KeyError: It is not registered.
+    """
     del _kinds[kind.format.kind]
     remove_format(kind.format.kind)
 
 
 def kind_named(name: str) -> type[Measurement]:
-    """Return the kind of sensor with a name.
+    """Return the class of a kind of sensor by its name.
 
     Raises:
-        InvalidInput: No such kind is known; the package that defines it is perhaps not installed.
+        InvalidInput: No such kind is registered; the package that defines it is perhaps not installed.
     """
     if name not in _kinds:
-        message = f"unknown kind of sensor '{name}'; this installation has {', '.join(_kinds)}: install the package that defines it"
+        message = f"unknown kind of sensor '{name}'; this installation has {', '.join(_kinds)}; for another, install the package that defines it"
         raise InvalidInput(Fault("sensor", message, None, "kind"))
     return _kinds[name]
 

@@ -2,8 +2,8 @@
 
 ``f = R o + t - y`` for a target at o in the base frame, measured at y. What the estimator calls the sensor's *target* is the unknown frame
 ``T_tracker_base = (R, t)``, one for each session. A pose may show some or all of several targets on the flange, each by its position or by its whole
-pose, and every measurement may have a noise of its own. The rows of a pose are the positions of all targets, then their rotations,
-``log(R R_base_target R_measured^T)``; the rows of a target that is not seen are zero.
+pose, and every measurement may have a noise of its own. The rows of a pose are those of the positions of all targets, then those of their rotations,
+``log(R R_base_target R_measured^T)``; the rows of a target that was not measured at the pose are zero.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Tracker(Measurement):
 
     Attributes:
         names: Names of the K targets.
-        positions: ``(N, K, 3)`` [m]; zero where a target is not seen.
+        positions: ``(N, K, 3)`` [m], in the tracker's frame; zero for a target that was not measured.
         rotations: ``(N, K, 3, 3)``, from a target's frame to the tracker's; None if positions alone were measured.
         noise_of: Standard deviations of all measurements.
         target_index: ``(N,)``, the session of each pose.
@@ -118,7 +118,7 @@ class Tracker(Measurement):
 
     @property
     def seen(self) -> Array:
-        """Return which targets each pose shows, ``(N, K)`` bool."""
+        """Return which targets were measured at each pose, ``(N, K)`` bool."""
         return self.noise_of.seen
 
     @property
@@ -128,7 +128,7 @@ class Tracker(Measurement):
 
     @property
     def sigma_stated(self) -> bool:  # type: ignore[override]
-        """Return whether the noise of positions is as stated, for all or for each."""
+        """Return whether the noise of positions is stated, for all of them or for each."""
         return self.noise_of.position_stated
 
     @property
@@ -182,7 +182,10 @@ class Tracker(Measurement):
     def distances(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
     ) -> tuple[Array, Array]:
-        """Return per pose the squared distances between model and measurement [m^2], and the number of targets seen; orientations are left out."""
+        """Return for each pose the sum of squared distances between model and measurement ``(N,)`` [m^2], and the number of targets in it ``(N,)``.
+
+        Orientations are left out, and the number is at least 1.
+        """
         assert isinstance(target, TrackerFrames)
         residual = self._linear(T_base_sensor, target, self.target_index)[0]
         squares = residual[:, : 3 * len(self.names)].reshape(*self.seen.shape, 3) ** 2 * self.seen[:, :, None]
@@ -262,7 +265,8 @@ class Tracker(Measurement):
         nests, T = dataset.references, dataset.sensor.T_flange_sensor
         if nests is None or T is None or not len(nests.pose):
             return None
-        from scalar.sensors.seen_motion import motion_of_base  # sparse algebra, slow to import
+        # Imported here: SciPy's sparse matrices are slow to import.
+        from scalar.sensors.observed_motion import motion_of_base
 
         measured = cls.of(dataset)
         frames = measured.fitted_target(dataset.robot.flange(dataset.q) @ T, measured.initial_target(dataset))
@@ -270,7 +274,7 @@ class Tracker(Measurement):
 
     @classmethod
     def shows_turns(cls, dataset: Dataset) -> bool:
-        """Return whether orientations were measured, or several targets: a turn about one of them moves the others."""
+        """Return whether turns are measured: by orientations, or by several targets, since a turn about one of them moves the others."""
         return _TURN[0] in dataset.point_columns or len(dataset.targets) > 1
 
     # How the target is saved
@@ -288,7 +292,7 @@ class Tracker(Measurement):
 
 
 def _placed(values: Array | None, pose: Array, item: Array, shape: tuple[int, int]) -> Array | None:
-    """Return a column of the table as ``(N, K)``, 1 for targets that are not seen; None if there is no such column."""
+    """Return a column of the table as ``(N, K)``, with 1 for targets that were not measured; None if there is no such column."""
     if values is None:
         return None
     found = np.ones(shape)

@@ -2,11 +2,11 @@
 
 q is uniform within the joint limits. A posture is kept if its whole fan falls on the intended target plane, within
 the range and incidence limits, if nothing stands in the beam, and if arm and sensor touch neither target planes nor
-themselves. Plane geometry in NumPy throws out most candidates, thousands at a time; every posture that is
-kept has been passed by pybullet, on the true arm.
+themselves. Plane geometry in NumPy refuses most candidates, thousands at a time; pybullet then tests each remaining
+one on the true arm.
 
-The draws of a plane come from its own generator, one after the other, so the first k postures are the same
-however many are asked for.
+Each plane has its own random generator, and its candidates are drawn one after the other, so the first k postures
+are the same however many are asked for.
 """
 
 from collections import Counter
@@ -23,10 +23,10 @@ from scalar.simulation.target_planes import TargetPlane
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
-BATCH = 8192
-PROBES = 41  # rays across the fan that all have to hit the target plane: 6 mm apart at 0.45 m in a fan of +-15 degrees
-GUARDS = 13  # rays of each of the two fans beside it
-FAR_BEYOND = 1.5  # length of the rays of those two fans over the far limit: they are wider, so their outer rays are longer
+BATCH = 8192  # candidates that are drawn at once
+FAN_RAYS = 41  # rays across the fan that all have to hit the target plane: 6 mm apart at 0.45 m in a fan of +-15 degrees
+SIDE_RAYS = 13  # rays of each of the two fans at its sides
+FAR_BEYOND = 1.5  # ratio of the length of the side fans' rays to the far limit: these fans are wider, so their outer rays are longer
 SLACK = 1e-9  # m and rad; rounding errors of the test in NumPy are smaller, so it refuses no posture that pybullet would keep
 
 REMEDIES = {
@@ -49,7 +49,7 @@ class Search:
     refused: Counter[str] = field(default_factory=Counter)
 
     def complaint(self, wanted: int) -> str:
-        """Return a sentence that says what refused most, and what to do."""
+        """Return a sentence that says how many candidates each reason refused, and what to do about the most frequent one."""
         parts = [f"{reason} {count / max(self.drawn, 1):.1%}" for reason, count in self.refused.most_common()]
         worst = self.refused.most_common(1)[0][0] if self.refused else None
         advice = f"; {REMEDIES[worst]}" if worst else ""
@@ -62,7 +62,7 @@ class Search:
 def sees_target_plane(
     arm: Arm, scanner: Scanner, target_plane: TargetPlane, q: Array, edge: float
 ) -> tuple[Array, Counter[str]]:
-    """Return the indices of candidates whose whole fan falls on a target plane within the limits, and counts of the refused.
+    """Return the indices of candidates whose whole fan falls on a target plane within the limits, and counts of the refused by reason.
 
     Along the fan the range is h / cos(phi - phi_0). Range and incidence are largest at an end of the fan; the range is
     smallest at an end too, or at phi_0 if the fan contains it. A target plane is convex, so if both ends of the scan
@@ -109,20 +109,22 @@ def refusal(
 ) -> str | None:
     """Return the reason for which pybullet's rays or collisions refuse the posture q (n,) [rad], or None if they do not.
 
-    Two more fans, at the distance `edge` on either side and wider by as much, have to fall on the target plane too, so
-    that noise and effects on the arm throw no ray onto another target plane.
+    Two more fans, at the distance `edge` on either side of the scanner's fan and wider by as much, have to fall on the
+    target plane too, so that noise and effects on the arm throw no ray onto another target plane.
 
     Args:
         world: with all target planes, and the true arm with its body.
+        scanner: the true one.
         index, target_plane: the intended target plane.
-        edge: [m].
+        q: joint angles (n,) [rad].
+        edge: distance [m] of the two fans from the scanner's.
     """
     touched = world.touching(q.tolist())
     if touched is not None:
         return "the arm touches a target plane" if touched == "target_plane" else "the arm touches itself"
     T = world.sensor_frames(q[None])
     world.refresh()
-    angles = np.linspace(-scanner.fan, scanner.fan, PROBES)
+    angles = np.linspace(-scanner.fan, scanner.fan, FAN_RAYS)
     hit, reach = cast_fan(world, T, angles, scanner.range_far * BEYOND)
     if not (hit == world.target_plane_ids[index]).all():
         return "the beam misses the target plane" if (hit < 0).any() else "something stands in the beam"
@@ -133,7 +135,7 @@ def refusal(
         return "incidence too steep"
     aside = np.repeat(T, 2, axis=0)
     aside[:, :3, 3] += edge * np.array([[-1.0], [1.0]]) * T[0, :3, 1]
-    wider = np.linspace(-scanner.fan - edge / reach[0, 0], scanner.fan + edge / reach[0, -1], GUARDS)
+    wider = np.linspace(-scanner.fan - edge / reach[0, 0], scanner.fan + edge / reach[0, -1], SIDE_RAYS)
     hit, _ = cast_fan(world, aside, wider, scanner.range_far * FAR_BEYOND)
     return "something stands in the beam" if (hit != world.target_plane_ids[index]).any() else None
 

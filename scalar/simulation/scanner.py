@@ -1,4 +1,4 @@
-"""A line laser as a fan of rays, of which pybullet finds the ranges.
+"""A line laser as a fan of rays, whose ranges pybullet computes.
 
 The rays leave the sensor's origin in its XZ plane, u(phi) = (sin phi, 0, cos phi), phi from -half to +half of
 the fan. Range is counted along the ray. A measured point is (x, z) = range * (sin phi, cos phi).
@@ -13,7 +13,7 @@ import numpy as np
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
-BEYOND = 1.02  # rays are cast this much farther than the far limit, so that a hit at the limit is a hit
+BEYOND = 1.02  # ratio of the length of the rays to the far limit, so that a surface at the limit is hit
 
 
 @dataclass(frozen=True)
@@ -68,9 +68,9 @@ def cast_fan(world: World, T_base_sensor: Array, angles: Array, length: float) -
 
     Args:
         world: with the target planes as they are during these scans.
-        T_base_sensor: (N, 4, 4).
-        angles: (N, M) or (M,) [rad].
-        length: of the rays [m].
+        T_base_sensor: sensor frames in the base frame, (N, 4, 4).
+        angles: angles of the rays in the fan, (N, M) or (M,) [rad].
+        length: length of the rays [m].
     """
     u = directions(np.broadcast_to(angles, (len(T_base_sensor), np.shape(angles)[-1])))
     rays = np.einsum("nij,nmj->nmi", T_base_sensor[:, :3, :3], u) * length

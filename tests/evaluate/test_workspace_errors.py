@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 
 from scalar.data.poses import Poses
 from scalar.estimation.calibrate import calibrate
-from scalar.estimation.random_poses import limits_or_seen, poses_within_limits
+from scalar.estimation.random_poses import limits_or_measured_ranges, poses_within_limits
 from scalar.estimation.result import Calibration
 from scalar.evaluate.workspace_errors import (
     Banded,
@@ -100,7 +100,7 @@ def test_the_band_holds_the_truth_as_often_as_it_says():
         calibration = calibrate(scene.dataset)
         robot = scene.dataset.robot
         seen = Poses.from_frame(scene.dataset.poses, robot.n_joints, order_is_row=True)
-        poses = poses_within_limits(limits_or_seen(robot.limits, seen.q), seen, 300, 1)
+        poses = poses_within_limits(limits_or_measured_ranges(robot.limits, seen.q), seen, 300, 1)
         nominal = replace(calibration.model, robot=robot)
         found = workspace_errors(calibration, {"data sheet": nominal}, poses)
         assert found is not None

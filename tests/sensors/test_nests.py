@@ -14,7 +14,7 @@ from scalar.data.references import References
 from scalar.effects.target_drift import TargetDrift
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.measured_effects import with_target_motion
-from scalar.sensors.seen_motion import seen_motion
+from scalar.sensors.observed_motion import observed_motion
 from tests import kinematics, small_datasets
 from tests.tracked_targets import TrackedArm, relative
 
@@ -85,7 +85,7 @@ def test_nests_that_stand_still_show_nothing(nests):
     for seed in range(30):
         rng = np.random.default_rng(seed)
         seen = {str(k): rng.normal(size=3) + 3e-5 * rng.normal(size=(50, 3)) for k in range(nests)}
-        found = seen_motion(References.of_arrays(seen))
+        found = observed_motion(References.of_arrays(seen))
         assert found.p_value > 1e-4 and not found.screws.any()
         assert 0.7 < found.noise / 3e-5 < 1.3
 
@@ -101,7 +101,7 @@ def test_motion_is_interpolated_at_poses_without_nests():
         places[rng.random(n) < 0.5] = np.nan
         seen[str(k)] = places
     references = References.of_arrays(seen)
-    found = seen_motion(references)
+    found = observed_motion(references)
     points = np.array([0.5, 0.2, 0.1]) + np.zeros((len(found.screws), 3))
     at = found.screws[:, 3:] + np.cross(found.screws[:, :3], points)
     off = at - shift[: len(at)]

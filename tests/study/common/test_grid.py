@@ -43,7 +43,7 @@ def test_overrides_reach_into_a_copy(tmp_path):
         ("case,noise.range_noise_std_m\na,-1\n", ["row 2", "noise.range_noise_std_m"]),
         ("case,poses_per_plane\na/b,40\n", ["row 2", "a/b"]),
         ("case,poses_per_plane\na,40,50\n", ["row 2"]),
-        ("case,poses_per_plane,poses_per_plane\na,40,50\n", ["poses_per_plane", "two"]),
+        ("case,poses_per_plane,poses_per_plane\na,40,50\n", ["poses_per_plane", "2 columns"]),
         ("case,poses_per_plane\n", ["no case"]),
         ("", ["case"]),
     ],

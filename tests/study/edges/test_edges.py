@@ -33,12 +33,12 @@ def same_poses(one, other):
 def test_nothing_is_changed_where_nothing_is_wrong(axis, dataset):
     """At the sound value the dataset is the one that was given, and the errors of the guesses are those of the scene."""
     wrong = AXES[axis]
-    assert wrong.sound in wrong.values
-    same = wrong.spoil(dataset, wrong.sound, np.random.default_rng(0))
+    assert wrong.scene_value in wrong.values
+    same = wrong.spoil(dataset, wrong.scene_value, np.random.default_rng(0))
     np.testing.assert_array_equal(same.points, dataset.points)
     assert same_poses(same, dataset) and same.sensor.noise == dataset.sensor.noise
     scene = {f"plane_guess.{key}": value for key, value in load_yaml(PAPER)["plane_guess"].items()}
-    assert all(value == scene[key] for key, value in wrong.overrides(wrong.sound).items())
+    assert all(value == scene[key] for key, value in wrong.overrides(wrong.scene_value).items())
 
 
 def test_what_nothing_is_wrong_with_is_diagnosed_once(monkeypatch, capsys):
@@ -52,7 +52,7 @@ def test_what_nothing_is_wrong_with_is_diagnosed_once(monkeypatch, capsys):
     table = run_edges(PAPER, {"outliers": [0.0, 10.0], "noise": [1.0, 3.0], "tilt": [1.0]}, [1])
     assert len(table) == 10 and len(made) == 6 and table["answer"].nunique() == 6
     sound = table[
-        [value == AXES[axis].sound for axis, value in zip(table["axis"], table["value"], strict=True)]
+        [value == AXES[axis].scene_value for axis, value in zip(table["axis"], table["value"], strict=True)]
     ]
     assert sound.groupby("injected")["answer"].nunique().eq(1).all() and len(sound) == 6
 

@@ -118,50 +118,52 @@ def synthetic(rng, runs=12, name="scan"):
     return Prediction(candidate, nodes, mean, covariance, np.stack([share, 1 - share, 0 * share], axis=-1))
 
 
-def dense_covariance(fine, node, kappa, offset):
+def dense_covariance(refined, node, kappa, offset):
     """Return the covariance of all values of all runs, written out."""
-    runs, q = fine.mean.shape[1:]
-    F = np.concatenate([np.kron(fine.shares[node, r], np.eye(q)) for r in range(runs)])
+    runs, q = refined.mean.shape[1:]
+    F = np.concatenate([np.kron(refined.shares[node, r], np.eye(q)) for r in range(runs)])
     whole = F @ offset @ F.T
     for r in range(runs):
         at = slice(q * r, q * r + q)
-        whole[at, at] += kappa**2 * fine.covariance[node, r]
+        whole[at, at] += kappa**2 * refined.covariance[node, r]
     return whole
 
 
 def test_the_likelihood_is_the_normal_law():
     """Against SciPy's density with the covariance written out, at some nodes and every kappa, for two sets."""
     rng = np.random.default_rng(5)
-    fine = refine(synthetic(rng, runs=5))
+    refined = refine(synthetic(rng, runs=5))
     root = rng.normal(size=(12, 12)) * 0.2
     offset = root @ root.T + 0.01 * np.eye(12)
     y = rng.normal(size=(2, 5, 4))
-    found = log_likelihood(fine, y, offset)
+    found = log_likelihood(refined, y, offset)
     for node in (0, 7, 20):
         for k, kappa in enumerate(KAPPA):
-            law = multivariate_normal(fine.mean[node].ravel(), dense_covariance(fine, node, kappa, offset))
+            law = multivariate_normal(
+                refined.mean[node].ravel(), dense_covariance(refined, node, kappa, offset)
+            )
             assert np.allclose(found[node, k], [law.logpdf(one.ravel()) for one in y], rtol=1e-8)
 
 
 def test_the_offset_found_is_the_conditional_mean():
     """Of a joint normal law, written out."""
     rng = np.random.default_rng(6)
-    fine = refine(synthetic(rng, runs=4))
+    refined = refine(synthetic(rng, runs=4))
     root = rng.normal(size=(12, 12)) * 0.2
     offset = root @ root.T + 0.01 * np.eye(12)
     y = rng.normal(size=(4, 4))
-    F = np.concatenate([np.kron(fine.shares[9, r], np.eye(4)) for r in range(4)])
-    weight = np.linalg.solve(dense_covariance(fine, 9, 1.0, offset), (y - fine.mean[9]).ravel())
-    assert np.allclose(offsets_found(fine, 9, 1.0, y, offset).ravel(), F @ offset @ F.T @ weight)
+    F = np.concatenate([np.kron(refined.shares[9, r], np.eye(4)) for r in range(4)])
+    weight = np.linalg.solve(dense_covariance(refined, 9, 1.0, offset), (y - refined.mean[9]).ravel())
+    assert np.allclose(offsets_found(refined, 9, 1.0, y, offset).ravel(), F @ offset @ F.T @ weight)
 
 
 def drawn(prediction, node, offset, sets, rng):
     """Return sets of curves from a prediction's own law."""
-    fine = refine(prediction)
-    at = int(np.argmin(np.abs(fine.nodes[:, 0] - prediction.nodes[node, 0])))
-    whole = dense_covariance(fine, at, 1.0, offset)
-    flat = rng.multivariate_normal(fine.mean[at].ravel(), whole, size=sets)
-    return flat.reshape(sets, *fine.mean[at].shape), prediction.nodes[node]
+    refined = refine(prediction)
+    at = int(np.argmin(np.abs(refined.nodes[:, 0] - prediction.nodes[node, 0])))
+    whole = dense_covariance(refined, at, 1.0, offset)
+    flat = rng.multivariate_normal(refined.mean[at].ravel(), whole, size=sets)
+    return flat.reshape(sets, *refined.mean[at].shape), prediction.nodes[node]
 
 
 def test_intervals_cover_and_the_injected_one_is_found():
@@ -171,9 +173,9 @@ def test_intervals_cover_and_the_injected_one_is_found():
     none = Prediction(
         Candidate("stated", "none"), np.zeros((1, 0)), there.mean[:1], there.covariance[:1], there.shares[:1]
     )
-    fines = {"scan": refine(there), "stated": refine(none)}
+    refined_by_name = {"scan": refine(there), "stated": refine(none)}
     curves, values = drawn(there, 4, offset, 200, rng)
-    confusion, coverage = recover({"scan": (curves, values)}, fines, offset)
+    confusion, coverage = recover({"scan": (curves, values)}, refined_by_name, offset)
     shares = confusion.set_index("tried")
     assert shares.loc["scan", "best"] > 0.95
     assert shares.loc["stated", "excluded"] > 0.95
@@ -198,11 +200,11 @@ def test_a_candidate_that_is_not_there_is_not_found():
 def test_curves_held_out_one_by_one_are_probabilities_given_the_rest():
     """Two curves: p(a | b) p(b) is p(a, b)."""
     rng = np.random.default_rng(9)
-    fine, offset = refine(synthetic(rng, runs=6)), 0.04 * np.eye(12)
+    refined, offset = refine(synthetic(rng, runs=6)), 0.04 * np.eye(12)
     y, groups = rng.normal(size=(6, 4)), np.array(["a"] * 3 + ["b"] * 3)
-    apart = held_out(fine, y, offset, groups)
-    alone = weigh(fine, y[None], offset, groups == "b")[0].log_evidence
-    assert apart["a"] + alone == pytest.approx(weigh(fine, y[None], offset)[0].log_evidence)
+    apart = held_out(refined, y, offset, groups)
+    alone = weigh(refined, y[None], offset, groups == "b")[0].log_evidence
+    assert apart["a"] + alone == pytest.approx(weigh(refined, y[None], offset)[0].log_evidence)
 
 
 def test_every_published_point_is_weighed_or_left_out_for_a_reason():

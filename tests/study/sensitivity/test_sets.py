@@ -38,8 +38,8 @@ def test_the_sets_stand_for_what_the_issue_asks():
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("workcell: panda, seed: 3", "workcell: pandas, seed: 3", "no workcell 'pandas'"),
-        ("name: nothing", "name: scale", "a set before has the name"),
+        ("workcell: panda, seed: 3", "workcell: pandas, seed: 3", "unknown workcell 'pandas'"),
+        ("name: nothing", "name: scale", "names an earlier set too"),
         ("sensor: tracker", "sensor: telescope", "telescope"),
         ("screening: 1", "screened: 1", "screened"),
     ],

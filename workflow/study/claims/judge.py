@@ -56,9 +56,12 @@ class Results:
     """The tables that answer claims; one that a run lacks is None or missing.
 
     Attributes:
-        headline: Its summary.csv. planes: planes.csv. singular_values: singular_values.csv. sequential: its summary.csv.
-        sweeps: ``{name: summary.csv}``.
-        seconds: ``{way: wall time of a fit with all around it [s]}``.
+        headline: summary.csv of the main study.
+        planes: planes.csv.
+        singular_values: singular_values.csv.
+        sequential: summary.csv of the comparison with sequential calibration.
+        sweeps: ``{name of a sweep: its summary.csv}``.
+        seconds: ``{way to calibrate: wall time of a whole calibration [s]}``.
     """
 
     headline: Any = None

@@ -1,10 +1,10 @@
-"""The Cramér-Rao bound as pose errors: those of an unbiased estimator with the least covariance that is possible.
+"""Compute the Cramér-Rao bound as pose errors: those of an unbiased estimator with the smallest possible covariance.
 
-At the truth the covariance of every unbiased estimate of the free parameters is at least ``C = (J' J)^-1``, J the
-whitened Jacobian. Errors drawn from N(0, C) and carried to the poses by ``de = v + w x p`` have mean and maximum
-errors that are comparable, number by number, with those of a calibration. (The root of the trace of a pose's
-covariance is not: it is the root of the mean square of the error's length, some 8 % above its mean where the
-error is alike in all directions.)
+At the truth the covariance of every unbiased estimate of the free parameters is at least ``C = (J' J)^-1``, with J the
+whitened Jacobian. Parameter errors drawn from N(0, C) move the poses by ``de = v + w x p``, and the mean and maximum of
+these position errors are comparable, number by number, with those of a calibration. (The root of the trace of a pose's
+covariance is not comparable: it is the root mean square of the error's length, which is about 8 % larger than the mean
+length if the error is isotropic.)
 """
 
 from __future__ import annotations
@@ -28,24 +28,25 @@ from scalar.geometry.planes import Planes
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array, transform_from_rotation_vector
 
-DRAWS = 64  # of parameter errors: the standard error of their mean is about 2 %
+DRAWS = 64  # draws of parameter errors: the standard error of the mean pose error is about 2 %
 POSES = 2000  # the first of the evaluation poses; the maximum over 10,000 lies about 1 % higher
 DRAWS_SEED = 0
-_LEAST_SINGULAR_VALUE = 1e-6  # of the Jacobian with columns of unit length, over the largest; below it a direction is unobservable
+_LEAST_SINGULAR_VALUE = 1e-6  # relative to the largest, of the Jacobian with columns of unit length: with a smaller one, a direction is unobservable
 
 
 def bound_errors(
     dataset: Dataset, truth: Mapping[str, Any], fixed: Sequence[str], truth_poses: pd.DataFrame
 ) -> tuple[dict[str, float], dict[str, float]] | None:
-    """Return the errors expected at the bound, and those of the efficient estimate, as ``PoseErrors.to_mapping``.
+    """Return the errors expected at the bound, and those of the efficient estimate, with the keys of ``PoseErrors.to_mapping``.
 
-    None if the sensor has no noise, or if some direction of the parameters is unobservable.
+    The efficient estimate is one Gauss-Newton step from the truth, with the noise of the dataset. None is returned if the dataset states no noise,
+    or if some direction of the parameters is unobservable.
 
     Args:
-        dataset: What was measured; its points only set the incidence of each ray.
+        dataset: What was measured. Its noise decides the efficient estimate; the bound depends on its points only by the incidence of each ray.
         truth: Content of ``truth.json``.
-        fixed: Names of the parameters that are not estimated; Hayati's beta is none of the free ones anyway.
-        truth_poses: As in ``truth_poses.csv``.
+        fixed: Names of the parameters that are not estimated, in addition to Hayati's beta, which is never estimated here.
+        truth_poses: Content of ``truth_poses.csv``.
     """
     if dataset.sensor.noise is None:
         return None
@@ -53,7 +54,7 @@ def bound_errors(
     free = candidate_mask(model, fixed)
     residuals = Residuals.of(dataset, model).reweighted(model)
     if int(residuals.measurement.equations.sum()) < int(free.sum()):
-        return None  # the third row of a compressed scan holds the noise of its points, and counts as no equation
+        return None  # a compressed scan has three rows, but counts as two equations: the third contains only the noise of its points
     residual, J = residuals.linearise(model)
     J = J[:, free]
     scale = np.linalg.norm(J, axis=0)
@@ -65,15 +66,15 @@ def bound_errors(
     covariance = covariance_and_step(J, np.zeros(len(J)))[0]
     target = model.blocks["target"]
     columns = np.flatnonzero(free)
-    moves = (columns < target.start) | (columns >= target.stop)
-    values, vectors = np.linalg.eigh(covariance[np.ix_(moves, moves)])
-    draws = np.random.default_rng(DRAWS_SEED).standard_normal((int(moves.sum()), DRAWS))
+    moves_sensor = (columns < target.start) | (columns >= target.stop)  # unlike the coordinates of the planes
+    values, vectors = np.linalg.eigh(covariance[np.ix_(moves_sensor, moves_sensor)])
+    draws = np.random.default_rng(DRAWS_SEED).standard_normal((int(moves_sensor.sum()), DRAWS))
     drawn = (vectors * np.sqrt(np.maximum(values, 0.0))) @ draws
-    efficient = -(covariance @ (J.T @ residual))[moves]
+    efficient = -(covariance @ (J.T @ residual))[moves_sensor]
     errors = np.column_stack([drawn, efficient])
     at = Poses.from_frame(truth_poses.head(POSES), model.robot.n_joints, order_is_row=False)
     kinematics = Kinematics.of(model, at, EffectBases.of(model.nominal, at, model.effects))
-    screws = kinematics.screws()[:, :, columns[moves]] @ errors
+    screws = kinematics.screws()[:, :, columns[moves_sensor]] @ errors
     turn, moved = screws[:, :3], screws[:, 3:]
     moved = moved + np.cross(turn, kinematics.T_base_sensor[:, :3, 3, None], axis=1)
     each = [PoseErrors(p, o).to_mapping() for p, o in zip(_lengths(moved), _lengths(turn), strict=True)]
@@ -82,7 +83,12 @@ def bound_errors(
 
 
 def true_model(dataset: Dataset, truth: Mapping[str, Any]) -> Model:
-    """Return the model at the truth."""
+    """Return the model of a dataset at the true parameters.
+
+    Args:
+        dataset: Gives the nominal robot.
+        truth: Content of ``truth.json``.
+    """
     parameters, planes = truth["parameters"], truth["planes"]
     robot = dataset.robot.with_geometry(np.array([parameters[kind] for kind in GEOMETRY]))
     target = Planes.at(planes["names"], np.array(planes["normals"]), planes["distances"])

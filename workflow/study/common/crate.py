@@ -1,7 +1,7 @@
-"""A finished run as an RO-Crate: one zip that says what made what, in JSON-LD (RO-Crate 1.1, profile Workflow RO-Crate 1.0).
+"""Write a finished run as an RO-Crate: one zip that states in JSON-LD what made each file (RO-Crate 1.1, profile Workflow RO-Crate 1.0).
 
-The archive holds the workflow with its rules and scripts, the config that was run, and the results: figures, tables and the paper. The simulated
-datasets are left out: the same seeds give them again, byte by byte.
+The archive contains the workflow with its rules and scripts, the config that was run, and the results: figures, tables and the paper. The simulated
+datasets are left out, since the same seeds produce them again, byte by byte.
 """
 
 from __future__ import annotations
@@ -37,16 +37,17 @@ def write_crate(path: Path, *, root: Path, results: Sequence[Path], config: Mapp
     """Write the RO-Crate of a run, whole or not at all.
 
     Args:
-        path: Of the zip. root: Of the checkout. results: Files that the run made, relative to the working directory.
-        config: Of the run.
+        path: The zip to write.
+        root: Folder of the checkout.
+        results: Files that the run made, relative to the working directory.
+        config: Config of the run.
 
     Raises:
         FileNotFoundError: A result is absent.
     """
     citation = load_yaml(root / "CITATION.cff")
-    crate: Any = ROCrate(
-        version="1.1"
-    )  # Any: the type hints of rocrate do not know the attributes of an entity
+    # Any: the type hints of rocrate do not know the attributes of an entity.
+    crate: Any = ROCrate(version="1.1")
     crate.name = f"A run of {citation['title']}"
     crate.description = (
         "Figures, tables and paper of one run, with the workflow and the config that made them."
@@ -59,9 +60,10 @@ def write_crate(path: Path, *, root: Path, results: Sequence[Path], config: Mapp
         for number, author in enumerate(citation["authors"], start=1)
     ]
     crate.creator = authors
+    # This states the profile as well.
     workflow: Any = crate.add_workflow(
         root / WORKFLOW, WORKFLOW, main=True, lang="snakemake", lang_version=version("snakemake")
-    )  # which states the profile, too
+    )
     workflow["name"] = citation["title"]
     workflow["version"] = str(citation["version"])
     workflow["license"] = crate.license
@@ -86,7 +88,7 @@ def write_crate(path: Path, *, root: Path, results: Sequence[Path], config: Mapp
 
 
 def _sources(root: Path) -> list[Path]:
-    """Return the files beside the Snakefile that the workflow consists of, and those that a reader looks for."""
+    """Return the files of the workflow without its Snakefile, and the files on how to cite, use and install it."""
     of_workflow = [
         file
         for file in sorted((root / "workflow").rglob("*"))
@@ -97,7 +99,7 @@ def _sources(root: Path) -> list[Path]:
 
 
 def _within(file: Path) -> str:
-    """Return where a result stands in the archive: as in the working directory."""
+    """Return the path of a result in the archive: that in the working directory, or ``results/NAME`` if its path is absolute."""
     return file.as_posix() if not file.is_absolute() else f"results/{file.name}"
 
 

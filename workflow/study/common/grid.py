@@ -1,7 +1,7 @@
-"""A grid of cases: a CSV whose rows are scenes with some keys replaced. One more point is one more line.
+"""Read a grid of cases: a CSV file whose rows are scenes with some keys replaced. To add a case, add a row.
 
 The column ``case`` names the row; every other column is the path of a key of the scene config, with dots
-(``noise.range_noise_std_m``), or ``scene``, the file to start from. An empty cell leaves the key as the scene
+(``noise.range_noise_std_m``), or ``scene``, the scene's config file. An empty cell leaves the key as the scene
 has it. Columns and values are checked against the scene's own schema when the grid is read: a misspelt key is
 refused before anything runs.
 """
@@ -29,8 +29,9 @@ from scalar.errors import Fault, InvalidInput
 CASE = "case"
 SCENE = "scene"
 MAX_BYTES = 100_000_000
-"""Greatest length of a grid's file [bytes], enough for a million cases."""
+"""Largest size of a grid's file [bytes], enough for a million cases."""
 CASE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+"""A case's name, which is part of the names of files."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,8 @@ class Case:
     """One row of a grid.
 
     Attributes:
-        name: of the case, fit for a path.
-        scene: file to start from, or None for the study's.
+        name: name of the case, as ``CASE_NAME`` allows it.
+        scene: config file of the scene, or None for that of the study.
         overrides: ``{dotted key: value}``, in the order of the columns.
     """
 
@@ -52,7 +53,7 @@ def read_grid(path: str | Path) -> tuple[Case, ...]:
     """Return the cases of a grid file.
 
     Raises:
-        InvalidInput: With every fault found, its row and column.
+        InvalidInput: The file is at fault; every fault is listed with its row and column.
     """
     path = Path(path)
     try:
@@ -98,6 +99,7 @@ def _schema() -> dict[str, Any]:
 
 
 def _resolved(schema: dict[str, Any]) -> dict[str, Any]:
+    """Return the definition to which a schema refers, or the schema itself if it refers to none."""
     return _schema()["$defs"][schema["$ref"].removeprefix("#/$defs/")] if "$ref" in schema else schema
 
 
@@ -110,19 +112,20 @@ def _schema_of(key: str) -> dict[str, Any] | str:
         if part not in known:
             hint = did_you_mean(part, list(known))
             where = f"under {'.'.join(done)}" if done else "of a scene"
-            return f"unknown key {part!r} {where}; {hint}known: {', '.join(known) or 'none'}"
+            return f"unknown key {part!r} {where}; {hint}the known keys are: {', '.join(known) or 'none'}"
         done.append(part)
         schema = known[part]
     return schema
 
 
 def _column_faults(file: str, columns: list[str]) -> list[Fault]:
+    """Return what is wrong with the header."""
     faults = []
     if CASE not in columns:
         faults.append(Fault(file, "the column is missing; it names each row", 1, CASE))
     for column in dict.fromkeys(columns):
         if columns.count(column) > 1:
-            faults.append(Fault(file, "two columns have this name", 1, column))
+            faults.append(Fault(file, f"{columns.count(column)} columns have this name; keep one", 1, column))
         problem = _schema_of(column) if column not in (CASE, SCENE) else {}
         if isinstance(problem, str):
             faults.append(Fault(file, problem, 1, column))
@@ -136,10 +139,10 @@ def _case(file: str, line: int, row: Mapping[str, Any], names: set[str], faults:
     name = (row.get(CASE) or "").strip()
     if not CASE_NAME.fullmatch(name):
         faults.append(
-            Fault(file, f"{name!r} is no name for a case: letters, digits, '_', '.' and '-'", line, CASE)
+            Fault(file, f"{name!r} cannot name a case; use letters, digits, '_', '.' and '-'", line, CASE)
         )
     if name in names:
-        faults.append(Fault(file, f"{name!r} is the name of another row too", line, CASE))
+        faults.append(Fault(file, f"{name!r} names an earlier row too; rename one", line, CASE))
     names.add(name)
     overrides: dict[str, Any] = {}
     for column, cell in row.items():

@@ -1,4 +1,4 @@
-"""The variables of the environment that every job gets."""
+"""The environment variables that every job gets."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ THREADED_LIBRARIES = ("OMP", "OPENBLAS", "MKL", "NUMEXPR")
 
 
 def job_environment(folders: Sequence[Path], now: Mapping[str, str]) -> dict[str, str]:
-    """Return the variables to set: where modules are looked for, and one thread for every library that does arithmetic.
+    """Return the variables to set: the path on which modules are searched, and one thread for every library that does arithmetic.
 
-    With one thread a job, the same seed gives the same bytes on any number of cores, and two jobs do not fight for two cores.
+    With one thread for each job, the same seed gives the same bytes on any number of cores, and two jobs do not compete for two cores.
 
     Args:
-        folders: Of the checkout; they come before those that PYTHONPATH names now. now: The environment as it is.
+        folders: Folders of the checkout that are searched first.
+        now: The present environment; the folders in its PYTHONPATH are searched next.
     """
     search = [*map(str, folders), now.get("PYTHONPATH", "")]
     return {

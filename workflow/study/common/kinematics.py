@@ -1,4 +1,4 @@
-"""Forward kinematics for the tracked trials and for tests: elementary 4 x 4 matrices, multiplied.
+"""Forward kinematics for the tracked trials and for tests, as products of elementary 4 x 4 matrices.
 
 Nothing here calls ``scalar``, so that its kinematics are compared with independent ones. ``T_a_b`` takes coordinates in frame b to frame a.
 """
@@ -41,11 +41,9 @@ def rotate_about(axis: np.ndarray, angle: float) -> np.ndarray:
 
 
 def rotation_vector(R: np.ndarray) -> np.ndarray:
-    """Return the rotation vectors ``(..., 3)`` [rad] of rotations ``(..., 3, 3)``, by way of quaternions, for any
-    angle up to pi.
-    """
+    """Return the rotation vectors ``(..., 3)`` [rad] of rotation matrices ``(..., 3, 3)``, accurate for all angles up to pi."""
     m = np.asarray(R, dtype=float)
-    # The four candidates of a quaternion; the one with the largest norm is accurate (Shepperd, 1978).
+    # Four multiples of the quaternion; the one with the largest norm is accurate (Shepperd, 1978).
     xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
     xy, xz, yz = m[..., 0, 1] + m[..., 1, 0], m[..., 0, 2] + m[..., 2, 0], m[..., 1, 2] + m[..., 2, 1]
     wx, wy, wz = m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]
@@ -100,8 +98,12 @@ def joint_names(n: int) -> list[str]:
 def links(geometry: np.ndarray, q: np.ndarray, T_base_0: np.ndarray | None = None) -> list[np.ndarray]:
     """Return the frames of all joints ``T_base_1`` to ``T_base_n``, each ``(N, 4, 4)``, at angles ``(N, n)`` [rad].
 
-    Modified DH parameters ``(5, n)``, or ``(5, n, N)`` where each pose has its own: Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d),
-    joint after joint.
+    Each joint multiplies the frame by Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d) from the right (modified DH).
+
+    Args:
+        geometry: Parameters ``(5, n)`` in the order of ``PARAMETER_KINDS`` [m, rad], or ``(5, n, N)`` if each pose has its own.
+        q: Joint angles.
+        T_base_0: ``(4, 4)`` or ``(N, 4, 4)``, the frame before the first joint; None: the base frame.
     """
     T = np.broadcast_to(np.eye(4) if T_base_0 is None else T_base_0, (len(q), 4, 4))
     a, alpha, d, theta, beta = geometry
@@ -114,13 +116,18 @@ def links(geometry: np.ndarray, q: np.ndarray, T_base_0: np.ndarray | None = Non
 
 
 def chain(geometry: np.ndarray, q: np.ndarray, T_base_0: np.ndarray | None = None) -> np.ndarray:
-    """Return the frames of the last joint ``T_base_n`` ``(N, 4, 4)``, as ``links`` has them."""
+    """Return the frames of the last joint ``T_base_n`` ``(N, 4, 4)``; the arguments are those of ``links``."""
     return links(geometry, q, T_base_0)[-1]
 
 
 def standard_chain(rows: list[tuple[float, float, float, float]], q: np.ndarray) -> np.ndarray:
-    """Return the last frames ``(N, 4, 4)`` of standard DH rows (theta, d, a, alpha) [m, rad] at angles ``(N, n)`` [rad]:
-    Rz(q + theta) Tz(d) Tx(a) Rx(alpha), joint after joint.
+    """Return the frames after the last joint ``(N, 4, 4)`` by the standard DH convention, at angles ``(N, n)`` [rad].
+
+    Each joint multiplies the frame by Rz(q + theta) Tz(d) Tx(a) Rx(alpha) from the right.
+
+    Args:
+        rows: (theta, d, a, alpha) of each joint [m, rad].
+        q: Joint angles.
     """
     T = np.broadcast_to(np.eye(4), (len(q), 4, 4))
     for i, (theta, d, a, alpha) in enumerate(rows):

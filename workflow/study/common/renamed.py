@@ -1,4 +1,4 @@
-"""Keys and names of configs that have new names: an old one is refused with the new one named, and never read silently."""
+"""Keys and method names of configs that were renamed: an old name is refused with a message that states the new one."""
 
 from __future__ import annotations
 
@@ -24,10 +24,11 @@ RENAMED_METHODS = {
 
 
 def renamed_faults(config: Any, place: str = "") -> list[str]:
-    """Return one message for every key or method of a config that has a new name, with its place.
+    """Return a message for every key and method of a config that was renamed, with its place.
 
     Args:
-        config: Mappings and lists, as read from YAML. place: Where it stands in the whole config.
+        config: Mappings and lists, as read from YAML.
+        place: Path of ``config`` within the whole config, with dots.
     """
     return list(_faults(config, place))
 

@@ -1,6 +1,6 @@
-"""The source files that a module imports, directly or not: Snakemake does not see that a script's imports changed, so a rule lists them.
+"""Find the source files that a module imports, directly or not. Snakemake does not notice that a script's imports changed, so each rule lists them.
 
-Found by reading the import statements, those inside functions too, so that the list cannot drift; nothing is imported.
+They are found by reading the import statements, also those inside functions, so that the list is never out of date; nothing is imported.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ def source_files(names: Iterable[str], homes: Mapping[str, Path]) -> set[Path]:
     """Return the files of modules and of all that they import from this repository's packages, with the schemas and the C sources beside them.
 
     Args:
-        names: Modules with dots. homes: ``{package of this repository: folder it lies in}``; imports of other packages are left out.
+        names: Dotted names of modules.
+        homes: ``{package of this repository: folder that contains it}``; imports of other packages are left out.
     """
     waiting, seen, found = list(names), set[str](), set[Path]()
     while waiting:

@@ -1,4 +1,4 @@
-"""What can be wrong with a dataset beyond its noise, and how to make it so: each with the values that are tried."""
+"""Define the faults of a dataset whose degree the study varies, such as the share of stray points: each with its values and how it is made."""
 
 from __future__ import annotations
 
@@ -13,43 +13,47 @@ from scalar.units import MM
 from study.blind_trials.gross_errors import with_gross_errors
 
 Spoil = Callable[[Dataset, float, np.random.Generator], Dataset]
+"""A function that returns a dataset with a fault of a given degree, drawn by the generator."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One thing that is wrong to a growing degree.
+    """One kind of fault, in growing degree.
 
     Attributes:
-        label: Of the axis of a figure, with unit.
-        values: That are tried, growing.
-        sound: The value that the scene itself has, at which nothing is changed: the set is that of all other axes.
-        overrides: Returns the keys of the scene that a value replaces, with dots.
-        spoil: Changes the dataset.
+        label: Label of the figure's axis, with the unit of the values.
+        values: The values that are tried, ascending.
+        scene_value: The value that the scene itself has; with it nothing is changed, so the dataset is the same for all axes.
+        overrides: Returns the keys of the scene (with dots) that a value replaces, and their new values.
+        spoil: Returns the simulated dataset with the fault.
     """
 
     label: str
     values: tuple[float, ...]
-    sound: float
+    scene_value: float
     overrides: Callable[[float], Mapping[str, Any]] = lambda _: {}
     spoil: Spoil = lambda dataset, value, rng: dataset
 
 
 def _stray_points(dataset: Dataset, share: float, rng: np.random.Generator) -> Dataset:
+    """Return a dataset in which a share of the points is displaced."""
     return with_gross_errors(dataset, {"points": share}, rng)[0]
 
 
 def _wrong_labels(dataset: Dataset, share: float, rng: np.random.Generator) -> Dataset:
+    """Return a dataset in which a share of the poses has the name of a wrong plane."""
     return with_gross_errors(dataset, {"labels": share}, rng)[0]
 
 
 def _missing_poses(dataset: Dataset, share: float, rng: np.random.Generator) -> Dataset:
-    """Leave out a share of the poses of the last plane, chosen at random."""
+    """Return a dataset without a share of the poses of the last plane, chosen at random."""
     of_last = np.flatnonzero(dataset.poses["plane"].to_numpy(dtype=object) == dataset.planes[-1].name)
     out = rng.permutation(of_last)[: round(share * len(of_last))]
     return dataset.subset(np.delete(np.arange(dataset.n_poses), out)) if len(out) else dataset
 
 
 def _stated_noise(dataset: Dataset, ratio: float, rng: np.random.Generator) -> Dataset:
+    """Return a dataset whose stated noise is multiplied by a ratio; one without stated noise is returned as it is."""
     noise = dataset.sensor.noise
     return dataset if noise is None else replace(dataset, sensor=replace(dataset.sensor, noise=ratio * noise))
 

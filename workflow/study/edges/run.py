@@ -37,16 +37,16 @@ EDGE_COLUMNS = {
     "position_after_mm": "mean error of positions over the evaluation poses, base aligned, by the calibration that is shipped",
     "position_max_after_mm": "the largest of them",
 }
-_SEED_OF_SPOILING = 51_337  # beside the scene's own seed
+_SEED_OF_SPOILING = 51_337  # with the scene's seed, the seed of the draws that spoil a dataset
 
 
 def run_edges(scene: Path, values: Mapping[str, Sequence[float]], seeds: Sequence[int]) -> pd.DataFrame:
-    """Return the rows of all axes, columns ``EDGE_COLUMNS``; the set that nothing is wrong with is diagnosed once, and has a row in each axis.
+    """Return the rows of all axes, columns ``EDGE_COLUMNS``; the dataset without a fault is diagnosed once, and has a row in each axis.
 
     Args:
-        scene: Config that all sets start from.
-        values: To try, by the name of one of ``AXES``.
-        seeds: Of the scenes.
+        scene: Config file of the scene that all datasets start from.
+        values: The values to try, ``{key of AXES: values}``.
+        seeds: Seeds of the scenes.
     """
     from scalar.simulation.plan import plan_poses
     from scalar.simulation.scene import simulate
@@ -57,31 +57,31 @@ def run_edges(scene: Path, values: Mapping[str, Sequence[float]], seeds: Sequenc
         config = scene_config(scene, [SCENE], seed=seed)
         plan = plan_poses(config, base_dir=scene.parent)
         for name, injected in INJECTED.items():
-            sound = None
+            without_fault = None
             for axis, value in degrees:
-                wrong = AXES[axis]
-                found = sound if value == wrong.sound else None
+                fault = AXES[axis]
+                found = without_fault if value == fault.scene_value else None
                 if found is None:
-                    made = with_overrides(config, wrong.overrides(value)) | {"injected": injected}
+                    made = with_overrides(config, fault.overrides(value)) | {"injected": injected}
                     simulated = simulate(made, base_dir=scene.parent, plan=plan)
                     rng = np.random.default_rng([seed, _SEED_OF_SPOILING])
                     found = answer(
-                        lambda s=simulated, v=value, r=rng, w=wrong: w.spoil(dataset_in_memory(s), v, r),
+                        lambda s=simulated, v=value, r=rng, f=fault: f.spoil(dataset_in_memory(s), v, r),
                         simulated.truth["effects"],
                         simulated.truth_poses,
                     )
                     print(f"{axis} {value:g}, seed {seed}, {name}: {found['answer']}", flush=True)
-                if value == wrong.sound:
-                    sound = found
+                if value == fault.scene_value:
+                    without_fault = found
                 rows.append({"axis": axis, "value": value, "seed": seed, "injected": name, **found})
     return pd.DataFrame(rows).reindex(columns=list(EDGE_COLUMNS))
 
 
 def answer(make: Any, injected: Sequence[Mapping[str, Any]], truth_poses: pd.DataFrame) -> dict[str, Any]:
-    """Return what a diagnosis makes of a dataset, as entries of a row.
+    """Return the answer of a diagnosis and its errors, as entries of a row.
 
     Args:
-        make: Returns the dataset, or refuses it.
+        make: Returns the dataset, or raises a ``ScalarError``.
         injected: Entries of truth.json.
         truth_poses: Joint angles and true frames.
     """
@@ -96,13 +96,13 @@ def answer(make: Any, injected: Sequence[Mapping[str, Any]], truth_poses: pd.Dat
         }
     except ScalarError as error:
         return {"answer": "refused", "reason": str(error).splitlines()[0]}
-    except Exception as error:  # a defect of ours: counted as one, and does not stop the others
+    except Exception as error:  # a defect of this program: counted, and the other sets are still run
         print_exc()
         return {"answer": CRASHED, "reason": f"{type(error).__name__}: {error}".splitlines()[0]}
 
 
 def is_right(found: Sequence[Mapping[str, Any]], injected: Sequence[Mapping[str, Any]]) -> bool:
-    """Return whether the effects that are named are those that were injected, each on its joint; noises of poses and scans are no effects."""
+    """Return whether the named effects are those that were injected, each on its joint; variance components are not compared."""
 
     def places(entries: Sequence[Mapping[str, Any]]) -> set[tuple[str, Any]]:
         return {(e["name"], e["target"].get("joint")) for e in entries if e["name"] not in NOISES}

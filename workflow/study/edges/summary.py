@@ -1,4 +1,4 @@
-"""For each degree of what is wrong, over many seeds: how accurate, how often right, how often refused."""
+"""Summarise over the seeds, for each kind and degree of a fault, how accurate, how often right and how often refused the diagnosis is."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import pandas as pd
 from study.edges.axes import AXES
 
 ANSWERS = ("right", "unattributed", "wrong", "refused", "crashed")
-"""``unattributed``: a gear was injected, and structure is reported whose cause is not named in full. The others as ``EDGE_COLUMNS`` has them."""
+"""As in ``EDGE_COLUMNS``, and ``unattributed``: a gear error was injected, and the verdict is that there is structure without a full name."""
 SUMMARY_COLUMNS = {
-    "axis": "what is wrong",
-    "value": "how much of it",
-    "sets": "number",
+    "axis": "kind of fault",
+    "value": "its degree, in the unit of the axis",
+    "sets": "number of sets",
     **{answer: "share of the sets" for answer in ANSWERS},
-    "position_median_mm": "median over the sets that were not refused of the mean position error",
-    "position_worst_mm": "the largest of them",
+    "position_median_mm": "median over the sets with a calibration of the mean position error",
+    "position_worst_mm": "the largest of these mean position errors",
 }
 
 
@@ -48,35 +48,37 @@ def summarise_edges(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def edge_numbers(summary: pd.DataFrame) -> dict[str, Any]:
-    """Return for each axis the last value, going away from where nothing is wrong, up to which all sets have an error of at most twice
-    that of sound data, and up to which all answers are right; None where this fails for sound data already.
+    """Return the numbers that the paper quotes: how far a fault may go until the diagnosis is inaccurate, wrong or refuses.
 
-    Beside the sides of an axis stand the numbers of each value (``at``; the point of a value is written as ``_``), and beside the axes the number of
-    sets of a value, and the largest error of the sound ones.
+    Returns:
+        ``sets``, the number of sets of a value; ``sound``, the largest error without a fault; and for each axis its numbers at each value (``at``;
+        the point of a value is written as ``_``) and on each side of the value without a fault (``above``, ``below``). There, ``accurate_to`` is
+        the last value up to which no set is refused and every error is at most twice the largest one without a fault, and ``right_to`` the last
+        value up to which all answers are right; None if this fails even without a fault.
     """
     first = summary.iloc[0]
     numbers: dict[str, Any] = {"sets": int(first["sets"])}
     tables: Any = summary.groupby("axis", sort=False)
     for axis, table in tables:
-        sound = AXES[str(axis)].sound
-        at_sound = table.loc[table["value"] == sound]
-        worst = float(at_sound["position_worst_mm"].iloc[0]) if len(at_sound) else float("nan")
+        scene_value = AXES[str(axis)].scene_value
+        without_fault = table.loc[table["value"] == scene_value]
+        worst = float(without_fault["position_worst_mm"].iloc[0]) if len(without_fault) else float("nan")
         limit = 2.0 * worst
         sides = {
-            "above": table[table["value"] >= sound].sort_values("value"),
-            "below": table[table["value"] <= sound].sort_values("value", ascending=False),
+            "above": table[table["value"] >= scene_value].sort_values("value"),
+            "below": table[table["value"] <= scene_value].sort_values("value", ascending=False),
         }
         numbers["sound"] = {"position_worst_mm": worst}
         numbers[str(axis)] = {"at": {_key(row["value"]): _at(row) for row in table.to_dict("records")}}
         numbers[str(axis)] |= {
             side: {
-                "accurate_to": _last(part, (part["position_worst_mm"] <= limit) & (part["refused"] == 0)),
-                "right_to": _last(part, part["right"] == 1.0),
-                "refused_from": _first(part, part["refused"] > 0),
-                "crashed": float(part["crashed"].max()),
+                "accurate_to": _last(rows, (rows["position_worst_mm"] <= limit) & (rows["refused"] == 0)),
+                "right_to": _last(rows, rows["right"] == 1.0),
+                "refused_from": _first(rows, rows["refused"] > 0),
+                "crashed": float(rows["crashed"].max()),
             }
-            for side, part in sides.items()
-            if len(part) > 1
+            for side, rows in sides.items()
+            if len(rows) > 1
         }
     return numbers
 
@@ -87,17 +89,19 @@ def _key(value: float) -> str:
 
 
 def _at(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the numbers at one value of an axis."""
     names = ("position_median_mm", "position_worst_mm")
     errors = {name: None if pd.isna(row[name]) else float(row[name]) for name in names}
     return {"value": float(row["value"])} | errors | {answer: float(row[answer]) for answer in ANSWERS}
 
 
-def _last(part: Any, good: Any) -> float | None:
-    """Return the last value before the first that is not good."""
-    run = good.to_numpy(dtype=bool).cumprod().astype(bool)
-    return float(part["value"].to_numpy()[run][-1]) if run.any() else None
+def _last(rows: Any, good: Any) -> float | None:
+    """Return the last value before the first one at which ``good`` is False; None if that is the first of all."""
+    good_so_far = good.to_numpy(dtype=bool).cumprod().astype(bool)
+    return float(rows["value"].to_numpy()[good_so_far][-1]) if good_so_far.any() else None
 
 
-def _first(part: Any, so: Any) -> float | None:
-    values = part["value"].to_numpy()[so.to_numpy(dtype=bool)]
+def _first(rows: Any, holds: Any) -> float | None:
+    """Return the first value at which ``holds`` is True; None without one."""
+    values = rows["value"].to_numpy()[holds.to_numpy(dtype=bool)]
     return float(values[0]) if len(values) else None

@@ -1,4 +1,4 @@
-"""Summaries over the seeds: quantiles of the errors, normalised errors, and where published values fall among simulated ones."""
+"""Summarise the main study over its seeds: quantiles of the errors, normalised errors, and where published values fall among simulated ones."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def summarise_errors(errors: pd.DataFrame) -> pd.DataFrame:
 
 
 def _groups(table: Any, *columns: str) -> Iterator[tuple[Any, Any]]:
-    """Return (key, rows) of each combination in the columns, in the order in which they first appear.
+    """Yield the key and the rows of each combination of values in the columns, in the order in which they first appear.
 
-    Typed as Any, because the stubs of pandas do not tell a column from a table.
+    The table has the type Any, because the type stubs of pandas do not distinguish a column from a table.
     """
     by: Any = list(columns)
     for key, rows in table.groupby(by, sort=False):
@@ -77,7 +77,7 @@ def summarise_parameters(parameters: pd.DataFrame) -> pd.DataFrame:
 
 
 def summarise_planes(planes: pd.DataFrame, published: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each case, method and plane: errors, and the share of seeds within what the paper states.
+    """Return a row for each case, method and plane: errors, and the share of seeds with errors within those that the original paper states.
 
     Args:
         planes: planes.csv.
@@ -114,7 +114,7 @@ def place_published(errors: pd.DataFrame, published: pd.DataFrame) -> pd.DataFra
 
     Args:
         errors: errors.csv of one case.
-        published: Rows ``initial`` and ``calibrated``, columns as QUANTITIES.
+        published: The published errors, with columns ``QUANTITIES`` and, in the column ``state``, rows ``initial`` and ``calibrated``.
     """
     states: Any = published.set_index("state")
     rows = []
@@ -146,7 +146,16 @@ def headline_numbers(
     singular_values: pd.DataFrame,
     null_directions: pd.DataFrame,
 ) -> dict[str, Any]:
-    """Return the numbers of a study of one case that a text quotes, by method; units in the names."""
+    """Return the numbers of a study of one case that the paper quotes, by method; units are in the names.
+
+    Args:
+        summary: As ``summarise_errors`` returns it.
+        placed: As ``place_published`` returns it.
+        planes: As ``summarise_planes`` returns it.
+        parameters: As ``summarise_parameters`` returns it.
+        singular_values: singular_values.csv.
+        null_directions: null_directions.csv.
+    """
     methods: dict[str, Any] = {}
     for method, rows in _groups(summary, "method"):
         first: Any = rows.iloc[0]

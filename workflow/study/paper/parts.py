@@ -47,7 +47,9 @@ def setup(scene: Path, tilted: Path, seeds: int) -> dict[str, Any]:
     """Return the headline's setup: counts, and sizes with their unit in the name.
 
     Args:
-        scene: Config of its scene. tilted: The same with leaning walls. seeds: Repetitions.
+        scene: Config file of the main study's scene.
+        tilted: Config file of the same scene with leaning walls.
+        seeds: Number of seeds.
     """
     # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.config import load_config, poses_wanted
@@ -145,8 +147,11 @@ def stated(
     ``headline`` and ``curves`` are its plot data; ``text`` holds the rounded numbers of its text, as printed.
 
     Args:
-        headline: published_headline.csv. planes: published_plane_errors.csv. curves: published_curves.csv.
-        claims: published_claims.csv. judged: judged_claims.csv.
+        headline: published_headline.csv.
+        planes: published_plane_errors.csv.
+        curves: published_curves.csv.
+        claims: published_claims.csv.
+        judged: judged_claims.csv.
     """
     columns = list(QUANTITIES)
     states: Any = headline.set_index("state")[columns]
@@ -244,7 +249,8 @@ def _workcells(curves: Mapping[str, Any], times: Mapping[str, float]) -> dict[st
     """Return by what factor errors differ between workcells, and how many such factors the published error is from that of this project.
 
     Args:
-        curves: The numbers of the published curves. times: The published errors over those of the proposed method.
+        curves: The numbers of the study of the published curves.
+        times: ``{quantity: ratio of the published error to that of the proposed method}``.
     """
     log_std = {_unitless(name): std for name, std in curves["offset_std"]["point"].items()}
     shifts = [offsets[QUANTITIES[0]] for offsets in curves["other_workcells"].values()]

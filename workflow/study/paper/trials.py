@@ -1,7 +1,7 @@
-"""Numbers of the blind trials that the paper quotes besides ``numbers.json``, from the committed tables.
+"""Compute, from the committed tables, the numbers of the blind trials that the paper quotes in addition to ``numbers.json``.
 
-Rates count every effect, a range gain that leaves no residual too, with intervals that draw whole scenes. Errors after a correction are given for
-each effect with the 95 % quantile. Unknown causes are grouped by whether the estimator has a flexible term of the same formula.
+Rates count every effect, also a range gain that leaves no residual; their intervals are found by drawing whole scenes. Errors after a correction are
+given for each effect with the 95 % quantile. Unknown causes are grouped by whether the estimator has a flexible term of the same formula.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ NAMED = ("right", "listed", "elsewhere", "wrong")
 
 
 def reported_trials(tables: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
-    """Return the figures that the paper quotes beside ``numbers.json``.
+    """Return the numbers that the paper quotes in addition to ``numbers.json``.
 
     Args:
-        tables: ``study.paper.reported.TABLES`` of the summaries, by name.
+        tables: ``{name: table}`` of the summaries named in ``study.paper.reported.TABLES``.
     """
     errors: Any = tables["errors"]
     return {
@@ -54,17 +54,17 @@ def reported_trials(tables: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
 
 
 def _not_injected(power: Any) -> list[str]:
-    """Return the words of the effects of the catalogue that no set with one effect has."""
+    """Return the effects of the catalogue that were not injected into any set with one effect, in words."""
     injected = {case.split("-")[0] for case in power["case"]}
     names = {*known(), *NOISES} - {Unattributed.name}
     return sorted(name.replace("_", " ") for name in names - injected)
 
 
 def _natural(by_scene: Any, power: Any) -> dict[str, Any]:
-    """Return the share named right at the natural size, with and without effects that leave no residual."""
+    """Return the rates of right names at the natural size, for all effects, and for those that leave a residual and those that leave none."""
     scene = by_scene["workcell"] + " " + by_scene["seed"].astype(str)
     observable = ~by_scene["case"].isin(UNOBSERVABLE)
-    lost = by_scene[observable & (by_scene["right"] == 0)]
+    not_right = by_scene[observable & (by_scene["right"] == 0)]
     rows = power[power["size"] == NATURAL]
     return {
         "scenes": int(scene.nunique()),
@@ -73,7 +73,7 @@ def _natural(by_scene: Any, power: Any) -> dict[str, Any]:
         "observable": _share(
             by_scene["right"][observable], scene[observable], by_scene["workcell"][observable]
         )
-        | {"not_right": len(lost), "not_right_workcells": int(lost["workcell"].nunique())},
+        | {"not_right": len(not_right), "not_right_workcells": int(not_right["workcell"].nunique())},
         "unobservable": {
             "sets": int((~observable).sum()),
             "named": int(by_scene["right"][~observable].sum()),
@@ -84,7 +84,7 @@ def _natural(by_scene: Any, power: Any) -> dict[str, Any]:
 
 
 def _share(right: Any, scene: Any, workcell: Any) -> dict[str, Any]:
-    """Return a share with the intervals that draw whole scenes, and whole workcells."""
+    """Return the share of ones in ``right``, with two intervals of it: by drawing whole scenes, and by drawing whole workcells."""
     hits = right.to_numpy(dtype=float)
     by_scene, by_workcell = clustered(hits, scene.tolist()), clustered(hits, workcell.tolist())
     return {
@@ -97,7 +97,7 @@ def _share(right: Any, scene: Any, workcell: Any) -> dict[str, Any]:
 
 
 def _smaller(power: Any) -> dict[str, Any]:
-    """Return the answers about effects smaller than the natural size."""
+    """Return counts and shares of the answers about effects smaller than the natural size."""
     rows = power[power["size"] < NATURAL]
     count = {name: int(rows[name].sum()) for name in (*NAMED, "missed", "unattributed", "unobservable")}
     sets, named = int(rows["right_sets"].sum()), sum(count[name] for name in NAMED)
@@ -114,7 +114,7 @@ def _smaller(power: Any) -> dict[str, Any]:
 
 
 def _unknown(unknown: Any) -> dict[str, Any]:
-    """Return how many unknown causes are left unattributed, by what the estimator knows of their formula and by size."""
+    """Return how many unknown causes are reported as unattributed, by whether the estimator has their formula, and by size."""
     kind = unknown["case"].str.removeprefix("unknown-")
     groups = {
         "same_formula": kind.isin(SAME_FORMULA),
@@ -136,7 +136,10 @@ def _unknown(unknown: Any) -> dict[str, Any]:
 
 
 def _after(errors: Any) -> dict[str, Any]:
-    """Return after over control by effect, the worst first: the median and 95 % quantile over the sets named right."""
+    """Return the ratio of the error after the correction to that of the matched control, by effect, over the sets named right.
+
+    For each effect these are the median and the 95 % quantile; effects and unknown causes with the largest medians are listed first.
+    """
     known = errors[(errors["sets"] > 0) & errors["after_over_control"].notna()]
     known = known[~known["case"].str.startswith(("null", "pairs"))]
     named = known[~known["case"].str.startswith("unknown")].sort_values("after_over_control", ascending=False)
@@ -153,6 +156,7 @@ def _after(errors: Any) -> dict[str, Any]:
 
 
 def _row(row: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return the entry of one effect: its name in words, its kind, and its ratios of errors."""
     case = str(row["case"])
     words = case.removeprefix("unknown-").replace("-", ", ").replace("_", " ")
     kind = "random" if case in NOISES else "systematic"
@@ -170,11 +174,11 @@ STRATIFIED_RATES = ("clean", "missed", "wrong_sure", "worse", "much_worse")  # t
 
 
 def reported_stratified(table: pd.DataFrame) -> dict[str, Any]:
-    """Return the rates of the stratified trials: of each row of the table, and of all, with Wilson's intervals (each set is a scene).
+    """Return the rates of the stratified trials for each row of the table and for all sets, with Wilson's intervals (each set is a scene).
 
     Args:
-        table: ``row, rate, sets, count``, as the summaries have it, its last row ``all``; or a record of an earlier run, counts in the columns
-            ``row, sets, clean, missed, worse, much_worse``, of which an empty cell was not recorded.
+        table: The table of the summaries, with columns ``row, rate, sets, count`` and the last row ``all``; or the record of an earlier run, with
+            counts in the columns ``row, sets, clean, missed, worse, much_worse``; an empty cell means that the count was not recorded.
     """
     columns = ("sets", *STRATIFIED_RATES)
     if "rate" in table:
@@ -189,23 +193,25 @@ def reported_stratified(table: pd.DataFrame) -> dict[str, Any]:
 
 
 def with_ratios(reported: Mapping[str, Any], ratios: pd.DataFrame) -> dict[str, Any]:
-    """Return what ``reported_stratified`` gives, with the error after over the noise floor beside the rates of each row and of all.
+    """Return what ``reported_stratified`` returns, with quantiles of the ratio of the error after the correction to the noise floor added.
 
     Args:
-        reported: ``rows`` and ``all``. ratios: ``row, ratio, quantile, value``, as the summaries have it.
+        reported: What ``reported_stratified`` returns: ``rows`` and ``all``.
+        ratios: The table of the summaries with columns ``row, ratio, quantile, value``.
     """
     after: Any = ratios[ratios["ratio"] == "after_over_floor"].pivot(
         index="row", columns="quantile", values="value"
     )
 
-    def beside(rates: Mapping[str, Any]) -> dict[str, Any]:
+    def with_quantiles(rates: Mapping[str, Any]) -> dict[str, Any]:
         values = [float(after.loc[rates["row"], quantile]) for quantile in QUANTILES]
         return {**rates, "after_over_floor": dict(zip(("median", "p95", "greatest"), values, strict=True))}
 
-    return {"rows": [beside(row) for row in reported["rows"]], "all": beside(reported["all"])}
+    return {"rows": [with_quantiles(row) for row in reported["rows"]], "all": with_quantiles(reported["all"])}
 
 
 def _rates(name: str, row: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return count, share and Wilson's interval of every rate of one row; None for a count that was not recorded."""
     sets = int(row["sets"])
     rates: dict[str, Any] = {"row": name, "sets": sets}
     for key in STRATIFIED_RATES:

@@ -92,8 +92,8 @@ def compare_plans(
 def _expected_information(pool: Dataset, config: Any) -> Information:
     """Return the information that the poses of the pool are expected to give, computed with the declared workcell."""
     view = View(points=config["sensor"]["points_per_scan"])
-    cell = Workcell.of(pool.robot, pool.sensor, pool.planes, view=view)
-    return information(cell.model, cell.dataset(pool.q, pool.plane_index), 0.0)
+    workcell = Workcell.of(pool.robot, pool.sensor, pool.planes, view=view)
+    return information(workcell.model, workcell.dataset(pool.q, pool.plane_index), 0.0)
 
 
 def _chosen(info: Information, pool: Dataset, way: str, size: int, rng: np.random.Generator) -> list[int]:

@@ -143,9 +143,9 @@ def _pairs_of_set(
         return [key]
     pool = np.setdiff1d(np.arange(every.n_poses), first)
     view = View(points=config["sensor"]["points_per_scan"])
-    cell = Workcell.of(every.robot, every.sensor, every.planes, calibration, view, same_campaign=True)
-    candidates = cell.dataset(every.q[pool], every.plane_index[pool])
-    what = open_questions(cell, pairs, dataset, candidates, excess_factor(calibration.summary))
+    workcell = Workcell.of(every.robot, every.sensor, every.planes, calibration, view, same_campaign=True)
+    candidates = workcell.dataset(every.q[pool], every.plane_index[pool])
+    what = open_questions(workcell, pairs, dataset, candidates, excess_factor(calibration.summary))
     chosen, answers = separating_poses(what.questions, what.start, what.rows, sizes.further)
     rng = np.random.default_rng([wanted.seed, sizes.further])
     drawn = rng.choice(len(pool), sizes.further, replace=False)

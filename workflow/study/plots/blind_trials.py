@@ -1,4 +1,4 @@
-"""Figures of the blind trials: names against what was injected, answers over the size of an effect, errors after, right answers by confidence."""
+"""Figures of the blind trials: the names given for each injected effect, answers over its size, errors after, and right answers by confidence."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ _SHOWN_IN = {  # {unit of the tables: (factor, unit of the figure)}: angles in d
     "1/m": (1.0, "1/m"),
 }
 _WHOLE_FROM = 10.0  # ratios from here on are written without decimals
-_LEAST = 0.0001  # smaller numbers below a bar are written as less than this
-_DARK = 0.55  # of the colour scale: text on darker cells is white
+_LEAST_SHOWN = 0.0001  # smaller numbers below a bar are written as less than this
+_DARK = 0.55  # share above which a cell is so dark that its text is white
 
 
 def words(case: str) -> str:
@@ -57,10 +57,11 @@ def words(case: str) -> str:
 
 
 def draw_confusion(confusion: pd.DataFrame, least_size: float = 1.0) -> Figure:
-    """Return the confusion matrix: rows what was injected, columns the first name given, shares of a row in a cell.
+    """Return the confusion matrix: a row for what was injected, a column for the first name given, counts as text and shares of the row as colour.
 
     Args:
-        confusion: confusion.csv. least_size: Sizes below it are left out; multiples of the natural size.
+        confusion: confusion.csv.
+        least_size: Least size that is counted, as a multiple of the natural size.
     """
     table: Any = confusion[confusion["size"] >= least_size]
     cases = list(dict.fromkeys(table["case"]))
@@ -102,6 +103,7 @@ def draw_confusion(confusion: pd.DataFrame, least_size: float = 1.0) -> Figure:
 
 
 def _frame(x: float, y: float) -> Any:
+    """Return the frame around the cell of the right name."""
     from matplotlib.patches import Rectangle
 
     return Rectangle((x - 0.5, y - 0.5), 1, 1, fill=False, edgecolor=LINE, linewidth=1.3)
@@ -111,19 +113,20 @@ def draw_power(power: pd.DataFrame, thresholds: pd.DataFrame) -> Figure:
     """Return a panel for each case: how often it is named right over its size, and which answers are given instead.
 
     Args:
-        power: power.csv. thresholds: thresholds.csv.
+        power: power.csv.
+        thresholds: thresholds.csv.
     """
     cases = list(dict.fromkeys(power["case"]))
     columns = 5
-    rows = -(-len(cases) // columns)
+    rows = int(np.ceil(len(cases) / columns))
     with styled():
         figure = new_figure(9.2, 0.9 + 1.6 * rows)
         axes = np.atleast_2d(figure.subplots(rows, columns, sharey=True))
         for ax in axes.ravel()[len(cases) :]:
             ax.set_axis_off()
         for ax, case in zip(axes.ravel(), cases, strict=False):
-            half: Any = thresholds[thresholds["case"] == case].iloc[0]
-            _power_panel(ax, power[power["case"] == case], half)
+            threshold: Any = thresholds[thresholds["case"] == case].iloc[0]
+            _power_panel(ax, power[power["case"] == case], threshold)
         for ax in axes[:, 0]:
             ax.set_ylabel("share of sets")
         handles: list[Any] = [
@@ -137,7 +140,7 @@ def draw_power(power: pd.DataFrame, thresholds: pd.DataFrame) -> Figure:
     return figure
 
 
-def _power_panel(ax: Axes, rows: Any, half: Any) -> None:
+def _power_panel(ax: Axes, rows: Any, threshold: Any) -> None:
     """Draw one case: a stack of outcomes for each size, and above them the size at which half of the sets are named right."""
     sizes = rows["size_in_unit"].to_numpy(dtype=float)
     place = np.log10(sizes)
@@ -149,12 +152,12 @@ def _power_panel(ax: Axes, rows: Any, half: Any) -> None:
         style: Any = {"color": colour, "hatch": hatch, "edgecolor": EDGE, "linewidth": 0.4}
         ax.bar(place, part, width, bottom=below, **style)
         below += part
-    if half["half_size"] > 0:
-        low, high = half["half_size_low"], half["half_size_high"]
+    if threshold["half_size"] > 0:
+        low, high = threshold["half_size_low"], threshold["half_size_high"]
         left = np.log10(low) if low > 0 else place[0] - 0.4
         right = np.log10(high) if np.isfinite(high) else place[-1] + 0.4
         ax.plot([left, right], [1.07, 1.07], color=LINE, linewidth=1.4, clip_on=False)
-        ax.plot([np.log10(half["half_size"])], [1.07], "|", color=LINE, markersize=9, clip_on=False)
+        ax.plot([np.log10(threshold["half_size"])], [1.07], "|", color=LINE, markersize=9, clip_on=False)
     labels = []
     factor, unit = _SHOWN_IN[str(rows["unit"].iloc[0])]
     for size, signal in zip(sizes * factor, rows["signal_over_noise"], strict=True):
@@ -168,15 +171,16 @@ def _power_panel(ax: Axes, rows: Any, half: Any) -> None:
 
 
 def _short(value: float) -> str:
-    """Return a number rounded to one digit; below ``_LEAST``, that it is less than that."""
-    return f"{float(f'{value:.1g}'):.4g}" if value >= _LEAST else f"<{_LEAST:.4f}"
+    """Return a number rounded to one digit; a number below ``_LEAST_SHOWN`` as less than that."""
+    return f"{float(f'{value:.1g}'):.4g}" if value >= _LEAST_SHOWN else f"<{_LEAST_SHOWN:.4f}"
 
 
 def draw_errors_after(errors: pd.DataFrame, size: float = 1.0) -> Figure:
     """Return the position error before, after and of the matched control, a row for each case, medians over the sets named right.
 
     Args:
-        errors: errors.csv. size: Which size is shown; a multiple of the natural one.
+        errors: errors.csv.
+        size: The size that is shown, as a multiple of the natural size.
     """
     rows: Any = errors[(errors["size"] == size) & (errors["sets"] > 0) & errors["mean_after_mm"].notna()]
     rows = rows[~rows["case"].str.startswith("null")]

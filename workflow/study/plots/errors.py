@@ -1,4 +1,4 @@
-"""Pose errors before and after calibration, over the seeds, with the published values."""
+"""The figure of pose errors before and after calibration, over the seeds, with the published values."""
 
 from __future__ import annotations
 
@@ -13,16 +13,22 @@ from matplotlib.patches import Patch
 
 from study.plots.style import BAND, LINE, LOOKS, PUBLISHED, QUANTITY_LABELS, new_figure, numeral, styled
 
-_HALF_WIDTH = 0.11  # over which the dots of one column stand
-_CROSS, _RAW, _ALIGNED = -0.5, -0.17, 0.19  # places of the cross and of both columns, relative to the tick
+_HALF_WIDTH = 0.11  # half the width over which the dots of one column are spread
+_CROSS, _RAW, _ALIGNED = (
+    -0.5,
+    -0.17,
+    0.19,
+)  # positions of the published cross and of both columns, relative to the tick
 _PANELS = (("position_mean_mm", "position_max_mm"), ("orientation_mean_deg", "orientation_max_deg"))
 
 
 def draw_errors(errors: pd.DataFrame, summary: pd.DataFrame, published: pd.DataFrame) -> Figure:
-    """Return a panel for each quantity, a column for each method: a dot for each seed, a band, the median, the paper's values.
+    """Return a figure with a panel for each quantity and, for each method, its raw and aligned errors and the published value.
 
     Args:
-        errors: errors.csv. summary: summary.csv. published: published_headline.csv, one row for each state.
+        errors: errors.csv.
+        summary: summary.csv.
+        published: published_headline.csv, one row for each state.
     """
     methods = list(dict.fromkeys(errors["method"]))
     stated: Any = published.set_index("state")

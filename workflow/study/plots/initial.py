@@ -14,7 +14,8 @@ def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
     """Return a panel for each quantity: the share of the simulated initial models below each value, and the paper's model.
 
     Args:
-        errors: errors.csv. placed: published_among_simulated.csv.
+        errors: errors.csv.
+        placed: published_among_simulated.csv.
     """
     look = LOOKS["initial"]
     ours = errors[(errors["method"] == "initial") & (errors["alignment"] == "raw")]

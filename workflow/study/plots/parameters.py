@@ -1,4 +1,4 @@
-"""The error of each parameter and the standard error stated for it (section IV-D of the original paper)."""
+"""The figure of the error of each parameter and the standard error stated for it (section IV-D of the original paper)."""
 
 from __future__ import annotations
 
@@ -11,33 +11,35 @@ from matplotlib.figure import Figure
 
 from study.plots.style import COLOURS, LINE, LOOKS, new_figure, styled, symbol
 
-_LIMIT = 5.0  # standard errors: what lies farther is drawn at the edge
+_LIMIT = 5.0  # standard errors: larger errors are drawn at this value
 
 
 def draw_parameters(parameters: pd.DataFrame, summary: pd.DataFrame, method: str) -> Figure:
-    """Return lengths, angles, and normalised errors, a column for each parameter.
+    """Return a figure with three panels (lengths, angles, errors over standard errors) that have a column for each parameter.
 
     Args:
-        parameters: parameters.csv. summary: parameter_summary.csv. method: which to draw.
+        parameters: parameters.csv.
+        summary: parameter_summary.csv.
+        method: The method whose errors are drawn.
     """
     look = LOOKS[method]
     rows: Any = summary[summary["method"] == method]
-    every: Any = parameters[(parameters["method"] == method) & parameters["std"].notna()]
+    with_std: Any = parameters[(parameters["method"] == method) & parameters["std"].notna()]
     with styled():
         figure = new_figure(8.6, 4.9)
         if rows.empty:
             figure.text(0.5, 0.5, f"{look.label}: no fit gave standard errors", ha="center")
             return figure
-        parts = figure.subplot_mosaic([["mm", "deg"], ["normalized", "normalized"]], height_ratios=[1, 1.1])
+        panels = figure.subplot_mosaic([["mm", "deg"], ["normalized", "normalized"]], height_ratios=[1, 1.1])
         for unit, title in (("mm", "lengths"), ("deg", "angles")):
-            _sizes(parts[unit], rows[rows["unit"] == unit], unit, title, look.colour)
-        ax = parts["normalized"]
+            _draw_errors(panels[unit], rows[rows["unit"] == unit], unit, title, look.colour)
+        ax = panels["normalized"]
         names = list(rows["parameter"])
         ax.axhspan(-2, 2, color=COLOURS["nothing"], label="±2 standard errors: 95 % should lie inside")
         ax.axhline(0, color=LINE, linewidth=0.8)
-        shown = every["normalized_error"].clip(-_LIMIT, _LIMIT)
-        seeds = every["seed"].rank(method="dense", pct=True) - 0.5
-        x = every["parameter"].map({name: i for i, name in enumerate(names)}) + 0.6 * seeds
+        shown = with_std["normalized_error"].clip(-_LIMIT, _LIMIT)
+        offset = with_std["seed"].rank(method="dense", pct=True) - 0.5  # seeds side by side in the column
+        x = with_std["parameter"].map({name: i for i, name in enumerate(names)}) + 0.6 * offset
         ax.plot(
             x,
             shown,
@@ -46,7 +48,7 @@ def draw_parameters(parameters: pd.DataFrame, summary: pd.DataFrame, method: str
             markersize=3,
             alpha=0.55,
             linestyle="none",
-            label=f"a seed (at ±{_LIMIT:g} if beyond)",
+            label=f"one seed (at ±{_LIMIT:g} if beyond)",
         )
         for side in (-1, 1):
             edge = (side * rows["normalized_rms"]).clip(-_LIMIT, _LIMIT)
@@ -69,7 +71,8 @@ def draw_parameters(parameters: pd.DataFrame, summary: pd.DataFrame, method: str
     return figure
 
 
-def _sizes(ax: Axes, rows: pd.DataFrame, unit: str, title: str, colour: str) -> None:
+def _draw_errors(ax: Axes, rows: pd.DataFrame, unit: str, title: str, colour: str) -> None:
+    """Draw the stated standard error and the root mean square error of each parameter with a unit."""
     x = np.arange(len(rows))
     ax.bar(
         x,

@@ -23,7 +23,8 @@ def draw_planes(planes: pd.DataFrame, published: pd.DataFrame) -> Figure:
     """Return the errors of distance and normal, a column for each plane and method, a dot for each seed that converged.
 
     Args:
-        planes: planes.csv. published: published_plane_errors.csv.
+        planes: planes.csv.
+        published: published_plane_errors.csv.
     """
     shown: Any = planes[planes["status"] == "converged"]
     methods, names = list(dict.fromkeys(shown["method"])), list(dict.fromkeys(planes["plane"]))
@@ -35,10 +36,10 @@ def draw_planes(planes: pd.DataFrame, published: pd.DataFrame) -> Figure:
             for (method, name), rows in shown.groupby(["method", "plane"], sort=False):
                 look, k = LOOKS[method], names.index(name)
                 x = k + (methods.index(method) - (len(methods) - 1) / 2) * step
-                beside = np.linspace(-0.3, 0.3, len(rows)) * step
+                offsets = np.linspace(-0.3, 0.3, len(rows)) * step
                 label_once = look.label if k == 0 else None
                 ax.plot(
-                    x + beside,
+                    x + offsets,
                     rows[column].abs().clip(lower=_EDGE),
                     look.marker,
                     color=look.colour,

@@ -38,21 +38,22 @@ _QUANTITIES = (
     "position_mean_mm",
     "orientation_mean_deg",
 )  # the maxima look the same; predictions.csv has them
-_NEAR = 0.24  # of a panel: labels of ticks nearer than this to one another are left out
+_NEAR = 0.24  # share of a panel's width: labels of ticks nearer than this to one another are left out
 _VERDICTS = {
     "supported": COLOURS["first explanation"],
     "disfavoured": COLOURS["second explanation"],
     "excluded": EDGE,
 }
 _MARKS = {"supported": "o", "disfavoured": "D", "excluded": "X"}
-_FARTHEST = 300.0  # of the axis of support: beyond it a candidate stands at the edge
+_FARTHEST = 300.0  # nats; a candidate that lies farther behind the best is drawn at this value
 
 
 def draw_curves(candidates: pd.DataFrame, predictions: pd.DataFrame) -> Figure:
     """Return the published points and the predictions of the stated noise and of the best explanations.
 
     Args:
-        candidates: Of candidates.csv. predictions: Of predictions.csv.
+        candidates: candidates.csv.
+        predictions: predictions.csv.
     """
     tested: Any = candidates[candidates["verdict"] != "not_tested"]
     ranked = tested.sort_values("behind")

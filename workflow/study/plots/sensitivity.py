@@ -1,4 +1,4 @@
-"""For each setting that changes an answer when it is halved or doubled: the share of blind sets in which it does."""
+"""The figure of the settings that change an answer when they are halved or doubled: the share of blind sets in which each does."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ def draw_sensitivity(table: pd.DataFrame, most: int = 30) -> Figure:
     """Return bars to the left for settings halved and to the right for settings doubled, the most influential at the top.
 
     Args:
-        table: settings.csv. most: Settings that are shown.
+        table: settings.csv.
+        most: Largest number of settings that are shown.
     """
     changed = ["changed_halved", "changed_doubled"]
     shown: Any = table[table[changed].sum(axis=1) > 0].head(most)[::-1]

@@ -1,4 +1,4 @@
-"""The common style of all figures: colours, each with one meaning throughout; markers, for prints in grey; symbols of parameters."""
+"""The common style of all figures: colours with one meaning each, markers that distinguish methods in grey prints, symbols of parameters."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from scalar.data.io.atomic import atomic_write
 
 @dataclass(frozen=True)
 class Look:
-    """How a method is drawn: its name in legends, a colour (Okabe and Ito's), a marker."""
+    """How a method is drawn: its name in legends, its colour and its marker."""
 
     label: str
     colour: str
@@ -51,14 +51,14 @@ COLOURS = {
     "unobservable": "#999999",
     "nothing": "#eeeeee",
 }
-"""The one table of colours, by what they mean; none means two things. Okabe and Ito's for the methods."""
+"""``{meaning: colour}``; no colour has two meanings. Those of the methods are from the palette of Okabe and Ito."""
 OURS, PUBLISHED = COLOURS["ours"], COLOURS["published"]
 OURS_LIGHT, OURS_DARK = "#c6dbef", "#08306b"
 """Lighter and darker shades of ``OURS``, for figures that show nothing else."""
 LINE, EDGE, FAINT, GRID = "#000000", "#444444", "#bbbbbb", "#dddddd"
-"""Colours without a meaning: of axes and limits, edges of bars, lines between dots, grids."""
+"""Colours without a meaning: axes and limits, edges of bars, lines between dots, grids."""
 BAND = "#555555"
-"""A band or a dot in a legend, of any method."""
+"""Colour of a band or a dot in a legend that explains those of all methods."""
 
 LOOKS = {
     "initial": Look("initial model", COLOURS["initial"], "D"),
@@ -68,10 +68,10 @@ LOOKS = {
     "baseline-raise": Look("baseline, √ as it is", COLOURS["baseline-raise"], "s"),
     "proposed": Look("proposed method", OURS, "o"),
 }
-"""The argument of the root in the baseline may become negative; the name says what is done then."""
+"""``{method: look}``; a label of the baseline says what is done if the argument of its root is negative."""
 
 PAGE_IN, COLUMN_IN = 6.93, 3.33
-"""Width of a figure of the paper over the page, and in one of its columns."""
+"""Width [in] of a figure of the paper that is as wide as the page, and of one in a column."""
 
 QUANTITY_LABELS = {
     "position_mean_mm": "mean position error [mm]",
@@ -103,7 +103,7 @@ _METADATA: dict[str, dict[str, Any]] = {
     ".svg": {"Date": None, "Creator": "scalar"},
     ".pdf": {"CreationDate": None, "Creator": "scalar", "Producer": "scalar"},
 }
-"""Without dates and versions, so that the same numbers give the same file."""
+"""Metadata of files by suffix, without dates and versions, so that the same numbers give the same file."""
 
 
 @contextmanager
@@ -116,7 +116,7 @@ def styled() -> Iterator[None]:
 
 
 def new_figure(width_in: float, height_in: float) -> Figure:
-    """Return an empty figure of a size in inches, its parts kept from overlapping."""
+    """Return an empty figure of a size in inches, whose layout keeps its parts from overlapping."""
     figure = Figure(figsize=(width_in, height_in), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
@@ -141,7 +141,7 @@ def with_unit(value: float, column: str, digits: int = 3) -> str:
 
 
 def numeral(value: float, digits: int = 3) -> str:
-    """Return a number for a label: ``digits`` significant ones, no exponent where it can be read without."""
+    """Return a number with so many significant digits; with an exponent only if it is below 1e-4 or at least 1e5."""
     return f"{value:.{digits}g}" if 1e-4 <= abs(value) < 1e5 or value == 0 else f"{value:.{digits - 1}e}"
 
 
@@ -149,10 +149,10 @@ _GREEK = {"alpha": r"\alpha", "theta": r"\theta", "beta": r"\beta", "a": "a", "d
 
 
 def symbol(parameter: str) -> str:
-    """Return the symbol of a parameter, as the text of the paper has it; a name without one stays as it is.
+    r"""Return the symbol of a parameter in the paper; a name without a symbol is returned as it is.
 
-    ``alpha_4`` is α with index 4; ``sensor_x`` and ``sensor_rx`` the scanner's place and its rotation vector, x with index s and r with index x;
-    ``normal_floor_u`` and ``distance_floor`` u and d with the plane's name.
+    ``alpha_4`` becomes ``\alpha_4``, ``sensor_x`` becomes ``x_s`` and ``sensor_rx`` becomes ``r_x`` (the scanner's position and rotation
+    vector); ``normal_floor_u`` and ``distance_floor`` become ``u, floor`` and ``d, floor``.
     """
     if found := re.fullmatch(r"(a|d|alpha|theta|beta)_(\d+)", parameter):
         return f"${_GREEK[found[1]]}_{{{found[2]}}}$"
@@ -171,10 +171,12 @@ def plane_name(plane: str) -> str:
 
 
 def spaced_labels(places: Sequence[float], labels: Sequence[str], least: float) -> list[str]:
-    """Return the labels with those blanked that would stand nearer than ``least`` to the one before, both ends kept.
+    """Return the labels, those left blank that would be nearer than ``least`` to the one before or to the last; both ends are kept.
 
     Args:
-        places: Where they stand, ascending, in units of the axis' length as it is drawn. labels: One each. least: In the same unit.
+        places: Positions of the labels along the axis, ascending, as shares of the axis' drawn length.
+        labels: A label for each position.
+        least: Least distance between two labels, as a share of the axis' length.
     """
     if not len(places):
         return []

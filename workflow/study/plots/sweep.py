@@ -36,7 +36,7 @@ _LINES: dict[str, Any] = {
 _FLOOR = {"mm": 1e-4, "deg": 1e-5}  # smaller errors are drawn as triangles on the lower edge
 _ZERO = 3.0  # on a logarithmic axis, zero is drawn at the smallest value divided by this
 _NEAR_IN = 0.36  # labels of ticks nearer than this to one another are left out [in]
-_END = 0.04  # by how much of the axis the first and the last cell of a strip reach beyond their case
+_END = 0.04  # share of the axis by which the first and the last cell of a strip reach beyond their case
 _STRIP = 0.8  # height of a method's strip of failures, as a share of its line
 
 
@@ -44,9 +44,10 @@ def draw_sweep(summary: pd.DataFrame, published: pd.DataFrame, label: str, scale
     """Return the figure of a sweep for one kind of walls.
 
     Args:
-        summary: The rows of summary.csv of these walls. published: Those of published_curves.csv of this sweep;
-            none where the paper has no such sweep.
-        label: Of the x axis. scale: "log" or "linear", of the x axis.
+        summary: The rows of summary.csv of these walls.
+        published: The rows of published_curves.csv of this sweep; none if the original paper has no such sweep.
+        label: Label of the x axis.
+        scale: Scale of the x axis, "log" or "linear".
     """
     raw: Any = summary[summary["alignment"] == "raw"]
     methods = [name for name in LOOKS if name != "initial" and name in set(raw["method"])]
@@ -112,7 +113,13 @@ def draw_panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity:
 
 
 def place_values(value: Any, values: np.ndarray, scale: str) -> np.ndarray:
-    """Return where values stand on the axis; on a logarithmic one, 0 has a place of its own."""
+    """Return where values are drawn on an axis; on a logarithmic one, 0 is drawn at a fixed ratio below the smallest positive value.
+
+    Args:
+        value: What is to be drawn, a number or an array.
+        values: All values of the axis.
+        scale: ``log`` or ``linear``.
+    """
     x = np.asarray(value, dtype=float)
     return np.where(x == 0, values[values > 0].min() / _ZERO, x) if scale == "log" else x
 

@@ -1,4 +1,4 @@
-"""All sweeps at a glance: the mean position error of each, for one kind of walls, on one page of a paper."""
+"""The figure of all sweeps: the mean position error of each, for one kind of walls, on one page of a paper."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from study.plots.sweep import (
 )
 
 COLUMNS = 3
-_LONG = 36  # most letters for which a label fits on one line below a panel
+_LONGEST = 36  # characters of a label that fit on one line below a panel
 QUANTITY = "position_mean_mm"
 
 
 def draw_overview(
     summaries: Mapping[str, pd.DataFrame], published: pd.DataFrame, axes: Mapping[str, Mapping[str, Any]]
 ) -> Figure:
-    """Return a panel for each sweep, with the fits that failed below it.
+    """Return a figure with a panel for each sweep, and below it a strip with the shares of fits that failed.
 
     Args:
         summaries: ``{sweep: rows of its summary.csv of these walls}``.
         published: published_curves.csv.
-        axes: ``{sweep: its label, scale and the name of the published curve, as in the config}``.
+        axes: ``{sweep: {"label", "scale", "published"}}``: label and scale of the axis, and the name of the published curve, as in the config.
     """
-    rows = -(-len(summaries) // COLUMNS)
+    rows = int(np.ceil(len(summaries) / COLUMNS))
     columns = min(COLUMNS, len(summaries))
     seeds, methods = 0, []
     with styled():
@@ -71,12 +71,12 @@ def draw_overview(
 
 
 def _wrapped(label: str) -> str:
-    """Return a label on two lines, its unit below, if it is longer than a panel is wide."""
-    return label.replace(" [", "\n[") if len(label) > _LONG else label
+    """Return a label; if it is too long for one line, its unit is put on a second one."""
+    return label.replace(" [", "\n[") if len(label) > _LONGEST else label
 
 
 def _range(values: np.ndarray, scale: str) -> tuple[float, float]:
-    """Return the ends of an axis, a little beyond its values."""
+    """Return the ends of an axis, a twentieth of its length beyond its values."""
     at = place_values(values, values, scale)
     if scale != "log":
         margin = 0.05 * float(np.ptp(at))

@@ -1,4 +1,4 @@
-"""Position errors over the workspace, from the side and from above: before, after, and as the calibration predicts."""
+"""The figure of position errors over the workspace, from the side and from above: before, after, and as the calibration predicts them."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ _STATES = (
     ("after_mm", "after, found"),
     ("predicted_mm", "after, predicted"),
 )
-_FEWEST = 3  # poses in a cell that is shown
+_FEWEST = 3  # cells with fewer poses are not shown
 
 
 def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
-    """Return a map for each state and view; the two after calibration share one scale.
+    """Return a map for each state and view; the errors after calibration, found and predicted, share one scale of colours.
 
     Args:
-        errors: As ``study.headline.workspace.map_errors`` gives them. seeds: Of which they are.
+        errors: As ``study.headline.workspace.map_errors`` returns them.
+        seeds: The number of seeds over which they are taken.
     """
     enough: Any = errors[errors["poses"] >= _FEWEST]
     with styled():

@@ -1,12 +1,11 @@
 """Imitate the arithmetic of other processors on one machine.
 
-NumPy and SciPy bring OpenBLAS, which takes kernels made for the processor it runs on, and NumPy has loops of its own for
-processors with wider registers. Kernels add in different orders, and so results differ in their last bits. Two variables of a
-process's environment choose for it: ``OPENBLAS_CORETYPE`` the kernels of both OpenBLAS libraries, ``NPY_DISABLE_CPU_FEATURES``
+NumPy and SciPy each contain OpenBLAS, which chooses kernels (inner loops) made for the processor on which it runs, and NumPy has loops
+of its own for processors with wider registers. Kernels add in different orders, so results differ in their last bits. Two environment
+variables change the choice: ``OPENBLAS_CORETYPE`` names the kernels of both OpenBLAS libraries, and ``NPY_DISABLE_CPU_FEATURES`` lists
 the registers that NumPy's loops may not use.
 
-Assumption: the machine has AVX-512; one that has not cannot imitate ``SkylakeX``. Left out: processors that are not x86, and other
-builds of BLAS.
+A machine without AVX-512 cannot imitate ``SkylakeX``. Processors that are not x86 and other builds of BLAS are not imitated.
 """
 
 from __future__ import annotations
@@ -23,9 +22,10 @@ class Kernels:
     """The arithmetic of a processor.
 
     Attributes:
-        names: By which OpenBLAS calls the kernels that it then runs. The wheels of NumPy and SciPy hold no kernels of their own for
-            Prescott's namesakes and for Zen, and take those of the first name that stands for the same.
-        avx2, avx512: Whether NumPy may use these registers.
+        names: The names that OpenBLAS may report for the kernels that it then runs. The wheels of NumPy and SciPy do not contain kernels for every
+            processor; OpenBLAS then runs, and reports, those of a similar one.
+        avx2: Whether NumPy may use AVX2 registers.
+        avx512: Whether NumPy may use AVX-512 registers.
     """
 
     names: frozenset[str]
@@ -39,11 +39,11 @@ KERNELS = {
     "SkylakeX": Kernels(frozenset({"SkylakeX"}), avx2=True, avx512=True),
     "Zen": Kernels(frozenset({"Zen", "Haswell"}), avx2=True, avx512=False),
 }
-"""Processors by the name that ``OPENBLAS_CORETYPE`` takes."""
+"""``{value of OPENBLAS_CORETYPE: arithmetic}``."""
 
 
 def environment(kernels: str) -> dict[str, str]:
-    """Return the environment in which a process started from here calculates as on a processor, a key of ``KERNELS``."""
+    """Return the environment variables with which a process calculates as on another processor, a key of ``KERNELS``."""
     wanted = KERNELS[kernels]
     import numpy as np
 
@@ -62,7 +62,7 @@ def _is_avx512(feature: str) -> bool:
 
 def kernels_in_use() -> set[str]:
     """Return the names of the kernels that the OpenBLAS libraries of this process run."""
-    import scipy.linalg  # noqa: F401  # brings a library of its own, beside NumPy's
-    from threadpoolctl import threadpool_info  # of the workflow's extra
+    import scipy.linalg  # noqa: F401  # loads SciPy's OpenBLAS, so that it is found as well as NumPy's
+    from threadpoolctl import threadpool_info  # imported here: installed with the workflow alone
 
     return {library["architecture"] for library in threadpool_info() if library["internal_api"] == "openblas"}

@@ -1,7 +1,7 @@
-"""The candidates: which effects each has, over which range its magnitudes are fitted, and what it predicts.
+"""Define the candidate explanations of the published curves: their effects, the grids of their magnitudes, and their predictions.
 
-A magnitude runs over a logarithmic grid, on which its prior is uniform. A pair of effects has two magnitudes. Predictions are tabulated
-over the grid once; all later steps look them up.
+A magnitude has a grid, on whose nodes its prior is uniform; the grid is logarithmic, but for the number of iterations. A pair of effects has two
+magnitudes. Predictions are computed once for all nodes, and all later steps look them up.
 """
 
 from __future__ import annotations
@@ -24,11 +24,13 @@ from study.published_curves.ensemble import Ensemble, Sizes
 
 @dataclass(frozen=True)
 class Magnitude:
-    """What is fitted of an effect: a field of ``Sizes`` over a grid.
+    """The magnitude of an effect, which is fitted: a field of ``Sizes`` with a grid of values.
 
     Attributes:
-        name: of the field. unit: of ``shown`` values, in column names. factor: from SI to that unit.
-        values: The grid, ascending [SI].
+        name: Name of the field.
+        unit: Unit of the magnitude in tables, part of the names of columns.
+        factor: Factor from SI units to that unit.
+        values: The grid, ascending [SI units].
     """
 
     name: str
@@ -38,6 +40,7 @@ class Magnitude:
 
 
 def _doubling(low: float, count: int) -> tuple[float, ...]:
+    """Return ``low`` and its doubles, ``count`` values in all."""
     return tuple(low * 2.0**k for k in range(count))
 
 
@@ -53,16 +56,18 @@ MAGNITUDES = {
     "tolerance": Magnitude("tolerance", "relative", 1.0, tuple(0.9 * 4.0**k for k in range(-10, 1))),
     "iterations": Magnitude("iterations", "count", 1.0, tuple(float(k) for k in range(2, 16))),
 }
-"""By name. Most grids double from node to node: between two nodes the logarithm of an error is nearly linear."""
+"""``{name: magnitude}``. Most grids double from node to node, since the logarithm of an error is nearly linear between two such nodes."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """An explanation of the curves: effects that act in the workcell, or a method of a sweep.
+    """A candidate explanation of the curves: effects that act in the workcell, or a method of calibration.
 
     Attributes:
-        name: In tables. label: In figures. magnitudes: Names of those that are fitted; none, one or two.
-        method: Of a sweep's fits, if the explanation is a way to calibrate; else "".
+        name: Name in tables.
+        label: Name in figures.
+        magnitudes: Names of the magnitudes that are fitted; none, one or two.
+        method: Name of the method with which the sweeps' fits were made, if the candidate is a method; else "".
     """
 
     name: str
@@ -72,15 +77,15 @@ class Candidate:
 
     @property
     def axes(self) -> tuple[Magnitude, ...]:
-        """Return its magnitudes."""
+        """Return the magnitudes, in the order of their names."""
         return tuple(MAGNITUDES[name] for name in self.magnitudes)
 
     def nodes(self) -> Array:
-        """Return the grid ``(n, k)`` [SI], the last magnitude fastest."""
+        """Return the n nodes of the grid of k magnitudes ``(n, k)`` [SI units]; the last magnitude varies fastest."""
         return np.array(list(product(*(axis.values for axis in self.axes))), dtype=float)
 
     def sizes(self, node: Sequence[float]) -> Sizes:
-        """Return the effects at a node."""
+        """Return the sizes of the effects at a node."""
         values: dict[str, Any] = dict(zip(self.magnitudes, map(float, node), strict=True))
         if "iterations" in values:
             values["iterations"] = int(values["iterations"])
@@ -93,7 +98,7 @@ CANDIDATES = (
     Candidate("noise", "more noise a point", ("noise",)),
     Candidate("shared", "noise partly common to a scan", ("shared",)),
     Candidate("scan", "error common to a scan", ("scan",)),
-    Candidate("joint", "joints repeat to a spread", ("joint",)),
+    Candidate("joint", "joints repeat imperfectly", ("joint",)),
     Candidate("step", "ranges rounded", ("step",)),
     Candidate("tolerance", "stopped by a loose tolerance", ("tolerance",)),
     Candidate("iterations", "stopped after some iterations", ("iterations",)),
@@ -101,24 +106,27 @@ CANDIDATES = (
     Candidate("abs-2018", "root read as √|·|, solver of 2018", method="baseline-abs-2018"),
     Candidate("clip", "root read as √max(0, ·)", method="baseline-clip"),
     Candidate("noise+scan", "more noise, error common to a scan", ("noise", "scan")),
-    Candidate("noise+joint", "more noise, joints' spread", ("noise", "joint")),
+    Candidate("noise+joint", "more noise, joints' repeatability", ("noise", "joint")),
     Candidate("noise+step", "more noise, ranges rounded", ("noise", "step")),
     Candidate("noise+shared", "more noise, partly common to a scan", ("noise", "shared")),
     Candidate("shared+iterations", "noise partly common, stopped early", ("shared", "iterations")),
     Candidate("shared+scan", "noise partly common, error common to a scan", ("shared", "scan")),
-    Candidate("shared+joint", "noise partly common, joints' spread", ("shared", "joint")),
+    Candidate("shared+joint", "noise partly common, joints' repeatability", ("shared", "joint")),
     Candidate("shared+step", "noise partly common, ranges rounded", ("shared", "step")),
-    Candidate("scan+joint", "error common to a scan, joints' spread", ("scan", "joint")),
+    Candidate("scan+joint", "error common to a scan, joints' repeatability", ("scan", "joint")),
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """What a candidate predicts for every published run: log errors ~ N(mean, covariance), at every node of its grid.
+    """What a candidate predicts for R published runs at the n nodes of its grid: log errors ~ N(mean, covariance).
 
     Attributes:
-        candidate: That predicts it. nodes: ``(n, k)`` [SI]. mean: ``(n, R, 4)``. covariance: ``(n, R, 4, 4)``.
-        shares: ``(n, R, 3)``, of the squared error, that errors of points, scans and joints cause.
+        candidate: The candidate.
+        nodes: ``(n, k)``, its k magnitudes at each node [SI units].
+        mean: ``(n, R, 4)``, means of the log errors.
+        covariance: ``(n, R, 4, 4)``, their covariances.
+        shares: ``(n, R, 3)``, shares of the squared position error that errors of points, of scans and of joints cause.
     """
 
     candidate: Candidate
@@ -128,27 +136,33 @@ class Prediction:
     shares: Array
 
 
-JITTER = 4e-4  # added to variances of log errors (2 %): some hundred evaluation poses are used, and the paper has others
+SAMPLING_VARIANCE = 4e-4  # added to variances of log errors (2 %): they are means over some hundred evaluation poses, and the original has others
 
 
 def predict(
     ensemble: Ensemble, candidates: Sequence[Candidate], settings: Sequence[Setting]
 ) -> dict[str, Prediction]:
-    """Return the predictions of candidates that are effects, by name."""
+    """Return ``{name: prediction}`` for the candidates that are effects.
+
+    Args:
+        ensemble: Simulated workcells.
+        candidates: The candidates; those that are methods are left out.
+        settings: The settings of the R runs.
+    """
     chosen = [c for c in candidates if not c.method]
     nodes = {c.name: c.nodes() for c in chosen}
     mean = {c.name: np.zeros((len(nodes[c.name]), len(settings), 4)) for c in chosen}
     cov = {c.name: np.zeros((len(nodes[c.name]), len(settings), 4, 4)) for c in chosen}
     shares = {c.name: np.zeros((len(nodes[c.name]), len(settings), 3)) for c in chosen}
-    served: dict[tuple[tuple[int, int], float], int] = {}
+    first_with: dict[tuple[tuple[int, int], float], int] = {}
     for i in sorted(range(len(settings)), key=lambda i: (settings[i].design, settings[i].sigma)):
         setting = settings[i]
-        first = served.setdefault((setting.design, setting.sigma), i)
+        first = first_with.setdefault((setting.design, setting.sigma), i)
         ensemble.forget_others(setting)
         for candidate in chosen:
             tables = mean[candidate.name], cov[candidate.name], shares[candidate.name]
             if first != i and not {"tolerance", "iterations"} & set(candidate.magnitudes):
-                for table in tables:  # initial guesses of the planes change only the path of the solver
+                for table in tables:  # runs that differ in the initial guesses of the planes alone differ in the solver's path alone
                     table[:, i] = table[:, first]
                 continue
             for k, node in enumerate(nodes[candidate.name]):
@@ -159,17 +173,20 @@ def predict(
 
 
 def moments(samples: Array) -> tuple[Array, Array]:
-    """Return mean ``(4,)`` and covariance ``(4, 4)`` of samples ``(S, 4)``."""
-    return samples.mean(axis=0), np.cov(samples.T) + JITTER * np.eye(samples.shape[1])
+    """Return mean ``(4,)`` and covariance ``(4, 4)`` of samples ``(S, 4)``, with ``SAMPLING_VARIANCE`` added."""
+    return samples.mean(axis=0), np.cov(samples.T) + SAMPLING_VARIANCE * np.eye(samples.shape[1])
 
 
 def predict_from_fits(
     candidate: Candidate, curves: Curves, sweeps: Mapping[str, pd.DataFrame], walls: str
 ) -> Prediction | None:
-    """Return the prediction of the fits of a sweep; None if a published run has no such fits.
+    """Return the prediction from the fits of the sweeps; None if they lack a published run, or have fewer than ``MIN_FITS`` fits of it.
 
     Args:
-        candidate: With a method. curves: The published runs. sweeps: errors.csv by sweep. walls: Kind of walls.
+        candidate: A candidate that is a method.
+        curves: The published runs.
+        sweeps: ``{sweep: its errors.csv}``.
+        walls: The kind of walls whose fits are used.
     """
     mean, cov = [], []
     for row in curves.table.to_dict("records"):

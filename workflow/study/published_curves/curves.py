@@ -1,4 +1,4 @@
-"""The published curves as runs, one for each point: its setting, and the logarithms of its four errors."""
+"""Read the published curves as runs: each point of a curve is a run with its setting and the logarithms of its four errors."""
 
 from __future__ import annotations
 
@@ -18,8 +18,11 @@ class Setting:
     """The setting of a run.
 
     Attributes:
-        poses: On all planes. points: A scan. sigma: Stated noise of a point [m].
-        offset: Of the initial guesses of the planes [m]. tilt: Of the initial guesses of the planes [deg].
+        poses: Number of poses on all planes together.
+        points: Number of points in a scan.
+        sigma: Stated noise of a point [m].
+        offset: Offset of the initial guesses of the planes [m].
+        tilt: Tilt of the initial guesses of the planes [deg].
     """
 
     poses: int
@@ -30,17 +33,19 @@ class Setting:
 
     @property
     def design(self) -> tuple[int, int]:
-        """Return poses and points, on which the derivatives depend."""
+        """Return the numbers of poses and of points in a scan, on which the Jacobian of a run depends."""
         return self.poses, self.points
 
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """The runs that are weighed, and those that are not.
+    """The published runs that are used, and those that are not.
 
     Attributes:
-        table: Rows of published_curves.csv that are used, in its order. left_out: The others, with a ``reason``.
-        settings: Of each row used. log_errors: ``(R, 4)``, natural logarithm of mm and degrees, by ``QUANTITIES``.
+        table: Rows of published_curves.csv that are used, in the order of the file.
+        left_out: The other rows, with a column ``reason``.
+        settings: The setting of each row that is used.
+        log_errors: ``(R, 4)``, natural logarithms of the errors in mm and degrees, in the order of ``QUANTITIES``.
     """
 
     table: pd.DataFrame
@@ -50,9 +55,9 @@ class Curves:
 
 
 LEFT_OUT = "left out by the config"
-"""The reason of a run that could be weighed and is not."""
+"""The reason of a run that could be used and is not."""
 
-# The field of Setting that each published sweep varies, and its unit in SI (degrees stay degrees).
+# ``{sweep: (field of Setting that it varies, factor from the unit of the file to that of the field)}``
 _VARIED: dict[str, tuple[str, float]] = {
     "noise": ("sigma", MM),
     "poses": ("poses", 1.0),
@@ -65,12 +70,12 @@ _VARIED: dict[str, tuple[str, float]] = {
 def read_curves(
     table: pd.DataFrame, base: Setting, leave_out: Mapping[str, Sequence[float]], least_poses: int
 ) -> Curves:
-    """Return the published runs about a base setting.
+    """Return the published runs, of which each varies one field of a base setting.
 
     Args:
-        table: Of published_curves.csv.
-        base: The setting of all that a sweep does not vary.
-        leave_out: ``{sweep: values}`` that are not weighed.
+        table: published_curves.csv.
+        base: The setting from which each sweep varies one field.
+        leave_out: ``{sweep: values}`` of the runs that are not used.
         least_poses: Fewest poses that give as many equations as there are unknowns.
     """
     settings, used, dropped, reasons = [], [], [], []

@@ -1,6 +1,6 @@
-"""Simulated workcells over many seeds: samples of the four errors for effects of any sizes, at any setting.
+"""Simulate workcells over many seeds, and return samples of the four errors for effects of any sizes at any setting.
 
-The displacements of the poses by several effects are added before errors are computed from them, so that the scatter of the errors
+The displacements of the poses by several effects are added before errors are computed from them, so the scatter of the errors
 and their correlation need no further assumption.
 """
 
@@ -20,21 +20,23 @@ from study.published_curves.curves import Setting
 from study.published_curves.stops import ITERATIONS, SolverPath, follow, stops_at
 from study.published_curves.workcell import Shifts, Workcell, shifts, simulate_workcell
 
-POOL = 2000  # evaluation poses among which those of the largest errors are looked for
+POOL = 2000  # evaluation poses that are simulated; those with the largest errors are looked for among them
 FOR_MEAN = 250  # poses over which means are taken, with a standard error of about 2 %
 FOR_MAX = 60  # further poses of the pool, those whose errors are most often the largest
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """How large each effect is; nothing but the stated noise by default.
+    """The sizes of the effects; by default there is nothing but the stated noise.
 
     Attributes:
-        noise: Factor on the stated noise of a point. shared: Noise common to a scan, as a share of the stated noise.
-        scan: Standard deviation of an error common to a scan [m]. joint: Standard deviation of every joint angle [rad].
-        step: To which ranges are rounded [m]; one of those that the ensemble was made with, or 0 for none.
+        noise: Factor on the stated noise of a point.
+        shared: Standard deviation of noise that is common to a scan, as a share of the stated noise.
+        scan: Standard deviation of an error that is common to a scan [m].
+        joint: Standard deviation of the error of every joint angle [rad].
+        step: Step to which ranges are rounded [m]; one of those that the ensemble was made with, or 0 for none.
         tolerance: Relative decrease of the sum of squares at which the solver stops; 0: it does not stop early.
-        iterations: After which the solver stops; 0: it does not stop early.
+        iterations: Number of iterations after which the solver stops; 0: it does not stop early.
     """
 
     noise: float = 1.0
@@ -48,13 +50,16 @@ class Sizes:
 
 @dataclass(eq=False)
 class Ensemble:
-    """Workcells over seeds, and ``draws`` draws of every unit error for each.
+    """Workcells over seeds, with draws of every unit error in each.
 
     Attributes:
-        seeds: Of the workcells.
-        D: Derivatives ``(P, 6, F)`` of the evaluation poses that are kept, those for the mean first, by the free coordinates.
-        units: ``{design: one Shifts for each seed}``. incidence: Mean square of n . u for each seed.
-        paths: ``{(poses, offset, tilt): one path for each of the first seeds}``.
+        seeds: Seeds of the workcells.
+        draws: Number of draws in each workcell.
+        D: ``(P, 6, F)``, derivatives of the evaluation poses that are kept, those for the mean first, by the free coordinates, in the workcell of
+            the first seed.
+        units: ``{design: displacements by unit errors, one object for each seed}``.
+        incidence: For each seed the mean square of n . u, with n the plane's normal and u the ray.
+        paths: ``{(poses, offset, tilt): the solver's path for each of the first seeds}``.
     """
 
     seeds: tuple[int, ...]
@@ -67,7 +72,7 @@ class Ensemble:
     _squares: dict[Any, float] = field(default_factory=dict, repr=False)
 
     def log_errors(self, setting: Setting, sizes: Sizes) -> Array:
-        """Return samples ``(S, 4)`` of the logarithms of the errors [mm, deg]; those of a seed follow one another."""
+        """Return samples ``(S, 4)`` of the logarithms of the errors in mm and degrees; the samples are ordered by seed."""
         point, scan, joint = (self._moved(setting.design, kind) for kind in ("point", "scan", "joint"))
         common = np.hypot(sizes.scan, sizes.shared * setting.sigma)
         total = point * np.float32(sizes.noise * setting.sigma)
@@ -93,6 +98,7 @@ class Ensemble:
         return np.array(parts) / (sum(parts) or 1.0)
 
     def _square(self, design: tuple[int, int], kind: Any) -> float:
+        """Return the square of the geometric mean, over samples, of the mean position error [mm] by a unit error; computed once."""
         key = design, kind
         if key not in self._squares:
             self._squares[key] = float(np.exp(2.0 * log_errors(self._moved(design, kind))[:, 0].mean()))
@@ -106,7 +112,12 @@ class Ensemble:
                 del self._fields[key]
 
     def _moved(self, design: tuple[int, int], kind: Any) -> Array:
-        """Return the displacements ``(S, P, 6)`` of the evaluation poses by a unit error, as float32; computed once."""
+        """Return the displacements ``(S, P, 6)`` [rad, m] of the evaluation poses by a unit error, as float32; computed once.
+
+        Args:
+            design: Numbers of poses and of points in a scan.
+            kind: ``point``, ``scan`` or ``joint``, or the pair (sigma, step) of rounded ranges.
+        """
         key = design, kind
         if key not in self._fields:
             units = self.units[design]
@@ -118,6 +129,14 @@ class Ensemble:
         return self._fields[key]
 
     def _stopped(self, setting: Setting, sizes: Sizes, common: float, total: Array) -> Array:
+        """Return displacements with what a solver that stops early leaves added, for the seeds whose paths were recorded.
+
+        Args:
+            setting: The setting of the run.
+            sizes: The sizes of the effects.
+            common: Standard deviation of the errors that are common to a scan [m].
+            total: ``(S, P, 6)``, displacements by the effects [rad, m].
+        """
         paths = self.paths[setting.poses, setting.offset, setting.tilt]
         total = total[: len(paths) * self.draws]
         left = []
@@ -134,7 +153,7 @@ class Ensemble:
 
 
 def log_errors(moved: Array) -> Array:
-    """Return the logarithms ``(S, 4)`` of mean and maximum, position [mm] and orientation [deg], of displacements ``(S, P, 6)`` [rad, m]."""
+    """Return the logarithms ``(S, 4)`` of the errors in mm and degrees, in the order of ``QUANTITIES``, of displacements ``(S, P, 6)`` [rad, m]."""
     squares = moved * moved
     turn, move = (np.sqrt(squares[..., k : k + 3].sum(axis=-1)) for k in (0, 3))
     errors = [move[:, :FOR_MEAN].mean(axis=1) / MM, move.max(axis=1) / MM]
@@ -152,14 +171,17 @@ def build_ensemble(
     followed: int,
     kept: Array | None = None,
 ) -> Ensemble:
-    """Return workcells over seeds, at the designs of all settings.
+    """Return workcells over seeds, with displacements at the designs of all settings.
 
     Args:
-        config: Of the scene; its poses and points per scan are set to the most that any setting asks for.
-        base_dir: Where its robot's path starts. seeds: Of the workcells. draws: Of the noise, for each workcell.
-        settings: For which errors will be asked. steps: To which ranges are rounded [m].
-        followed: Seeds for which the solver's path is recorded.
-        kept: Indices of the evaluation poses; None: chosen here.
+        config: Config of the scene; its poses and points per scan are set to the largest numbers of any setting.
+        base_dir: Folder from which the path of the scene's robot starts.
+        seeds: Seeds of the workcells.
+        draws: Draws of the noise in each workcell.
+        settings: The settings at which errors will be asked for.
+        steps: Steps to which ranges are rounded [m].
+        followed: Number of seeds, from the first on, for which the solver's path is recorded.
+        kept: Indices of the evaluation poses to keep; None: they are chosen here.
     """
     designs = sorted({setting.design for setting in settings})
     sigmas = {d: sorted({s.sigma for s in settings if s.design == d}) for d in designs}
@@ -194,14 +216,19 @@ def build_ensemble(
 
 
 def _poses_to_keep(D: Array, units: Shifts) -> Array:
-    """Return the indices of the poses to evaluate on: the first for means, and those of the largest errors."""
-    often = np.zeros(len(D))
+    """Return the indices of the poses to evaluate on: the first ``FOR_MEAN`` for means, and ``FOR_MAX`` with the largest errors.
+
+    Args:
+        D: ``(P, 6, F)``, derivatives of all evaluation poses.
+        units: Displacements by unit errors.
+    """
+    extremeness = np.zeros(len(D))
     for x in (units.point, units.scan, units.joint):
         moved = np.einsum("pif,rf->rpi", D, x)
         for k in (0, 3):
             size = np.linalg.norm(moved[..., k : k + 3], axis=-1)
-            often += (size / size.max(axis=1, keepdims=True)).max(axis=0)
-    order = np.argsort(-often, kind="stable")
+            extremeness += (size / size.max(axis=1, keepdims=True)).max(axis=0)
+    order = np.argsort(-extremeness, kind="stable")
     extreme = order[order >= FOR_MEAN][:FOR_MAX]
     return np.concatenate([np.arange(FOR_MEAN), np.sort(extreme)])
 
@@ -210,9 +237,9 @@ def initial_planes(workcell: Workcell, offset: float, tilt: float, rng: np.rando
     """Return the true planes, shifted by ``offset`` [m] with random signs and tilted by ``tilt`` [deg] in random directions."""
     target = workcell.planes
     signs = rng.choice([-1.0, 1.0], len(target.normals))
-    ways = rng.uniform(0.0, 2.0 * np.pi, len(target.normals))
+    directions = rng.uniform(0.0, 2.0 * np.pi, len(target.normals))
     tangents = np.einsum(
-        "kit,kt->ki", target.normal_derivatives, np.stack([np.cos(ways), np.sin(ways)], axis=1)
+        "kit,kt->ki", target.normal_derivatives, np.stack([np.cos(directions), np.sin(directions)], axis=1)
     )
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
     normals = np.cos(tilt * DEG) * target.normals + np.sin(tilt * DEG) * tangents

@@ -17,7 +17,7 @@ from study.published_curves.ensemble import build_ensemble
 from study.published_curves.findings import candidate_table, prediction_table, summary_numbers
 from study.published_curves.predict import Predictions, runs_to_weigh
 from study.published_curves.recovery import inject, inject_from_fits, recover
-from study.published_curves.support import Fine, Weighed, refine, weigh
+from study.published_curves.support import RefinedPrediction, Support, refine, weigh
 
 WANTED = (
     2.0  # least gain in log likelihood over the stated noise alone for which a fitted magnitude is injected
@@ -46,8 +46,11 @@ def explain_published_curves(
     """Return the support of every candidate by the published curves, and the recovery of injected candidates.
 
     Args:
-        scene: Config file of the paper's workcell. published: Of published_curves.csv. sweeps: errors.csv by sweep.
-        predicted: As ``predict_runs`` returns it. options: The config's block ``published_curves``; keys in its schema.
+        scene: Config file of the original paper's workcell.
+        published: published_curves.csv.
+        sweeps: ``{sweep: its errors.csv}``.
+        predicted: The predictions, as ``predict_runs`` returns them.
+        options: The config's block ``published_curves``; its schema describes the keys.
 
     Raises:
         InvalidInput: The scene is at fault.
@@ -65,14 +68,16 @@ def explain_published_curves(
             if found is not None:
                 predictions[candidate.name] = found
     predictions = {c.name: predictions[c.name] for c in CANDIDATES if c.name in predictions}
-    fines = {name: refine(prediction) for name, prediction in predictions.items()}
-    verdicts = {name: weigh(fine, curves.log_errors[None], offset)[0] for name, fine in fines.items()}
-    candidates = candidate_table(curves, predictions, fines, verdicts, offset)
+    refined_by_name = {name: refine(prediction) for name, prediction in predictions.items()}
+    verdicts = {
+        name: weigh(refined, curves.log_errors[None], offset)[0] for name, refined in refined_by_name.items()
+    }
+    candidates = candidate_table(curves, predictions, refined_by_name, verdicts, offset)
     print("recovery", flush=True)
-    confusion, coverage = _recovery(config, scene.parent, curves, fines, verdicts, offset, options)
+    confusion, coverage = _recovery(config, scene.parent, curves, refined_by_name, verdicts, offset, options)
     return Findings(
         candidates=candidates,
-        predictions=prediction_table(curves, fines, verdicts, offset),
+        predictions=prediction_table(curves, refined_by_name, verdicts, offset),
         recovery=confusion,
         coverage=coverage,
         numbers=summary_numbers(curves, candidates, confusion, coverage, predicted, options),
@@ -83,23 +88,23 @@ def _recovery(
     config: Mapping[str, Any],
     base_dir: Path,
     curves: Curves,
-    fines: Mapping[str, Fine],
-    verdicts: Mapping[str, Weighed],
+    refined_by_name: Mapping[str, RefinedPrediction],
+    verdicts: Mapping[str, Support],
     offset: Array,
     options: Mapping[str, Any],
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return confusion and coverage, with every candidate injected in the size that the curves give it."""
-    values = {name: verdicts[name].best for name in fines}
-    for name, fine in fines.items():
+    values = {name: verdicts[name].best for name in refined_by_name}
+    for name, refined in refined_by_name.items():
         # A candidate that does not help, or whose fitted size is at the end of its range, is injected in the middle of that range.
         useless = verdicts[name].log_peak < verdicts[STATED].log_peak + WANTED
         if useless or verdicts[name].at_edge.any():
-            axes = fine.prediction.candidate.axes
+            axes = refined.prediction.candidate.axes
             values[name] = np.array([axis.values[len(axis.values) // 2] for axis in axes])
     steps = {
         float(v)
-        for name, fine in fines.items()
-        for axis, v in zip(fine.prediction.candidate.axes, values[name], strict=True)
+        for name, refined in refined_by_name.items()
+        for axis, v in zip(refined.prediction.candidate.axes, values[name], strict=True)
         if axis.name == "step"
     }
     count = options["recovery_seeds"]
@@ -114,11 +119,11 @@ def _recovery(
     )
     rng = np.random.default_rng(FRESH)
     injected = {}
-    for name, fine in fines.items():
-        candidate, sets = fine.prediction.candidate, options["recovery_sets"]
+    for name, refined in refined_by_name.items():
+        candidate, sets = refined.prediction.candidate, options["recovery_sets"]
         if candidate.method:
-            y = inject_from_fits(fine, sets, rng)
+            y = inject_from_fits(refined, sets, rng)
         else:
             y = inject(fresh, candidate, values[name].tolist(), curves.settings, sets, rng)
         injected[name] = y, values[name]
-    return recover(injected, fines, offset)
+    return recover(injected, refined_by_name, offset)

@@ -15,7 +15,15 @@ from study.published_curves.candidates import CANDIDATES, STATED, Prediction
 from study.published_curves.curves import Curves
 from study.published_curves.predict import Predictions
 from study.published_curves.recovery import EXCLUDED, INDISTINGUISHABLE
-from study.published_curves.support import ALL, Fine, Weighed, held_out, offsets_found, refine, weigh
+from study.published_curves.support import (
+    ALL,
+    RefinedPrediction,
+    Support,
+    held_out,
+    offsets_found,
+    refine,
+    weigh,
+)
 
 MEANS = (0, 2)  # of QUANTITIES
 FEW_POSES = 25  # with fewer, the least observable directions of the parameters dominate the errors
@@ -58,15 +66,19 @@ def ways_to_weigh(curves: Curves, offset: Array) -> dict[str, tuple[tuple[int, .
 def candidate_table(
     curves: Curves,
     predictions: Mapping[str, Prediction],
-    fines: Mapping[str, Fine],
-    verdicts: Mapping[str, Weighed],
+    refined_by_name: Mapping[str, RefinedPrediction],
+    verdicts: Mapping[str, Support],
     offset: Array,
 ) -> pd.DataFrame:
     """Return a row for each candidate: magnitudes, misfit, evidence, held-out curves, verdict."""
     y, groups = curves.log_errors, curves.table["sweep"].to_numpy()
     evidence = {"all": {name: one.log_evidence for name, one in verdicts.items()}}
     for name, (quantities, offset_covariance, runs) in ways_to_weigh(curves, offset).items():
-        finer = fines if quantities == ALL else {n: refine(p, quantities) for n, p in predictions.items()}
+        finer = (
+            refined_by_name
+            if quantities == ALL
+            else {n: refine(p, quantities) for n, p in predictions.items()}
+        )
         evidence[name] = {
             n: weigh(f, y[None], offset_covariance, runs)[0].log_evidence for n, f in finer.items()
         }
@@ -82,10 +94,10 @@ def candidate_table(
             "label": candidate.label,
             "magnitudes": len(candidate.magnitudes),
         }
-        if candidate.name not in fines:
+        if candidate.name not in refined_by_name:
             rows.append(row | {"verdict": "not_tested"})
             continue
-        fine, one = fines[candidate.name], verdicts[candidate.name]
+        refined, one = refined_by_name[candidate.name], verdicts[candidate.name]
         for number, axis in enumerate(candidate.axes, start=1):
             row |= {
                 f"magnitude_{number}": axis.name,
@@ -95,8 +107,8 @@ def candidate_table(
                 f"high_{number}": one.intervals[0.95][number - 1, 1] * axis.factor,
                 f"at_edge_{number}": bool(one.at_edge[number - 1]),
             }
-        residual = y - fine.mean[one.node]
-        delta = offsets_found(fine, one.node, one.kappa, y, offset)
+        residual = y - refined.mean[one.node]
+        delta = offsets_found(refined, one.node, one.kappa, y, offset)
         ways = [behind[way][candidate.name] for way in behind]
         row |= {
             "scatter_factor": one.kappa,
@@ -113,7 +125,7 @@ def candidate_table(
             "verdict": _verdict(behind["all"][candidate.name], ways),
         }
         row |= {f"behind_{way}": behind[way][candidate.name] for way in behind if way != "all"}
-        apart = held_out(fine, y, offset, groups)
+        apart = held_out(refined, y, offset, groups)
         row |= {f"held_out_{name}": value for name, value in apart.items()} | {
             "held_out": sum(apart.values())
         }
@@ -134,17 +146,20 @@ def _factor(log_ratio: Array) -> float:
 
 
 def prediction_table(
-    curves: Curves, fines: Mapping[str, Fine], verdicts: Mapping[str, Weighed], offset: Array
+    curves: Curves,
+    refined_by_name: Mapping[str, RefinedPrediction],
+    verdicts: Mapping[str, Support],
+    offset: Array,
 ) -> pd.DataFrame:
     """Return for every candidate, run and quantity what is predicted at the best magnitudes, with 5 and 95 %."""
     rows = []
-    for name, fine in fines.items():
+    for name, refined in refined_by_name.items():
         one = verdicts[name]
-        delta = offsets_found(fine, one.node, one.kappa, curves.log_errors, offset)
-        std = one.kappa * np.sqrt(np.diagonal(fine.covariance[one.node], axis1=-2, axis2=-1))
+        delta = offsets_found(refined, one.node, one.kappa, curves.log_errors, offset)
+        std = one.kappa * np.sqrt(np.diagonal(refined.covariance[one.node], axis1=-2, axis2=-1))
         for r, run in enumerate(_records(curves.table)):
             for q, quantity in enumerate(QUANTITIES):
-                plain = fine.mean[one.node, r, q]
+                plain = refined.mean[one.node, r, q]
                 middle = plain + delta[r, q]
                 rows.append(
                     {

@@ -1,4 +1,4 @@
-"""The support of each reading of the root by the published curves if walls lean, and of all explanations if the left-out run is used too."""
+"""Compute the support of each reading of the root by the published curves if walls lean, and of all explanations if no run is left out."""
 
 from __future__ import annotations
 
@@ -30,8 +30,10 @@ def weigh_leaning_walls(
     """Return how far each explanation lies behind the best: a row for each explanation, lean and way of weighing; and the paper's numbers.
 
     Args:
-        scene: Config file of the paper's workcell. published: Of published_curves.csv.
-        fits: As ``fit_leaning_walls`` returns them, of all leans. options: The config's block ``published_curves`` and ``first_seed``.
+        scene: Config file of the original paper's workcell.
+        published: published_curves.csv.
+        fits: The tables that ``fit_leaning_walls`` returns for all leans, joined.
+        options: The config's block ``published_curves``, and ``first_seed``.
 
     Raises:
         InvalidInput: The scene is at fault.
@@ -69,11 +71,12 @@ def weigh_leaning_walls(
 
 
 def _names(curves: Curves) -> list[str]:
+    """Return a name for each run, by which the same run is found in other curves."""
     return [f"{row['sweep']} {row['value']}" for row in curves.table.to_dict("records")]
 
 
 def _of_runs(prediction: Prediction, kept: Array) -> Prediction:
-    """Return a prediction of some of its runs, ``kept`` ``(R,)`` bool."""
+    """Return a prediction restricted to some of its R runs, those with ``kept`` ``(R,)`` True."""
     return replace(
         prediction,
         mean=prediction.mean[:, kept],
@@ -95,7 +98,9 @@ def _from_fits(fits: pd.DataFrame, curves: Curves) -> Any:
 
 
 def _numbers(table: pd.DataFrame, fits: pd.DataFrame, usual: int, every: int) -> dict[str, Any]:
-    """Return what the paper quotes: of each reading a list over the leans, and of each explanation its place with the run left out."""
+    """Return the numbers that the paper quotes: for each reading a list over the leans, and for each explanation how far it lies behind the best
+    if no run is left out.
+    """
     leans = sorted(map(float, fits["lean_deg"].unique()))
     readings: dict[str, Any] = {}
     for method, label in READINGS.items():

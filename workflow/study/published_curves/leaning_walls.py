@@ -37,7 +37,7 @@ _SIGNS = (1.0, -1.0)
 
 
 def leaning(config: Mapping[str, Any], lean_deg: float) -> dict[str, Any]:
-    """Return a scene config whose two walls lean by an angle [deg] about their horizontal axes; their distances stay."""
+    """Return a scene config whose two walls lean by an angle [deg] about their horizontal axes, with the same distances from the base."""
     floor, *walls = config["planes"]
     turned = []
     for wall, axis, sign in zip(walls, _AXES, _SIGNS, strict=True):
@@ -73,8 +73,11 @@ def fit_leaning_walls(
     """Return the raw errors of every reading at every published setting: a row for each run, seed and method.
 
     Args:
-        scene: Config file of the paper's workcell. published: Of published_curves.csv.
-        options: The config's block ``published_curves``. lean_deg: Of the walls. seeds: Of the workcells.
+        scene: Config file of the original paper's workcell.
+        published: published_curves.csv.
+        options: The config's block ``published_curves``.
+        lean_deg: Angle by which the walls lean.
+        seeds: Seeds of the workcells.
 
     Raises:
         InvalidInput: The scene is at fault.

@@ -1,6 +1,6 @@
-"""How much the errors differ from workcell to workcell: the uncertainty that the unknown workcell of the paper adds to every prediction.
+"""Compute how much the errors differ between workcells: the uncertainty that the authors' unknown workcell adds to every prediction.
 
-The paper states neither ranges nor fan, nor where the target planes stand. A different workcell shifts whole curves, all runs alike, and
+The original paper states neither ranges nor fan, nor where the target planes stand. A different workcell shifts whole curves, all runs alike, and
 this shift must not decide between candidates.
 """
 
@@ -22,7 +22,7 @@ _ONE_EFFECT = (
     Sizes(noise=0.0, scan=1e-4),
     Sizes(noise=0.0, joint=1e-4),
 )
-_LEAST = 0.05**2  # variance of a log error: workcells differ in more ways than were tried
+_LEAST_VARIANCE = 0.05**2  # added variance of a log error: workcells differ in more ways than were tried
 
 
 def offset_covariance(
@@ -33,14 +33,17 @@ def offset_covariance(
     seeds: Sequence[int],
     draws: int,
 ) -> tuple[Array, dict[str, list[float]]]:
-    """Return the second moment ``(12, 12)`` of the differences of log errors between other workcells and this one, and each one's mean offset.
+    """Return the second moment ``(12, 12)`` of the differences of log errors between other workcells and this one, and ``{name: mean differences}``.
 
-    The 12 are the four quantities for errors of points, of scans and of joints, which differ: a narrow fan enlarges some and not others.
+    The 12 coordinates are the four quantities for errors of points, of scans and of joints, since a narrow fan enlarges some and not others.
 
     Args:
-        config: Of this project's scene. base_dir: Where its robot's path starts.
-        others: ``{name: {dotted key: value}}``, changes of the scene. base: The run that is compared.
-        seeds, draws: As for ``build_ensemble``; the same in all workcells.
+        config: Config of this project's scene.
+        base_dir: Folder from which the path of the scene's robot starts.
+        others: ``{name of another workcell: {dotted key: value}}``, its changes of the scene.
+        base: The setting at which the workcells are compared.
+        seeds: Seeds, the same in all workcells.
+        draws: Draws of the noise for each seed.
     """
 
     def means(scene: Mapping[str, Any]) -> Array:
@@ -50,5 +53,5 @@ def offset_covariance(
     own = means(config)
     differences = {name: means(with_overrides(config, changes)) - own for name, changes in others.items()}
     rows = np.array([d.ravel() for d in differences.values()]).reshape(-1, own.size)
-    moment = rows.T @ rows / max(len(rows), 1) + _LEAST * np.eye(own.size)
+    moment = rows.T @ rows / max(len(rows), 1) + _LEAST_VARIANCE * np.eye(own.size)
     return moment, {name: [float(x) for x in d.mean(axis=0)] for name, d in differences.items()}

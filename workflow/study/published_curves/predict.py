@@ -1,4 +1,4 @@
-"""The predictions of all candidates, made without the published errors, and kept in a file, since they take most of the time."""
+"""Compute the predictions of all candidates, without the published errors, and keep them in a file, since they take most of the study's time."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ _TABLES = ("nodes", "mean", "covariance", "shares")
 
 @dataclass(frozen=True, eq=False)
 class Predictions:
-    """Predictions, and the uncertainty that they have in common.
+    """The predictions of the candidates, and the uncertainty that they have in common.
 
     Attributes:
-        predictions: Of the candidates that are effects, by name.
-        offset: ``(12, 12)``, as ``offset_covariance`` returns it. others: ``{workcell: mean offsets}``.
+        predictions: ``{name: prediction}`` of the candidates that are effects.
+        offset: ``(12, 12)``, covariance of the offset of the authors' workcell, as ``offset_covariance`` returns it.
+        others: ``{workcell: mean differences of its log errors}``, as ``offset_covariance`` returns them.
     """
 
     predictions: dict[str, Prediction]
@@ -58,8 +59,9 @@ def predict_runs(scene: str | Path, published: pd.DataFrame, options: Mapping[st
     """Return what the candidates predict for the settings of the published runs.
 
     Args:
-        scene: Config file of the paper's workcell. published: Of published_curves.csv; only its settings matter.
-        options: The config's block ``published_curves`` and ``first_seed``; keys in its schema.
+        scene: Config file of the original paper's workcell.
+        published: published_curves.csv, of which only the settings of the runs are used.
+        options: The config's block ``published_curves`` (its schema describes the keys), and ``first_seed``.
 
     Raises:
         InvalidInput: The scene is at fault.
@@ -84,13 +86,23 @@ def predict_runs(scene: str | Path, published: pd.DataFrame, options: Mapping[st
 
 
 def runs_to_weigh(config: Mapping[str, Any], published: pd.DataFrame, options: Mapping[str, Any]) -> Curves:
-    """Return the published runs, without those whose poses give fewer equations than unknowns (a scan of a plane gives two)."""
+    """Return the published runs, without those that the config leaves out or whose poses give fewer equations than unknowns.
+
+    A scan of a plane gives two equations. The unknowns are four parameters of each joint, six of the sensor and three of each plane, less those
+    that the scene declares exact.
+
+    Args:
+        config: Config of the original paper's workcell.
+        published: published_curves.csv.
+        options: The config's block ``published_curves``.
+    """
     joints, fixed = len(config["robot"]["joints"]), config.get("initial_model", {}).get("exact", ())
     unknowns = 4 * joints + 6 + 3 * len(config["planes"]) - len(fixed)
     return read_curves(published, _base(config), options["leave_out"], -(-unknowns // 2))
 
 
 def _base(config: Mapping[str, Any]) -> Setting:
+    """Return the setting that a scene describes, from which each sweep varies one field."""
     return Setting(
         poses=config["poses_per_plane"] * len(config["planes"]),
         points=config["sensor"]["points_per_scan"],

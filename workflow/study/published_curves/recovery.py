@@ -1,8 +1,8 @@
-"""Test whether the method recovers a known explanation: inject each candidate, simulate curves like the published ones, and weigh them alike.
+"""Test whether a known explanation is recovered: inject each candidate, simulate curves like the published ones, and compute the support by them.
 
 The curves come from workcells that the predictions did not use (other seeds, other draws). Each run is a workcell of its
 own, and a candidate has the size that the published curves give it. Two rates matter: how often the injected candidate is
-not excluded, and how often a wrong one is.
+not excluded, and how often a wrong candidate is excluded.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from scalar.geometry.se3 import Array
 from study.published_curves.candidates import Candidate
 from study.published_curves.curves import Setting
 from study.published_curves.ensemble import Ensemble
-from study.published_curves.support import LEVELS, Fine, weigh
+from study.published_curves.support import LEVELS, RefinedPrediction, weigh
 
-INDISTINGUISHABLE = (
-    3.0  # difference of log evidence (a factor of 20) below which two candidates are indistinguishable
-)
-EXCLUDED = float(np.log(1000.0))  # above which the worse of two is excluded
+INDISTINGUISHABLE = 3.0
+"""Difference of log evidence (a factor of 20) below which two candidates are indistinguishable."""
+EXCLUDED = float(np.log(1000.0))
+"""Difference of log evidence above which the worse of two candidates is excluded."""
 
 
 def inject(
@@ -35,8 +35,12 @@ def inject(
     """Return log errors ``(sets, R, 4)`` of curves in which a candidate acts; every run is another workcell.
 
     Args:
-        ensemble: Of fresh seeds. candidate: To inject, an effect. values: Its magnitudes [SI].
-        settings: Of the R runs. sets: Of curves. rng: Chooses workcells.
+        ensemble: Simulated workcells of seeds that the predictions did not use.
+        candidate: The candidate to inject, one that is an effect.
+        values: Its magnitudes [SI units].
+        settings: The settings of the R runs.
+        sets: Number of sets of curves.
+        rng: Chooses the workcells.
     """
     y = np.empty((sets, len(settings), 4))
     for i in sorted(range(len(settings)), key=lambda i: (settings[i].design, settings[i].sigma)):
@@ -46,27 +50,33 @@ def inject(
     return y
 
 
-def inject_from_fits(fine: Fine, sets: int, rng: np.random.Generator) -> Array:
+def inject_from_fits(refined: RefinedPrediction, sets: int, rng: np.random.Generator) -> Array:
     """Return log errors ``(sets, R, 4)`` drawn from the prediction of a sweep's fits; for candidates that are methods."""
-    factor = np.linalg.cholesky(fine.covariance[0])
-    return fine.mean[0] + np.einsum("rij,srj->sri", factor, rng.standard_normal((sets, *fine.mean[0].shape)))
+    factor = np.linalg.cholesky(refined.covariance[0])
+    return refined.mean[0] + np.einsum(
+        "rij,srj->sri", factor, rng.standard_normal((sets, *refined.mean[0].shape))
+    )
 
 
 def recover(
-    injected: Mapping[str, tuple[Array, Array]], fines: Mapping[str, Fine], offset: Array
+    injected: Mapping[str, tuple[Array, Array]],
+    refined_by_name: Mapping[str, RefinedPrediction],
+    offset: Array,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return the confusion, a row for each injected and each tried candidate, and the coverage, a row for each injected magnitude.
 
     Args:
-        injected: ``{name: (curves (S, R, 4), magnitudes (k,))}``. fines: All candidates tried. offset: As in ``weigh``.
+        injected: ``{name of a candidate: (log errors of S sets of curves (S, R, 4), magnitudes (k,))}``.
+        refined_by_name: ``{name: prediction}`` of all candidates that are tried.
+        offset: ``(12, 12)``, covariance of the offset of the authors' workcell.
     """
     confusion, coverage = [], []
     for name, (curves, values) in injected.items():
-        verdicts = {tried: weigh(fine, curves, offset) for tried, fine in fines.items()}
-        evidence = np.array([[one.log_evidence for one in verdicts[tried]] for tried in fines])
+        verdicts = {tried: weigh(refined, curves, offset) for tried, refined in refined_by_name.items()}
+        evidence = np.array([[one.log_evidence for one in verdicts[tried]] for tried in refined_by_name])
         behind = evidence.max(axis=0) - evidence
         best = evidence.argmax(axis=0)
-        for k, tried in enumerate(fines):
+        for k, tried in enumerate(refined_by_name):
             confusion.append(
                 {
                     "injected": name,
@@ -78,7 +88,7 @@ def recover(
                     "median_behind": float(np.median(behind[k])),
                 }
             )
-        for axis, magnitude in enumerate(fines[name].prediction.candidate.axes):
+        for axis, magnitude in enumerate(refined_by_name[name].prediction.candidate.axes):
             truth, found = float(values[axis]), verdicts[name]
             ratio = np.array([one.median[axis] for one in found]) / truth
             row = {

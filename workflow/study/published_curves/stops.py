@@ -1,4 +1,4 @@
-"""The path of the published solver to the optimum, recorded once without noise, to see where an early stop would leave it.
+"""Record the path of the original paper's solver to the optimum, to compute the errors that remain if it stops early.
 
 The solver is MINPACK's Levenberg-Marquardt (as lmfit calls it), started at the initial model. Far from the optimum the noise matters little, so
 one path without noise is used for every noise, and the displacement by the noise is added to it.
@@ -30,11 +30,12 @@ ITERATIONS = 40
 
 @dataclass(frozen=True, eq=False)
 class SolverPath:
-    """Iterates of one run.
+    """The I iterates of one run of the solver, the start first.
 
     Attributes:
-        left: ``(I, P, 6)``, rotation [rad] and translation [m] by which the evaluation poses are still wrong at each iterate, the start first.
-        excess: ``(I,)`` [m^2], the sum of squared distances above that of the optimum. points: Per scan, of the recorded path.
+        left: ``(I, P, 6)``, the errors of the evaluation poses that are left at each iterate: rotation [rad] and translation [m].
+        excess: ``(I,)`` [m^2], the sum of squared distances of the points from the planes, in excess of that at the optimum.
+        points: Number of points in a scan with which the path was recorded.
     """
 
     left: Array
@@ -46,8 +47,10 @@ def follow(workcell: Workcell, poses: int, guess: Planes, kept: Array) -> Solver
     """Return the path from initial guesses of the planes, the last iterate repeated to ``ITERATIONS``.
 
     Args:
-        workcell: Noise-free. poses: To use, the first of every plane. guess: The initial guesses of the planes.
-        kept: Indices of the evaluation poses.
+        workcell: A workcell without noise.
+        poses: Number of poses to use, the first of every plane.
+        guess: The initial guesses of the planes.
+        kept: Indices of the evaluation poses that are used.
     """
     rows = first_poses(workcell, poses)
     dataset = workcell.dataset.subset(rows) if len(rows) < workcell.dataset.n_poses else workcell.dataset
@@ -64,30 +67,33 @@ def follow(workcell: Workcell, poses: int, guess: Planes, kept: Array) -> Solver
         T_sensor = dataset.sensor.T_flange_sensor
     start = Model.at(dataset.robot, T_sensor, guess)
     residuals = Residuals.of(dataset, start, measurement)
-    unit = measurement.sigma
     x_start = start.vector
-    where = np.flatnonzero(workcell.free)
+    free = np.flatnonzero(workcell.free)
     path: list[tuple[Model, float]] = []
 
     def model_at(x: Array) -> Model:
         vector = x_start.copy()
-        vector[where] = x
+        vector[free] = x
         return start.with_vector(vector)
 
-    def by_x(x: Array) -> Array:
+    def recorded_jacobian(x: Array) -> Array:
+        """Return the Jacobian, which the solver asks for once at each iterate, and append the iterate to the path."""
         model = model_at(x)
         residual, J = residuals.linearise(model)
         if not path or not np.array_equal(model.vector, path[-1][0].vector):  # SciPy asks twice at the start
-            path.append((model, float(residual @ residual) * unit**2))
-        return J[:, where]
+            path.append((model, float(residual @ residual) * measurement.sigma**2))
+        return J[:, free]
 
     end: Any = leastsq(
-        lambda x: residuals.residual(model_at(x)), x_start[where], Dfun=by_x, maxfev=ITERATIONS + 20
+        lambda x: residuals.residual(model_at(x)),
+        x_start[free],
+        Dfun=recorded_jacobian,
+        maxfev=ITERATIONS + 20,
     )
-    by_x(end[0])
+    recorded_jacobian(end[0])
     path = path[:ITERATIONS]
     bases = EffectBases.of(workcell.model.nominal, at, ())
-    left = [_away(Kinematics.of(model, at, bases).T_base_sensor, T_true) for model, _ in path]
+    left = [_pose_errors(Kinematics.of(model, at, bases).T_base_sensor, T_true) for model, _ in path]
     left, excess = np.array(left), np.array([excess for _, excess in path])
     pad = ITERATIONS - len(path)
     return SolverPath(
@@ -97,16 +103,19 @@ def follow(workcell: Workcell, poses: int, guess: Planes, kept: Array) -> Solver
     )
 
 
-def _away(T: Array, T_true: Array) -> Array:
+def _pose_errors(T: Array, T_true: Array) -> Array:
+    """Return the rotations [rad] and translations [m] ``(P, 6)`` from true frames ``(P, 4, 4)`` to frames ``(P, 4, 4)``, in the base frame."""
     turn = log_so3(T[:, :3, :3] @ np.swapaxes(T_true[:, :3, :3], 1, 2))
     return np.concatenate([turn, T[:, :3, 3] - T_true[:, :3, 3]], axis=1)
 
 
 def stops_at(path: SolverPath, floor: float, tolerance: float) -> int:
-    """Return the first iterate after a step that lowered the sum of squares by less than a share ``tolerance``.
+    """Return the index of the first iterate whose step lowered the sum of squares by at most the share ``tolerance``; without one, of the last.
 
     Args:
-        path: The iterates. floor: Sum of squares that the noise leaves [m^2]. tolerance: lmfit's ftol.
+        path: The iterates.
+        floor: Sum of squares that the noise leaves at the optimum [m^2].
+        tolerance: lmfit's ``ftol``.
     """
     cost = path.excess + floor
     share = 1.0 - cost[1:] / cost[:-1]

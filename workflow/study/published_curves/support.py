@@ -1,10 +1,10 @@
-"""The support of a candidate by the curves: likelihood over its grid, magnitudes with intervals, evidence, and curves held out.
+"""Compute how well the published curves support a candidate explanation: likelihood, magnitudes with intervals, evidence, and held-out curves.
 
-The log errors of run i are ``y_i ~ N(mu_i + F_i delta, kappa^2 Sigma_i)``, mu and Sigma from the simulated seeds. Two unknowns
-are common to all runs. delta: the authors' workcell is not the simulated one, so that the errors caused by points, scans
-and joints each differ by a factor for each quantity (12 numbers, whose covariance is that over simulated workcells of other shapes; F_i weighs
-them by their shares in run i). kappa: runs may share their poses, so that they scatter less than workcells do, or differ
-in what the paper does not state, so that they scatter more.
+The log errors of published run i are modelled as ``y_i ~ N(mu_i + F_i delta, kappa^2 Sigma_i)``, with mu_i and Sigma_i the mean and covariance over
+simulated seeds. Two unknowns are common to all runs. The offset delta stands for the difference between the authors' workcell and the simulated one:
+the errors caused by points, scans and joints each differ by a factor for each of the four quantities (12 numbers, whose covariance is that over
+simulated workcells of other shapes), and F_i weighs them by their shares in run i. The factor kappa is below 1 if runs share their poses, so that
+they scatter less than workcells do, and above 1 if runs differ in what the original paper does not state.
 """
 
 from __future__ import annotations
@@ -20,20 +20,25 @@ from study.published_curves.candidates import Prediction
 KAPPA = np.geomspace(0.4, 2.5, 9)
 """Values of kappa, over which the likelihood is averaged with equal weights."""
 
-REFINE = {
-    1: 16,
-    2: 4,
-}  # by magnitudes: steps between two nodes of a grid; predictions are smooth, and interpolated
-ALL = (0, 1, 2, 3)  # quantities
+REFINE = {1: 16, 2: 4}
+"""``{number of magnitudes: steps between two nodes of the grid}``; predictions are smooth, so they are interpolated."""
+ALL = (0, 1, 2, 3)
+"""Indices of all four errors, in the order of ``QUANTITIES``."""
 
 
 @dataclass(frozen=True, eq=False)
-class Fine:
-    """A prediction on the refined grid, ready to weigh any curves.
+class RefinedPrediction:
+    """A candidate's prediction for R runs and Q quantities, interpolated to a refined grid of n nodes.
 
     Attributes:
-        prediction: It is from. nodes: ``(n, k)`` [SI]. mean: ``(n, R, Q)``. covariance: ``(n, R, Q, Q)``.
-        precision: its inverse. log_det: ``(n, R)`` of the covariance. shares: ``(n, R, 3)``. quantities: Q indices.
+        prediction: The prediction on its own grid.
+        nodes: ``(n, k)``, the k magnitudes at each node [SI units].
+        mean: ``(n, R, Q)``, means mu of the log errors.
+        covariance: ``(n, R, Q, Q)``, their covariances Sigma.
+        precision: ``(n, R, Q, Q)``, the inverses of the covariances.
+        log_det: ``(n, R)``, logarithms of the determinants of the covariances.
+        shares: ``(n, R, 3)``, shares of points, scans and joints in the error, the weights F.
+        quantities: The Q indices of the errors that are used.
     """
 
     prediction: Prediction
@@ -46,11 +51,12 @@ class Fine:
     quantities: tuple[int, ...]
 
 
-def refine(prediction: Prediction, quantities: tuple[int, ...] = ALL) -> Fine:
+def refine(prediction: Prediction, quantities: tuple[int, ...] = ALL) -> RefinedPrediction:
     """Return a prediction on a finer grid, interpolated linearly in the logarithm of each magnitude.
 
     Args:
-        prediction: On its own grid. quantities: Indices of those of the four errors that are weighed.
+        prediction: The prediction on its own grid.
+        quantities: Indices of those of the four errors that are used.
     """
     axes = [np.array(axis.values) for axis in prediction.candidate.axes]
     shape = [len(axis) for axis in axes]
@@ -75,7 +81,7 @@ def refine(prediction: Prediction, quantities: tuple[int, ...] = ALL) -> Fine:
     q = list(quantities)
     mean = mean.reshape(count, *prediction.mean.shape[1:])[..., q]
     covariance = covariance.reshape(count, *prediction.covariance.shape[1:])[..., q, :][..., q]
-    return Fine(
+    return RefinedPrediction(
         prediction,
         nodes,
         mean,
@@ -88,36 +94,40 @@ def refine(prediction: Prediction, quantities: tuple[int, ...] = ALL) -> Fine:
 
 
 def _between(table: Array, axis: int, low: Array, part: Array) -> Array:
+    """Return a table interpolated along an axis, at the shares ``part`` of the way from the indices ``low`` to the next ones."""
     part = part.reshape([-1 if k == axis else 1 for k in range(table.ndim)])
     return (1 - part) * np.take(table, low, axis=axis) + part * np.take(table, low + 1, axis=axis)
 
 
-def log_likelihood(fine: Fine, y: Array, offset: Array, use: Array | None = None) -> Array:
-    """Return the logarithm of the likelihood ``(n, K, S)`` over nodes, ``KAPPA`` and sets, delta integrated out.
+def log_likelihood(refined: RefinedPrediction, y: Array, offset: Array, use: Array | None = None) -> Array:
+    """Return the logarithm of the likelihood ``(n, K, S)`` over nodes, ``KAPPA`` and sets of curves, with delta integrated out.
 
     Args:
-        fine: Prediction. y: ``(S, R, 4)`` log errors of S sets of curves. offset: ``(12, 12)`` covariance of delta.
-        use: ``(R,)`` bool, runs.
+        refined: The prediction.
+        y: ``(S, R, 4)``, log errors of S sets of curves.
+        offset: ``(12, 12)``, covariance of delta.
+        use: ``(R,)`` bool, the runs that are used; None: all.
     """
-    q = list(fine.quantities)
+    q = list(refined.quantities)
     prior = _prior(offset, q)
     runs = np.flatnonzero(np.ones(y.shape[1], dtype=bool) if use is None else use)
-    P, y, mean = fine.precision[:, runs], y[:, runs][..., q], fine.mean[:, runs]
+    P, y, mean = refined.precision[:, runs], y[:, runs][..., q], refined.mean[:, runs]
     n, size = len(P), y.shape[1] * y.shape[2]
-    # A square form in y is a product of matrices over all sets: P : y y' - 2 (P mu) . y + mu . P mu
-    towards = np.einsum("nrij,nrj->nri", P, mean)
-    pairs = (y[..., :, None] * y[..., None, :]).reshape(len(y), -1)
-    squares = P.reshape(n, -1) @ pairs.T - 2.0 * towards.reshape(n, -1) @ y.reshape(len(y), -1).T
-    squares += np.einsum("nri,nri->n", towards, mean)[:, None]
-    mixed = fine.shares[:, runs]
-    FP = (mixed[..., :, None, None] * P[..., None, :, :]).reshape(n, len(runs), -1, len(q))
+    # (y - mu)' P (y - mu) for all sets at once, by products of matrices: P : y y' - 2 (P mu) . y + mu . P mu
+    P_mean = np.einsum("nrij,nrj->nri", P, mean)
+    y_y = (y[..., :, None] * y[..., None, :]).reshape(len(y), -1)
+    squares = P.reshape(n, -1) @ y_y.T - 2.0 * P_mean.reshape(n, -1) @ y.reshape(len(y), -1).T
+    squares += np.einsum("nri,nri->n", P_mean, mean)[:, None]
+    # b = sum of F' P (y - mu), A = sum of F' P F
+    shares = refined.shares[:, runs]
+    FP = (shares[..., :, None, None] * P[..., None, :, :]).reshape(n, len(runs), -1, len(q))
     b = FP.transpose(0, 2, 1, 3).reshape(n * FP.shape[2], -1) @ y.reshape(len(y), -1).T
     b = b.reshape(n, FP.shape[2], len(y)) - np.einsum("nrij,nrj->ni", FP, mean)[..., None]
-    A = np.einsum("nrg,nrh,nrij->ngihj", mixed, mixed, P, optimize=True).reshape(n, FP.shape[2], -1)
-    log_det = fine.log_det[:, runs].sum(axis=1)
+    A = np.einsum("nrg,nrh,nrij->ngihj", shares, shares, P, optimize=True).reshape(n, FP.shape[2], -1)
+    log_det = refined.log_det[:, runs].sum(axis=1)
     found = np.empty((n, len(KAPPA), len(y)))
     for k, kappa in enumerate(KAPPA):
-        # Woodbury: the offset adds a matrix of rank 3 Q to the block diagonal.
+        # Woodbury's identity: integrating delta out adds a matrix of rank 3 Q to the block diagonal covariance.
         inner = np.linalg.inv(prior) + A / kappa**2
         explained = np.einsum("nis,nis->ns", b, np.linalg.solve(inner, b)) / kappa**4
         volume = np.linalg.slogdet(inner)[1] + np.linalg.slogdet(prior)[1] + log_det
@@ -127,31 +137,44 @@ def log_likelihood(fine: Fine, y: Array, offset: Array, use: Array | None = None
 
 
 def _prior(offset: Array, quantities: list[int]) -> Array:
+    """Return the rows and columns of the covariance of delta that belong to some of the four quantities."""
     count = len(offset) // 4
     index = [4 * group + q for group in range(count) for q in quantities]
     return offset[np.ix_(index, index)]
 
 
-def offsets_found(fine: Fine, node: int, kappa: float, y: Array, offset: Array) -> Array:
-    """Return the most probable ``F_i delta`` ``(R, Q)`` given curves ``(R, 4)`` at a node."""
-    q = list(fine.quantities)
-    P, mixed = fine.precision[node] / kappa**2, fine.shares[node]
-    size = mixed.shape[1] * len(q)
-    b = np.einsum("rg,rij,rj->gi", mixed, P, y[:, q] - fine.mean[node]).ravel()
-    A = np.einsum("rg,rh,rij->gihj", mixed, mixed, P).reshape(size, size)
+def offsets_found(refined: RefinedPrediction, node: int, kappa: float, y: Array, offset: Array) -> Array:
+    """Return the most probable ``F_i delta`` ``(R, Q)`` given the curves.
+
+    Args:
+        refined: The prediction.
+        node: Index of the node.
+        kappa: Factor on the scatter.
+        y: ``(R, 4)``, log errors.
+        offset: ``(12, 12)``, covariance of delta.
+    """
+    q = list(refined.quantities)
+    P, shares = refined.precision[node] / kappa**2, refined.shares[node]
+    size = shares.shape[1] * len(q)
+    b = np.einsum("rg,rij,rj->gi", shares, P, y[:, q] - refined.mean[node]).ravel()
+    A = np.einsum("rg,rh,rij->gihj", shares, shares, P).reshape(size, size)
     delta = np.linalg.solve(np.linalg.inv(_prior(offset, q)) + A, b)
-    return mixed @ delta.reshape(-1, len(q))
+    return shares @ delta.reshape(-1, len(q))
 
 
 @dataclass(frozen=True, eq=False)
-class Weighed:
+class Support:
     """The support of a candidate by one set of curves.
 
     Attributes:
-        log_evidence: Logarithm of the likelihood averaged over the priors of magnitudes and kappa.
-        log_peak: Its highest value. best: ``(k,)`` magnitudes there [SI]. kappa: there.
-        intervals: ``{level: (k, 2)}``, equal-tailed, of each magnitude [SI]. median: ``(k,)``.
-        at_edge: ``(k,)`` bool: the peak lies at an end of the range. node: index of the peak.
+        log_evidence: Logarithm of the likelihood averaged over the nodes and ``KAPPA``.
+        log_peak: Logarithm of the largest likelihood.
+        best: ``(k,)``, the magnitudes at which it is reached [SI units].
+        kappa: The kappa at which it is reached.
+        median: ``(k,)``, posterior medians of the magnitudes [SI units].
+        intervals: ``{level: (k, 2)}``, equal-tailed posterior intervals of the magnitudes [SI units].
+        at_edge: ``(k,)`` bool, whether the best magnitude is an end of its range.
+        node: Index of the node at which the largest likelihood is reached.
     """
 
     log_evidence: float
@@ -167,20 +190,20 @@ class Weighed:
 LEVELS = (0.68, 0.95)
 
 
-def weigh(fine: Fine, y: Array, offset: Array, use: Array | None = None) -> list[Weighed]:
-    """Return the support of a candidate by each of S sets of curves; arguments as for ``log_likelihood``."""
-    found = log_likelihood(fine, y, offset, use)
-    return [_weighed(fine, found[..., s]) for s in range(found.shape[-1])]
+def weigh(refined: RefinedPrediction, y: Array, offset: Array, use: Array | None = None) -> list[Support]:
+    """Return the support of a candidate by each of S sets of curves; the arguments are those of ``log_likelihood``."""
+    found = log_likelihood(refined, y, offset, use)
+    return [_support(refined, found[..., s]) for s in range(found.shape[-1])]
 
 
-def _weighed(fine: Fine, found: Array) -> Weighed:
+def _support(refined: RefinedPrediction, found: Array) -> Support:
     total = float(logsumexp(found))
     node, k = np.unravel_index(int(np.argmax(found)), found.shape)
     weights = np.exp(logsumexp(found, axis=1) - total)
     median, edge = [], []
     intervals: dict[float, list[tuple[float, float]]] = {level: [] for level in LEVELS}
-    for axis in range(fine.nodes.shape[1]):
-        values, inverse = np.unique(fine.nodes[:, axis], return_inverse=True)
+    for axis in range(refined.nodes.shape[1]):
+        values, inverse = np.unique(refined.nodes[:, axis], return_inverse=True)
         share = np.bincount(inverse, weights=weights)
         cumulative = np.cumsum(share) / share.sum()
         middle = cumulative - 0.5 * share / share.sum()
@@ -191,11 +214,11 @@ def _weighed(fine: Fine, found: Array) -> Weighed:
         median.append(at(0.5))
         for level in LEVELS:
             intervals[level].append((at(0.5 - level / 2), at(0.5 + level / 2)))
-        edge.append(fine.nodes[node, axis] in (values[0], values[-1]))
-    return Weighed(
+        edge.append(refined.nodes[node, axis] in (values[0], values[-1]))
+    return Support(
         log_evidence=total - float(np.log(found.size)),
         log_peak=float(found[node, k]),
-        best=fine.nodes[node],
+        best=refined.nodes[node],
         kappa=float(KAPPA[k]),
         median=np.array(median),
         intervals={level: np.array(ends).reshape(-1, 2) for level, ends in intervals.items()},
@@ -204,14 +227,17 @@ def _weighed(fine: Fine, found: Array) -> Weighed:
     )
 
 
-def held_out(fine: Fine, y: Array, offset: Array, groups: Array) -> dict[str, float]:
-    """Return for every curve the logarithm of its probability given the others, ``p(all) / p(others)``.
+def held_out(refined: RefinedPrediction, y: Array, offset: Array, groups: Array) -> dict[str, float]:
+    """Return for every curve the logarithm of its probability density given the other curves, ``p(all) / p(others)``.
 
     Args:
-        fine, offset: As for ``log_likelihood``. y: ``(R, 4)``. groups: ``(R,)``, name of the curve of each run.
+        refined: The prediction.
+        y: ``(R, 4)``, log errors.
+        offset: ``(12, 12)``, covariance of delta.
+        groups: ``(R,)``, the name of the curve to which each run belongs.
     """
-    whole = logsumexp(log_likelihood(fine, y[None], offset))
+    whole = logsumexp(log_likelihood(refined, y[None], offset))
     return {
-        str(name): float(whole - logsumexp(log_likelihood(fine, y[None], offset, groups != name)))
+        str(name): float(whole - logsumexp(log_likelihood(refined, y[None], offset, groups != name)))
         for name in dict.fromkeys(groups)
     }

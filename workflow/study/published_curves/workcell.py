@@ -1,8 +1,8 @@
-"""One simulated workcell, linearised at the truth: how errors of measured points change the calibrated poses.
+"""Linearise one simulated workcell at the truth: compute how errors of measured points change the calibrated poses.
 
 Near the optimum the fit is linear: errors e [m] of the distances from the planes shift the parameters by
-``K e``, ``K = (J' J)^-1 J'`` (every point with the same weight, as published), and the poses by ``D K e``. The displacements by an
-effect are therefore proportional to its size, and no fit is needed.
+``K e`` with ``K = (J' J)^-1 J'`` (every point has the same weight, as in the original paper), and the poses by ``D K e``. The displacements
+that an effect causes are therefore proportional to its size, and no fit is needed.
 """
 
 from __future__ import annotations
@@ -29,14 +29,21 @@ from study.common.memory import dataset_in_memory
 
 @dataclass(frozen=True, eq=False)
 class Workcell:
-    """A workcell of N poses with M points a scan, without noise.
+    """A workcell of N poses with M points in a scan, without noise.
 
     Attributes:
-        dataset: As simulated. model: At the truth. planes: The true ones. free: ``(C,)`` bool, which coordinates are estimated.
-        J: ``(N, M, F)``, derivatives of the distances [m] by the free coordinates. by_joint: ``(N, M, n)`` [m/rad], by the joint angles.
-        incidence: ``(N, M)``, n . u of each ray. ranges: ``(N, M)`` [m]. plane: ``(N,)``, index of each pose's plane.
+        dataset: The simulated dataset.
+        model: The model at the true parameters.
+        planes: The true planes.
+        free: ``(C,)`` bool, which of the model's C coordinates are estimated; their number is F.
+        J: ``(N, M, F)``, derivatives of the points' distances from the planes [m] by the free coordinates.
+        by_joint: ``(N, M, n)`` [m/rad], derivatives of the distances by the joint angles.
+        incidence: ``(N, M)``, n . u: the plane's normal times the direction of each ray.
+        ranges: ``(N, M)``, range of each ray [m].
+        plane: ``(N,)``, index of each pose's plane.
         D: ``(P, 6, F)``, derivatives of rotation [rad] and translation [m] of the evaluation poses by the free coordinates.
-        evaluated: The evaluation poses. T_true: ``(P, 4, 4)``, true frames of the sensor at them.
+        evaluated: The P evaluation poses.
+        T_true: ``(P, 4, 4)``, true frames of the sensor in the base frame at the evaluation poses.
     """
 
     dataset: Dataset
@@ -54,10 +61,12 @@ class Workcell:
 
 
 def simulate_workcell(config: Mapping[str, Any], base_dir: Path, poses: int) -> Workcell:
-    """Return the workcell that a scene describes, its noise off.
+    """Return the workcell that a scene describes, without noise.
 
     Args:
-        config: Of a scene, complete. base_dir: Where its robot's path starts. poses: To evaluate on.
+        config: Complete config of the scene.
+        base_dir: Folder from which the path of the scene's robot starts.
+        poses: Number of evaluation poses.
 
     Raises:
         SimulationError: Too few postures see a target plane.
@@ -103,7 +112,17 @@ def simulate_workcell(config: Mapping[str, Any], base_dir: Path, poses: int) -> 
 def _distance_derivatives(
     model: Model, planes: Planes, kinematics: Kinematics, points: Array, index: Array
 ) -> Array:
-    """Return d(n . p - d) ``(N, M, C)`` of sensor points ``(N, M, 2)``: n . (w x p + v), and the planes' own."""
+    """Return the derivatives ``(N, M, C)`` of the distances n . p - d of points [m] by all coordinates of the model.
+
+    They are n . (w x p + v) for a coordinate that moves the sensor by the screw (w, v), and those by the planes' own coordinates.
+
+    Args:
+        model: The model.
+        planes: Its planes.
+        kinematics: The model's kinematics at the N poses.
+        points: ``(N, M, 2)`` [m], x and z of each point in the sensor frame.
+        index: ``(N,)``, index of each pose's plane.
+    """
     T, n = kinematics.T_base_sensor, planes.normals[index]
     p = np.einsum("nij,nmj->nmi", T[:, :3, [0, 2]], points) + T[:, None, :3, 3]
     screws = kinematics.screws()
@@ -117,7 +136,7 @@ def _distance_derivatives(
 
 
 def first_poses(workcell: Workcell, poses: int) -> Array:
-    """Return the rows of the first poses of every plane, ``poses`` in all."""
+    """Return the indices of the first poses of every plane, the same number for each plane and ``poses`` in all."""
     planes = np.unique(workcell.plane)
     each = [np.flatnonzero(workcell.plane == k)[: poses // len(planes)] for k in planes]
     return np.sort(np.concatenate(each))
@@ -125,12 +144,14 @@ def first_poses(workcell: Workcell, poses: int) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Shifts:
-    """Displacements of the free coordinates by errors of unit standard deviation, over R draws.
+    """Displacements ``(R, F)`` of the free coordinates by errors of unit standard deviation, in R draws.
 
     Attributes:
-        point: ``(R, F)`` for independent errors of 1 m of each point along its ray. scan: For an error of 1 m common to a scan.
-        joint: For independent errors of 1 rad of every joint of every pose.
-        rounded: ``{(sigma, step): (R, F)}``, by the rounding to a step [m] of ranges with noise sigma [m], without that of the noise itself.
+        point: By independent errors of 1 m of each point along its ray.
+        scan: By errors of 1 m that are common to all points of a scan.
+        joint: By independent errors of 1 rad of every joint of every pose.
+        rounded: ``{(sigma, step): displacements}``, by rounding ranges with noise sigma [m] to a step [m]; the displacements by the noise itself
+            are not contained.
     """
 
     point: Array
@@ -147,11 +168,14 @@ def shifts(
     draws: int,
     rng: np.random.Generator,
 ) -> Shifts:
-    """Return unit shifts for a part of a workcell: its first poses of every plane, points of each scan chosen at random.
+    """Return the displacements by unit errors for a part of a workcell: its first poses of every plane, and random points of each scan.
 
     Args:
-        workcell: The whole one. design: Poses on all planes, points per scan.
-        sigmas: Stated noises [m]. steps: To which ranges are rounded [m]. draws: R.
+        workcell: The whole workcell.
+        design: Number of poses on all planes together, and number of points in a scan.
+        sigmas: Stated noises [m].
+        steps: Steps to which ranges are rounded [m].
+        draws: The number R of draws.
         rng: Draws the points of each scan, and the noise.
     """
     poses, M = design
@@ -170,17 +194,18 @@ def shifts(
     common = rng.standard_normal((draws, len(rows)))
     joint_errors = rng.standard_normal((draws, len(rows), by_joint.shape[-1]))
 
-    def carried(errors: Array) -> Array:
+    def displacements(errors: Array) -> Array:
+        """Return the displacements ``(R, F)`` of the coordinates by errors of the distances ``(R, N, M)`` [m]."""
         return errors.reshape(draws, -1) @ K.T
 
     rounded = {}
     for sigma in sigmas:
         measured = ranges + sigma * noise
         for step in steps:
-            rounded[sigma, step] = carried(w * (step * np.round(measured / step) - measured))
+            rounded[sigma, step] = displacements(w * (step * np.round(measured / step) - measured))
     return Shifts(
-        point=carried(w * noise),
-        scan=carried(w * common[..., None]),
-        joint=carried(np.einsum("nmj,rnj->rnm", by_joint, joint_errors)),
+        point=displacements(w * noise),
+        scan=displacements(w * common[..., None]),
+        joint=displacements(np.einsum("nmj,rnj->rnm", by_joint, joint_errors)),
         rounded=rounded,
     )

@@ -1,7 +1,7 @@
-"""The blind sets of the study: a config, checked, and a row for each set.
+"""Read the blind sets of the sensitivity study from a config.
 
-The first sets are the screening: every setting is varied on them. On the others only settings are varied that changed an answer there, or
-whose change could alter the course of the diagnosis in no set of the screening.
+Every setting is varied on the first sets, the screening. On the other sets, only those settings are varied that changed an answer in the screening,
+or for which no diagnosis of the screening could come out differently.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ SCHEMA = Path(__file__).parent / "schemas/sensitivity.schema.json"
 
 @dataclass(frozen=True)
 class BlindSet:
-    """One dataset to make.
+    """One dataset to simulate.
 
     Attributes:
-        name: Fit for a path.
+        name: Name of the set, which is part of the names of files.
         workcell: A key of ``Sets.workcells``.
-        seed: Of all random draws in it.
+        seed: Seed of all random draws in the set.
         sensor: ``line_laser``, ``tracker`` or ``probe``.
-        injected: Entries of the scene's ``injected``; targets that are not given are drawn from the seed.
-        gross_errors: Shares of stray points, corrupted poses and wrong labels.
-        overrides: ``{dotted key: value}`` of the scene.
+        injected: Entries of the scene's key ``injected``; targets that are not given are drawn from the seed.
+        gross_errors: Shares of stray points (``points``), corrupted poses (``poses``) and wrong labels (``labels``).
+        overrides: ``{dotted key: value}``, keys of the scene that this set replaces.
     """
 
     name: str
@@ -46,10 +46,10 @@ class Sets:
     """All sets of a config.
 
     Attributes:
-        scene: ``{dotted key: value}`` of every scene.
-        workcells: ``{name: {"scene": file, "overrides": {dotted key: value}}}``.
-        screening: How many of the sets, from the first on, every setting is varied on.
-        sets: By name, in the order of the config.
+        scene: ``{dotted key: value}``, keys that are replaced in every scene.
+        workcells: ``{name: {"scene": config file, "overrides": {dotted key: value}}}``.
+        screening: Number of sets, from the first on, on which every setting is varied.
+        sets: ``{name: set}``, in the order of the config.
     """
 
     scene: Mapping[str, Any]
@@ -72,7 +72,7 @@ def load_sets(path: str | Path) -> Sets:
     """Return the sets that a YAML file lists.
 
     Raises:
-        InvalidInput: With every fault found; a misspelt key is named.
+        InvalidInput: The file is at fault; every fault is listed.
     """
     content, file = load_yaml(Path(path)), Path(path).name
     refuse_by_schema(content, SCHEMA, file)
@@ -81,11 +81,13 @@ def load_sets(path: str | Path) -> Sets:
     for i, entry in enumerate(content["sets"]):
         if entry["workcell"] not in content["workcells"]:
             known = ", ".join(content["workcells"])
-            message = f"no workcell {entry['workcell']!r}; there are {known}"
+            message = f"unknown workcell {entry['workcell']!r}; the config has {known}"
             faults.append(Fault(file, message, column=f"sets.{i}.workcell"))
         if names.index(entry["name"]) != i:
             faults.append(
-                Fault(file, f"a set before has the name {entry['name']!r}", column=f"sets.{i}.name")
+                Fault(
+                    file, f"{entry['name']!r} names an earlier set too; rename one", column=f"sets.{i}.name"
+                )
             )
     if faults:
         raise InvalidInput(faults)

@@ -1,4 +1,4 @@
-"""How answers depend on each setting: a table with a row for each, and the numbers that the paper quotes."""
+"""Summarise how answers depend on the settings: a table with a row for each setting, and the numbers that the paper quotes."""
 
 from __future__ import annotations
 
@@ -20,31 +20,32 @@ COLUMNS = {
     "unit": "of the value",
     "halved": "its value when halved",
     "doubled": "its value when doubled; a share that would exceed one goes half-way to one instead",
-    "sets": "blind sets on which both were tried",
-    "used": "of them, those whose diagnosis puts the setting to use",
-    "run": "of them, those in which the path of the diagnosis might differ, so that it was run",
-    "changed_halved": "sets in which any statement of the answer is another with the setting halved",
-    "changed_doubled": "the same, doubled",
-    "naming_halved": "of them, sets in which what is refused, the verdict, a name or its target is another",
-    "naming_doubled": "the same, doubled",
+    "sets": "blind sets with which the setting was varied",
+    "used": "sets among these in whose diagnosis the setting enters an operation",
+    "run": "sets among these in which the diagnosis might come out differently, so that it was run with a changed value",
+    "changed_halved": "sets in which any statement of the answer changes if the setting is halved",
+    "changed_doubled": "the same with the setting doubled",
+    "naming_halved": "sets among those of changed_halved in which a refusal, the verdict, a name or its target changes",
+    "naming_doubled": "the same with the setting doubled",
     "kinds": "kinds of statements that changed, the most frequent first, each with its number of sets",
-    "example": "the gravest change, in words",
-    "held_out_worst": "largest relative increase of the rms over poses held out",
-    "unseen_worst": "largest relative increase of the mean error over true poses",
-    "guards": "where nothing changed: against what the setting guards",
-    "test": "where nothing changed: the test in which it decides",
+    "example": "an example in words: the first change of naming, or without one the first change",
+    "held_out_worst": "largest relative increase of the RMS error over held-out poses",
+    "unseen_worst": "largest relative increase of the mean error over poses that are not in the set",
+    "guards": "if nothing changed: against what the setting guards",
+    "test": "if nothing changed: the test that fails without the setting",
 }
-TOP = 10
+TOP = 10  # settings that the paper lists
 
 
 def tabulate(rows: pd.DataFrame, guards: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each setting, columns ``COLUMNS``, the most influential first.
 
     Args:
-        rows: Of all sets, as ``vary`` gives them. guards: workflow/resources/guarding_settings.csv.
+        rows: What ``vary`` returns, for all sets.
+        guards: workflow/resources/guarding_settings.csv.
     """
     documented, values = documentation(DEFAULTS), {(v.setting, v.direction): v.value for v in variants()}
-    known = {row["setting"]: row for row in guards.to_dict("records")}
+    guard_of = {row["setting"]: row for row in guards.to_dict("records")}
     groups: Any = rows.groupby("setting", sort=False)
     table = []
     for name, of_setting in groups:
@@ -52,10 +53,10 @@ def tabulate(rows: pd.DataFrame, guards: pd.DataFrame) -> pd.DataFrame:
             continue
         # A count of one cannot be halved and has one variant only, the doubled one.
         by_direction: dict[str, Any] = {d: of_setting[of_setting["direction"] == d] for d in DIRECTIONS}
-        changed = {d: part[part["changed"] != ""] for d, part in by_direction.items()}
-        naming = {d: part[part["changed"].map(touches_naming)] for d, part in changed.items()}
+        changed = {d: varied[varied["changed"] != ""] for d, varied in by_direction.items()}
+        naming = {d: varied[varied["changed"].map(touches_naming)] for d, varied in changed.items()}
         changes_nothing = not any(map(len, changed.values()))
-        guard = known[name] if changes_nothing and name in known else {"guards": "", "test": ""}
+        guard = guard_of[name] if changes_nothing and name in guard_of else {"guards": "", "test": ""}
         table.append(
             {
                 "setting": name,
@@ -65,8 +66,8 @@ def tabulate(rows: pd.DataFrame, guards: pd.DataFrame) -> pd.DataFrame:
                 "sets": of_setting["set"].nunique(),
                 "used": of_setting[of_setting["how"] != UNUSED]["set"].nunique(),
                 "run": of_setting[of_setting["how"] == RUN]["set"].nunique(),
-                **{f"changed_{d}": len(part) for d, part in changed.items()},
-                **{f"naming_{d}": len(part) for d, part in naming.items()},
+                **{f"changed_{d}": len(varied) for d, varied in changed.items()},
+                **{f"naming_{d}": len(varied) for d, varied in naming.items()},
                 "kinds": _kinds(pd.concat(list(changed.values()))),
                 "example": _example(pd.concat([*naming.values(), *changed.values()])),
                 "held_out_worst": _worst(of_setting, "held_out"),
@@ -83,16 +84,22 @@ def tabulate(rows: pd.DataFrame, guards: pd.DataFrame) -> pd.DataFrame:
 
 
 def shares(table: pd.DataFrame, what: str) -> Any:
-    """Return for each setting the share of variants, halved and doubled, that changed something: ``changed`` or ``naming``."""
+    """Return for each setting the share of its tries (halved and doubled, on each set) that changed an answer.
+
+    Args:
+        table: As ``tabulate`` returns it.
+        what: ``changed`` for any statement, ``naming`` for refusals, verdicts, names and targets alone.
+    """
     return (table[f"{what}_{HALVED}"] + table[f"{what}_{DOUBLED}"]) / (2 * table["sets"])
 
 
 def touches_naming(changed: str) -> bool:
-    """Return whether any of the kinds of changes is one of what is named."""
+    """Return whether any kind of change, of a list with ``;`` between, is one of ``NAMING``: a refusal, a verdict, a name or a target."""
     return any(kind in NAMING for kind in changed.split(";"))
 
 
 def _kinds(changed: pd.DataFrame) -> str:
+    """Return the kinds of changes with their numbers of sets, ``names 3; values 1``."""
     sets: dict[str, set[str]] = {}
     for row in changed.to_dict("records"):
         for kind in row["changed"].split(";"):
@@ -101,6 +108,7 @@ def _kinds(changed: pd.DataFrame) -> str:
 
 
 def _example(changed: pd.DataFrame) -> str:
+    """Return the first change in words; an empty text without one."""
     if not len(changed):
         return ""
     row = changed.iloc[0]
@@ -108,7 +116,7 @@ def _example(changed: pd.DataFrame) -> str:
 
 
 def _worst(rows: pd.DataFrame, what: str) -> float:
-    """Return the largest relative increase of an error over all variants that were answered."""
+    """Return the largest relative increase of an error, ``held_out`` or ``unseen``, over all variants with an answer."""
     before, after = (rows[f"{what}{suffix}_mm"].to_numpy(dtype=float) for suffix in ("_default", ""))
     both = np.isfinite(before) & np.isfinite(after)
     return float(np.max(after[both] / before[both] - 1.0, initial=0.0))
@@ -125,10 +133,11 @@ def still_open(rows: pd.DataFrame) -> list[str]:
 
 
 def numbers(table: pd.DataFrame, rows: pd.DataFrame) -> dict[str, Any]:
-    """Return what the paper quotes.
+    """Return the numbers that the paper quotes.
 
     Args:
-        table: As ``tabulate`` gives it. rows: What it was made from.
+        table: As ``tabulate`` returns it.
+        rows: The rows from which the table was made.
     """
     changed, naming = shares(table, "changed") > 0, shares(table, "naming") > 0
     top: Any = table[changed].head(TOP)
@@ -153,6 +162,7 @@ def numbers(table: pd.DataFrame, rows: pd.DataFrame) -> dict[str, Any]:
 
 
 def _quoted(row: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return what the paper quotes of one row of the table."""
     tried = 2 * row["sets"]
     return {
         "setting": row["setting"],

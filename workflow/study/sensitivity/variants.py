@@ -36,7 +36,7 @@ class Variant:
 
 
 def variants(names: Iterable[str] | None = None) -> list[Variant]:
-    """Return the variants of some settings, or of all; settings that are true, false or None have none."""
+    """Return the variants of the named settings, or of all; settings whose value is True, False or None have none."""
     found = []
     for name, entry in documentation(DEFAULTS).items():
         value = entry["value"]
@@ -50,7 +50,7 @@ def variants(names: Iterable[str] | None = None) -> list[Variant]:
 
 
 def halved(value: float) -> float:
-    """Return half of a number; of a count, rounded up, so that at least one is left."""
+    """Return half of a number; half of a count is rounded up, so that at least one is left."""
     return math.ceil(value / 2) if isinstance(value, int) else value / 2
 
 
@@ -59,7 +59,7 @@ def doubled(value: float, unit: str) -> float:
 
     Args:
         value: The number.
-        unit: Of it; shares have ``1`` or ``of ...``.
+        unit: Its unit; that of a share is ``1`` or begins with ``of``.
     """
     if isinstance(value, int):
         return 2 * value
@@ -68,7 +68,7 @@ def doubled(value: float, unit: str) -> float:
 
 
 def traced_settings(wanted: Iterable[Variant], trace: Trace) -> Settings:
-    """Return the settings with every threshold of the variants traced; the name of an alternative is its variant."""
+    """Return the default settings with every threshold of the variants traced: its alternatives are the variants' values, by variant."""
     alternatives: dict[str, dict[Any, Any]] = {}
     for variant in wanted:
         alternatives.setdefault(variant.setting, {})[variant] = variant.value

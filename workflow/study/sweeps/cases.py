@@ -1,4 +1,4 @@
-"""What the grids of the sweeps ask for: the value of each case on its sweep's axis, and how many poses a posture plan must hold."""
+"""Read from the grids of the sweeps the value of each case on its sweep's axis, and how many poses a plan of postures must contain."""
 
 from __future__ import annotations
 
@@ -16,14 +16,16 @@ def refuse_cases_off_the_axis(axes: Mapping[str, Mapping[str, Any]], cases: Mapp
     """Refuse a case that does not state its sweep's key, or that starts from a scene of its own.
 
     Args:
-        axes: ``{sweep: {"grid": file, "key": dotted key of the scene}}``. cases: ``{sweep: its cases}``.
+        axes: ``{sweep: {"grid": file, "key": dotted key of the scene}}``.
+        cases: ``{sweep: its cases}``.
 
     Raises:
-        InvalidInput: With every such case.
+        InvalidInput: There are such cases; each is listed.
     """
     faults = [
         Fault(
-            axis["grid"], f"case {case.name}: a sweep's grid states {axis['key']} in every row, and no scene"
+            axis["grid"],
+            f"case {case.name}: state {axis['key']} and no scene, as in every row of a sweep's grid",
         )
         for sweep, axis in axes.items()
         for case in cases[sweep].values()
@@ -40,9 +42,9 @@ def values_on_axis(axis: Mapping[str, Any], cases: Cases) -> dict[str, float]:
 
 
 def in_groups(cases: Cases, per_group: int) -> dict[str, list[str]]:
-    """Return ``{group: names of its cases}``: cases that follow one another in their grid, named by the first and the last.
+    """Return ``{group: names of its cases}`` for groups of successive cases; a group is named by its first and its last case.
 
-    A row added at a grid's end leaves the groups that are full as they are.
+    A row that is added at the end of a grid does not change the groups that are full.
     """
     names = list(cases)
     groups = [names[k : k + per_group] for k in range(0, len(names), per_group)]
@@ -50,6 +52,6 @@ def in_groups(cases: Cases, per_group: int) -> dict[str, list[str]]:
 
 
 def most_poses(cases: Mapping[str, Cases]) -> int:
-    """Return the most poses a plane that any case of any sweep asks for; 1 where none says."""
+    """Return the largest number of poses per plane that any case of any sweep states; 1 if none states it."""
     asked = [case.overrides.get("poses_per_plane", 1) for sweep in cases.values() for case in sweep.values()]
     return max(asked, default=1)

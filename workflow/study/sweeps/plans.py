@@ -1,7 +1,7 @@
-"""Postures and true scans, made once for each seed and shared by all cases of all sweeps, since they are most of a simulation's work.
+"""Compute postures and true scans once for each seed; all cases of all sweeps share them, since they are most of a simulation's work.
 
-The first postures of a longer plan are those of a shorter one, and fewer points a scan are a subset of more, so
-a case takes from the plan what it needs. Noise and the declared model are added for each case.
+A shorter plan has the first postures of a longer one, and a scan with fewer points has a part of the points of one with more, so
+each case takes from the plan what it needs. Noise and the declared model are added for each case.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ def write_plans(scene: str | Path, poses_per_plane: int, seeds: Sequence[int], p
 
     Args:
         scene: Config file of the scene.
-        poses_per_plane: At least so many for each plane; more where the scene itself asks for more.
-        seeds: Each a plan of its own.
-        path: NumPy archive, arrays by seed and plane.
+        poses_per_plane: Least number of postures of each plane; there are more if the scene itself asks for more.
+        seeds: The seeds; each has a plan of its own.
+        path: The NumPy archive to write, with an array for each seed and plane.
 
     Raises:
         InvalidInput: The scene is at fault.
@@ -66,7 +66,7 @@ def write_plans(scene: str | Path, poses_per_plane: int, seeds: Sequence[int], p
 
 
 def read_plans(path: str | Path) -> dict[int, Shared]:
-    """Return what ``write_plans`` wrote, by seed."""
+    """Return ``{seed: plan and scans}`` from a file that ``write_plans`` wrote."""
     from scalar.simulation.plan import PosePlan
     from scalar.simulation.scans import Scans
 

@@ -1,9 +1,8 @@
-"""Cases of a sweep over walls and seeds, in memory: simulate, calibrate by every method, compare with the truth.
+"""Run cases of a sweep for every kind of walls and seed: simulate, calibrate by every method, compare with the truth.
 
-No dataset is kept; a row of the table is a seed and a method, and a fit that fails keeps its row. In a sweep the
-baseline fixes what the paper fixes, the parameters that the scene declares exact, however few the poses are,
-and errors are taken over the first 2,000 of the 10,000 evaluation poses: the mean over them differs by some 1 %
-of itself, the maximum is some 1 % lower.
+Datasets are kept in memory only. A fit that fails has a row too, with the reason. With any number of poses, the baseline fixes the parameters
+that the original paper fixes, which the scene declares exact. Errors are taken over the first 2,000 of the 10,000 evaluation poses; their mean
+differs from that over all by about 1 %, and their maximum is about 1 % lower.
 """
 
 from __future__ import annotations
@@ -34,19 +33,20 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 SWEEP_COLUMNS = {
-    "walls": "kind of walls, a scene each",
+    "walls": "kind of walls; each kind is a scene",
     "case": "row of the grid",
-    "seed": "of all random draws in the scene",
-    "method": "proposed, baseline-READING (the original paper's method), initial (before), cramer-rao (the bound), efficient (at it)",
+    "seed": "seed of all random draws in the scene",
+    "method": "proposed, baseline-READING (the original paper's method), initial (before calibration), cramer-rao (the bound), "
+    "efficient (the efficient estimate, which attains the bound)",
     **POSE_ERROR_COLUMNS,
-    "residual_rms_mm": "distance of points and planes after the fit",
-    "evaluations": "of the residual, by the solver",
-    "reason": "of a failure, its first line",
+    "residual_rms_mm": "RMS distance of the points from their planes after the fit",
+    "evaluations": "number of evaluations of the residual by the solver",
+    "reason": "first line of the message of a fit that failed",
 }
-_AS_IT_IS = Method("baseline-raise", "raise")
+_ROOT_AS_IT_IS = Method("baseline-raise", "raise")
 _SAME_WITHOUT_A_NEGATIVE_ROOT = (Method("baseline-abs", "abs"), Method("baseline-clip", "clip"))
 MAX_EVALUATIONS = 2000
-"""Of the baseline: a fit that converges takes some hundreds, and one that takes more is stopped (``capped``)."""
+"""Evaluations of the residual after which a fit of the baseline is stopped (``capped``); one that converges takes some hundreds."""
 FINEST = 9
 """Decimals of an error in mm or deg: a picometre. Below it a noise-free fit shows the rounding of its own arithmetic."""
 DIGITS = 6
@@ -65,9 +65,9 @@ def sweep_cases(
     Args:
         cases: ``{case: {dotted key: value}}``.
         scenes: ``{walls: config file of the scene}``.
-        seeds: To run.
+        seeds: Seeds of the scenes.
         methods: Keys of ``study.common.methods.EVERY_METHOD``.
-        plans: ``{walls: postures and scans, as write_plans wrote them}``; a case of another workcell finds its own.
+        plans: ``{walls: file with postures and scans that write_plans wrote}``. A case with another workcell cannot use them, and draws its own.
 
     Raises:
         InvalidInput: The scene is at fault.
@@ -90,6 +90,7 @@ def _rows_of_scene(
     methods: Sequence[str],
     shared: Mapping[int, Shared],
 ) -> Iterator[dict[str, Any]]:
+    """Yield the rows of one scene with some keys replaced, for every seed, without the columns ``walls`` and ``case``."""
     # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.config import complete_config, load_config
     from scalar.simulation.scene import simulate
@@ -101,35 +102,35 @@ def _rows_of_scene(
     T_true, q_evaluated = np.zeros((0, 4, 4)), np.zeros((0, 0))
     for seed in seeds:
         of_seed = config | {"seed": seed}
-        known = serves(shared[seed].plan, of_seed)
+        usable = serves(shared[seed].plan, of_seed)
         simulated = simulate(
             of_seed,
             base_dir=scene.parent,
-            plan=shared[seed].plan if known else None,
-            cast=shared[seed].scans if known else None,
+            plan=shared[seed].plan if usable else None,
+            cast=shared[seed].scans if usable else None,
         )
         if truth_poses is None or "true_robot_errors" in config:  # otherwise every seed has the same true arm
             truth_poses = simulated.truth_poses
             T_true = true_frames(truth_poses)
             q_evaluated = truth_poses[[f"q{i + 1}" for i in range(simulated.q.shape[1])]].to_numpy()
         dataset = dataset_in_memory(simulated)
-        ends = []
+        statuses = []
         bound = bound_errors(dataset, simulated.truth, fixed, truth_poses)
         for name, errors in zip((BOUND, EFFICIENT), bound or (), strict=False):
             yield {"seed": seed, "method": name, "status": name, "alignment": "raw"} | errors
-        as_it_is: list[dict[str, Any]] | None = None
-        for method in sorted((INITIAL, *methods), key=lambda name: name != _AS_IT_IS.name):
-            same = EVERY_METHOD.get(method) in _SAME_WITHOUT_A_NEGATIVE_ROOT
-            if same and as_it_is is not None and as_it_is[0]["status"] != "raised":
-                # The root's argument was never negative, so that no reading of it differs in a single bit.
-                found = [row | {"method": method} for row in as_it_is]
+        with_root_as_it_is: list[dict[str, Any]] | None = None
+        for method in sorted((INITIAL, *methods), key=lambda name: name != _ROOT_AS_IT_IS.name):
+            may_be_same = EVERY_METHOD.get(method) in _SAME_WITHOUT_A_NEGATIVE_ROOT
+            if may_be_same and with_root_as_it_is is not None and with_root_as_it_is[0]["status"] != "raised":
+                # The argument of the root was never negative, so every reading of the root gives the same bits.
+                found = [row | {"method": method} for row in with_root_as_it_is]
             else:
                 key = {"seed": seed, "method": method}
                 found = _rows_of_method(key, dataset, fixed, T_true, q_evaluated)
-            as_it_is = found if method == _AS_IT_IS.name else as_it_is
-            ends.append(f"{method} {found[0]['status']}")
+            with_root_as_it_is = found if method == _ROOT_AS_IT_IS.name else with_root_as_it_is
+            statuses.append(f"{method} {found[0]['status']}")
             yield from found
-        print(f"{scene.stem}, seed {seed}: {', '.join(ends)}", flush=True)
+        print(f"{scene.stem}, seed {seed}: {', '.join(statuses)}", flush=True)
 
 
 def _rows_of_method(
@@ -142,7 +143,9 @@ def _rows_of_method(
         status = _status(error)
         reason = str(error).splitlines()[0]
         return [key | {"status": status, "alignment": a, "reason": reason} for a in ("raw", "aligned")]
-    T_hat = calibration.predict(q_evaluated)  # no effect asks for more of a pose
+    T_hat = calibration.predict(
+        q_evaluated
+    )  # the calibrations have no effects, which would need more of a pose than its angles
     return [
         key | ended | {"alignment": alignment} | pose_errors(T_true, T).to_mapping()
         for alignment, T in (("raw", T_hat), ("aligned", aligned_to(T_true, T_hat)))
@@ -150,7 +153,7 @@ def _rows_of_method(
 
 
 def _calibrated(method: str, dataset: Dataset, fixed: Sequence[str]) -> tuple[Calibration, dict[str, Any]]:
-    """Return a calibration, and how its fit ended."""
+    """Return a calibration by a method, and the columns on how its fit ended."""
     if method == INITIAL:
         return Calibration.nominal(dataset), {"status": INITIAL}
     wanted = EVERY_METHOD[method]
@@ -169,6 +172,7 @@ def _calibrated(method: str, dataset: Dataset, fixed: Sequence[str]) -> tuple[Ca
 
 
 def _status(error: ScalarError) -> str:
+    """Return the status of a calibration that ended in an error."""
     if isinstance(error, NotConverged):
         return "not_converged"
     return "undetermined" if isinstance(error, Undetermined) else "refused"

@@ -18,14 +18,14 @@ PLACED_COLUMNS = [
     *("simulated_min", "simulated_p05", "simulated_median", "simulated_p95", "simulated_max"),
     *("inside_band", "inside_range", "percentile", "seeds"),
 ]
-"""Of the table that says where published points fall among the simulated ones."""
+"""Columns of the table that says where published points fall among the simulated ones."""
 
 
 def join_cases(tables: Sequence[pd.DataFrame], values: Mapping[str, float]) -> pd.DataFrame:
-    """Return the tables of groups of cases as one, by walls, with the place on the axis of each.
+    """Return the tables of groups of cases as one, ordered by walls, with the value of each case on the axis.
 
     Args:
-        tables: As ``sweep_cases`` gives them.
+        tables: As ``sweep_cases`` returns them.
         values: ``{case: value on the axis, in the unit of its label}``.
     """
     parts = [table.dropna(axis=1, how="all") for table in tables]
@@ -38,9 +38,9 @@ def join_cases(tables: Sequence[pd.DataFrame], values: Mapping[str, float]) -> p
 def summarise_sweep(errors: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each kind of walls, case, method, alignment and quantity: how the fits ended, and statistics of those that converged.
 
-    ``failed`` counts every fit that did not converge, of which ``refused`` have no model at all, ``raised`` met
-    a NaN and ``capped`` ran on; ``lost`` counts those that converged farther than ``LOST_MM`` from the truth,
-    which stay in the statistics. The columns from ``mean`` on are in the unit in the quantity's name.
+    ``failed`` counts every fit that did not converge. Among these, ``refused`` ones have no model, ``raised`` ones met a NaN, and ``capped`` ones
+    reached the largest number of evaluations. ``lost`` counts fits that converged farther than ``LOST_MM`` from the truth; they stay in the
+    statistics. The columns from ``mean`` on are in the unit in the quantity's name.
     """
     rows: list[dict[str, Any]] = []
     by: Any = ["walls", "case", "value", "method", "alignment"]
@@ -66,17 +66,18 @@ def summarise_sweep(errors: pd.DataFrame) -> pd.DataFrame:
 
 
 def place_published_curve(errors: pd.DataFrame, published: pd.DataFrame) -> pd.DataFrame:
-    """Return for every published point, walls, method and quantity where it falls among the simulated fits that converged, raw errors.
+    """Return where every published point falls among the raw errors of the fits that converged: a row for each walls, method, point and quantity.
 
-    ``inside_band`` says whether it lies between the 5 and 95 % quantiles over the seeds, ``inside_range`` whether
+    ``inside_band`` says whether it lies between the 5 and 95 % quantiles over the seeds, ``inside_range`` whether it lies
     between the least and the greatest; ``percentile`` is the share of the seeds below it, in per cent.
 
     Args:
-        errors: A whole sweep. published: Rows of published_curves.csv of that sweep.
+        errors: errors.csv of the sweep.
+        published: Rows of published_curves.csv of that sweep.
     """
     rows: list[dict[str, Any]] = []
-    ours: Any = errors[(errors["alignment"] == "raw") & (errors["status"] == CONVERGED)]
-    for (walls, method), group in ours.groupby(["walls", "method"], sort=False):
+    converged: Any = errors[(errors["alignment"] == "raw") & (errors["status"] == CONVERGED)]
+    for (walls, method), group in converged.groupby(["walls", "method"], sort=False):
         for point in published.to_dict("records"):
             here = group[(group["value"] - point["value"]).abs() <= 1e-9 * abs(point["value"])]
             for quantity in QUANTITIES:

@@ -1,7 +1,7 @@
 """The design of the tracked trials: what is drawn for each set from one seed, the kind of sensor and the set's number.
 
-What is stated about the noise is dealt in turn, so that every kind of sensor has it as often; everything else is drawn. A longer design
-begins with a shorter one.
+The level at which the noise is stated goes through ``stated`` in turn, so that every kind of sensor has each level equally often; everything else is
+drawn. The first sets of a longer design are those of a shorter one.
 """
 
 from __future__ import annotations
@@ -17,28 +17,38 @@ from study.blind_trials.stratified import checked_config, job_names
 
 SCHEMA = Path(__file__).parent / "schemas/tracked_trials.schema.json"
 SENSORS = ("tracker", "targets", "probe")
-PLANES = ("floor", "wall_x", "wall_y")  # that the probe touches
+PLANES = ("floor", "wall_x", "wall_y")  # the planes that the probe touches
 STATED = {"right": 1.0, "fifth": 0.2, "three_times": 3.0, "none": None}
-"""By level of ``stated``: the stated noise over the true one."""
-FLEXIBLE_JOINTS = [2, 3]
-NARROWEST, WIDEST = 0.5, 0.9  # of the range of the joints that is used
-RECORDS_TIME, RECORDS_APPROACH = 0.6, 0.5  # shares of the sets, where no effect needs the column
+"""``{level: ratio of the stated noise to the true one}``; None: no noise is stated."""
+FLEXIBLE_JOINTS = [2, 3]  # joints of an injected joint_compliance
+NARROWEST, WIDEST = 0.5, 0.9  # bounds of the share of the joints' ranges that is used
+RECORDS_TIME, RECORDS_APPROACH = (
+    0.6,
+    0.5,
+)  # probabilities that a column is recorded if no injected effect needs it
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One set: all that its simulation needs.
+    """All that the simulation of one set needs.
 
     Attributes:
-        sensor: One of ``SENSORS``. number: Of the set among those of its sensor, from 0.
-        seed: Of the arm's true geometry, the poses and the noise.
-        robot: Of ``configs/robots``. share_of_range: Of the joints' ranges.
-        poses: That are measured; of a probe some reach no contact. unseen: Over which errors are taken.
-        causes: Entries ``name``, ``target``, ``size`` (and ``phase``) of what the arm has.
-        noise_m: Of a coordinate, or of a contact along the normal. stated: One of ``STATED``.
-        turn_noise_rad: Of a measured orientation about each axis; None: positions alone. turn_stated: One of ``STATED``.
-        repeatability_rad: Standard deviation of each joint at each pose.
-        sessions: In each the tracker stands elsewhere. records_time, records_approach: Columns that the dataset has.
+        sensor: One of ``SENSORS``.
+        number: Number of the set among those of its sensor, from 0.
+        seed: Seed of the arm's true geometry, the poses and the noise.
+        robot: Name of a robot of ``configs/robots``.
+        share_of_range: Share of the joints' ranges that the poses use.
+        poses: Number of poses that are planned; with a probe, some of them reach no contact and are left out.
+        unseen: Number of unseen poses, over which errors are taken.
+        causes: What is injected into the arm, each with ``name``, ``target`` and ``size``, and a harmonic with ``phase``.
+        noise_m: Standard deviation of a measured coordinate, or of a contact along the normal.
+        stated: Level at which it is stated in the dataset, one of ``STATED``.
+        turn_noise_rad: Standard deviation of a measured orientation about each axis; None: positions alone are measured.
+        turn_stated: Level at which it is stated in the dataset, one of ``STATED``.
+        repeatability_rad: Standard deviation of each joint's angle at each pose.
+        sessions: Number of sessions; in each the tracker has another place.
+        records_time: Whether the dataset has the column ``time``.
+        records_approach: Whether the dataset has the columns of the approach.
     """
 
     sensor: str
@@ -60,13 +70,13 @@ class Trial:
 
     @property
     def stated_noise_m(self) -> float | None:
-        """Return what the dataset states."""
+        """Return the noise [m] that the dataset states; None if it states none."""
         factor = STATED[self.stated]
         return None if factor is None else factor * self.noise_m
 
     @property
     def stated_turn_noise_rad(self) -> float | None:
-        """Return what the dataset states."""
+        """Return the noise of orientations [rad] that the dataset states; None if it states none."""
         factor = STATED[self.turn_stated]
         return None if factor is None or self.turn_noise_rad is None else factor * self.turn_noise_rad
 
@@ -78,7 +88,7 @@ class Design:
     content: Mapping[str, Any]
 
     def jobs(self) -> list[tuple[str, str]]:
-        """Return the sensor and the sets of each job: ``0000-0009`` is the first ten, as ``numbers_of`` reads it."""
+        """Return the sensor and the sets of each job; ``0000-0009`` are the first ten sets, as ``numbers_of`` reads it."""
         size = self.content["sets_per_job"]
         return [
             (sensor, job) for sensor, sets in self.content["sets"].items() for job in job_names(sets, size)
@@ -113,6 +123,7 @@ class Design:
         )
 
     def _cause(self, name: str, rng: np.random.Generator) -> dict[str, Any]:
+        """Return an injected cause with a drawn size and target."""
         size = float(rng.uniform(*self.content["effects"][name]))
         joint = int(rng.integers(1, 5))
         entry: dict[str, Any] = {"name": name, "target": {}, "size": size}
@@ -131,9 +142,9 @@ class Design:
 
 
 def load_tracked(path: str | Path) -> Design:
-    """Return the design that a YAML file describes; where it ``extends`` another in its folder, its keys replace that one's.
+    """Return the design that a YAML file describes; if the file ``extends`` another one in its folder, its keys replace those of that one.
 
     Raises:
-        InvalidInput: With every fault found.
+        InvalidInput: The file is at fault; every fault is listed.
     """
     return Design(checked_config(path, SCHEMA))

@@ -1,7 +1,7 @@
-"""What a true arm does beside its rigid geometry: causes that bend, turn or lag, by elementary mechanics.
+"""The true arm of the tracked trials with injected causes (compliance, gear errors, play, lag, warming), by elementary mechanics.
 
-Links are point masses at the origins of their frames, joints and the base are linear springs. A cause without a name, a square wave
-of the sum of two joint angles, stands for all that no catalogue has.
+Links are point masses at the origins of their frames, joints and the base are linear springs. The cause ``unknown``, a square wave
+of a weighted sum of two joint angles, stands for causes that are not in the catalogue of effects.
 """
 
 from __future__ import annotations
@@ -16,12 +16,17 @@ from study.common import kinematics
 from study.tracked_trials.tracked_arm import TrackedArm
 
 GRAVITY = 9.81  # m/s2
-HEAVIEST, LIGHTEST, PAYLOAD = 8.0, 1.5, 4.0  # kg: of the links, from the base on, and at the flange
-SOFTER = {2: 1.0, 3: 1.6}  # by joint, compliance over that of the shoulder
-STEP = 1e-4  # rad, of the derivative of the potential energy
-WAVES = (3.3, 2.1)  # per radian, of the cause without a name: of a joint and of the next one
+HEAVIEST, LIGHTEST, PAYLOAD = (
+    8.0,
+    1.5,
+    4.0,
+)  # kg: masses of the links fall from the base to the flange, which carries the payload
+SOFTER = {2: 1.0, 3: 1.6}  # {joint: its compliance relative to that of joint 2}
+STEP = 1e-4  # rad, step of the numerical derivative of the potential energy
+WAVES = (3.3, 2.1)  # the square wave is the sign of sin(3.3 q_j + 2.1 q_(j+1)), q in rad
 
 Cause = Mapping[str, Any]
+"""An injected cause: ``name``, ``target``, ``size`` and, for a harmonic, ``phase``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,9 +34,10 @@ class Acquisition:
     """What happens while N poses are measured, in their order.
 
     Attributes:
-        time: ``(N,)`` [s]. settling: Time constant of the warming [s].
+        time: ``(N,)`` [s], time of each pose.
+        settling: Time constant of the warming [s].
         approach: ``(N, n)``, +1 or -1, the direction in which each joint arrived.
-        jitter: ``(N, n)`` [rad], of the repeatability.
+        jitter: ``(N, n)`` [rad], random errors of the joints at each pose (repeatability).
     """
 
     time: np.ndarray
@@ -40,7 +46,7 @@ class Acquisition:
     jitter: np.ndarray
 
     def of(self, keep: np.ndarray) -> Acquisition:
-        """Return that of some of the poses ``(N,)`` bool, as if the others had never been approached."""
+        """Return the acquisition of some of the poses alone, ``keep`` ``(N,)`` bool."""
         return Acquisition(self.time[keep], self.settling, self.approach[keep], self.jitter[keep])
 
 
@@ -58,7 +64,8 @@ class FlawedArm:
         """Return where the flange is ``(N, 4, 4)`` in the base frame, if the encoders read ``(N, n)`` [rad].
 
         Args:
-            q: Joint angles as read. during: What happens meanwhile; None: a cold arm at rest, without play and jitter.
+            q: Joint angles as the encoders read them.
+            during: The acquisition; None: a cold arm at rest, without play and random errors.
         """
         by_name = {cause["name"]: cause["size"] for cause in self.causes}
         geometry = self.arm.geometry
@@ -69,7 +76,7 @@ class FlawedArm:
         T = kinematics.chain(geometry, self.angles(q, during)) @ self.arm.T_n_flange
         if "base_compliance" in by_name:
             x, y = self.moments(q)[1].T
-            # About the horizontal axis of the moment (-y, x): turned into x, tilted, turned back.
+            # The base tilts about the horizontal axis (-y, x) of the moment: this axis is turned into x, the tilt made, and the turn undone.
             tilt, heading = by_name["base_compliance"] * np.hypot(x, y), np.arctan2(x, -y)
             T = (
                 kinematics.rotation(2, heading)
@@ -80,7 +87,7 @@ class FlawedArm:
         return T
 
     def angles(self, q: np.ndarray, during: Acquisition | None) -> np.ndarray:
-        """Return where the joints are ``(N, n)`` [rad]; arguments as those of ``flange``."""
+        """Return the true joint angles ``(N, n)`` [rad]; the arguments are those of ``flange``."""
         true = q.copy()
         for cause in self.causes:
             name, size, target = cause["name"], cause["size"], cause["target"]
@@ -105,7 +112,7 @@ class FlawedArm:
         return true if during is None else true + during.jitter
 
     def moments(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the potential energy ``(N,)`` [J] and the weights times their horizontal places ``(N, 2)`` [N m]."""
+        """Return the potential energy ``(N,)`` [J], and the sum of the weights times their x and y in the base frame ``(N, 2)`` [N m]."""
         masses = np.linspace(HEAVIEST, LIGHTEST, q.shape[1])
         masses[0] = 0.0  # turns about an upright axis and does not move
         masses[-1] += PAYLOAD

@@ -1,7 +1,7 @@
-"""Run tracked trials: simulate, diagnose blind, compare with the truth; a row for each set, in memory.
+"""Run tracked trials in memory: simulate each set, diagnose it without knowledge of the truth, and compare with the truth.
 
-The diagnosis is the quick one, without the outer split. Errors are taken over unseen poses within the measured range of the joints, of
-a cold arm at rest, after the base is placed anew; those of a probe also after scaling, since contacts do not determine the scale.
+The diagnosis is the quick one, without the outer split. Errors are those of predictions for a cold arm at rest at unseen poses within the measured
+range of the joints, after the best rigid motion of the base; with a probe also after the best scale, since contacts do not determine it.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from study.tracked_trials.tracked_arm import relative
 DRAWN = ("sensor", "number", "seed", "robot", "share_of_range", "noise_m", "stated", "turn_noise_rad",
          "turn_stated", "repeatability_rad", "sessions", "records_time", "records_approach")  # fmt: skip
 TRIAL_COLUMNS = {
-    **{name: "as study.tracked_trials.design.Trial has it" for name in DRAWN},
-    "poses": "that were measured; of a probe, those that reach contact",
+    **{name: "the attribute of study.tracked_trials.design.Trial" for name in DRAWN},
+    "poses": "number of poses that were measured; with a probe, of those that reach contact",
     "injected": "JSON, the causes: name, target, size",
-    "status": "diagnosed; the error that ended the diagnosis, or crashed: a defect of ours",
-    "reason": "of a failure, its first line",
-    "verdict": "of diagnosis.json",
+    "status": "diagnosed; the class of the error that ended the diagnosis; or crashed, by a defect of this program",
+    "reason": "first line of the message of a diagnosis that failed",
+    "verdict": "verdict in diagnosis.json",
     "found": "JSON, the entries of diagnosis.json without their coefficients",
     "unobservable": "JSON, names and targets that the diagnosis says it cannot observe",
     "shipped": "which fit is shipped",
-    "held_out_after_mm": "rms over poses held out, as shipped",
-    "unseen_before_mm": "rms position error over the unseen poses, without the effects found",
-    "unseen_found_mm": "with all of them",
-    "unseen_after_mm": "as shipped",
+    "held_out_after_mm": "RMS error over held-out poses of the shipped model",
+    "unseen_before_mm": "RMS position error over the unseen poses of the model without effects",
+    "unseen_found_mm": "the same of the model with all effects that were found",
+    "unseen_after_mm": "the same of the shipped model",
     "seconds": "processor time of the set",
 }
 
@@ -69,7 +69,7 @@ def run_trial(trial: Trial) -> dict[str, Any]:
         )
     except ScalarError as error:
         row |= {"status": type(error).__name__, "reason": str(error).splitlines()[0]}
-    except Exception as error:  # a defect of ours: counted as one, and one set does not stop the others
+    except Exception as error:  # a defect of this program: counted, and the other sets are still run
         print_exc()
         row |= {"status": CRASHED, "reason": f"{type(error).__name__}: {error}".splitlines()[0]}
     return row | {"seconds": process_time() - start}
@@ -79,8 +79,10 @@ def answer(diagnosis: Diagnosis, unseen: np.ndarray, truth: np.ndarray, scaled: 
     """Return what a diagnosis says and how well its calibrations predict, as entries of a row.
 
     Args:
-        diagnosis: Of one set. unseen: Joint angles ``(M, n)`` [rad]. truth: Frames of the first target there ``(M, 4, 4)``.
-        scaled: Whether the scale is free.
+        diagnosis: The diagnosis of one set.
+        unseen: Joint angles of the unseen poses ``(M, n)`` [rad].
+        truth: True frames of the first target at them ``(M, 4, 4)``.
+        scaled: Whether errors are taken after the best scale.
     """
     mapping = diagnosis.to_mapping()
     found = [{k: v for k, v in entry.items() if k != "coefficients"} for entry in mapping["effects"]]
@@ -105,13 +107,14 @@ def answer(diagnosis: Diagnosis, unseen: np.ndarray, truth: np.ndarray, scaled: 
 
 
 def predicted(calibration: Calibration, q: np.ndarray) -> np.ndarray:
-    """Return the frames of the first target ``(M, 4, 4)`` that a calibration predicts of a cold arm at rest."""
+    """Return the frames of the first target ``(M, 4, 4)`` that a calibration predicts for a cold arm at rest."""
     return np.asarray(calibration.predict(q, time=0.0, order=0, approach=np.zeros_like(q)))
 
 
 def unseen_error(T: np.ndarray, truth: np.ndarray, scaled: bool = False) -> float:
-    """Return the rms distance [m] of predicted frames ``(M, 4, 4)`` from the true ones, after the rigid motion, and if
-    ``scaled`` the scale, that fit best.
+    """Return the RMS distance [m] of the origins of predicted frames ``(M, 4, 4)`` from the true ones, after the best rigid motion.
+
+    If ``scaled``, they are multiplied by the best scale as well.
     """
     places, true = relative(T, truth)[:, :3, 3], truth[:, :3, 3]
     places, true = places - places.mean(0), true - true.mean(0)

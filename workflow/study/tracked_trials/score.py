@@ -1,7 +1,8 @@
-"""The score of a tracked set: what is right, missed and wrong, and whether the correction helps at unseen poses.
+"""Score the answer to a set of the tracked trials: what is right, missed and wrong, and whether the correction helps at unseen poses.
 
-An answer is right if name and joints are those of a cause. A compliance of joints 2 and 3 may leave one of them out, a harmonic may have
-further orders, and a jitter of poses is right where the joints do not repeat. A cause without a name is answered by ``unattributed``.
+A name is right if the effect and its joints are those of an injected cause. A compliance of joints 2 and 3 may leave one of them out, a harmonic
+may have further orders, and ``pose_jitter`` is right if the joints do not repeat exactly. A cause that is no effect of the catalogue (``unknown``)
+is rightly answered by ``unattributed``.
 """
 
 from __future__ import annotations
@@ -15,13 +16,13 @@ from study.blind_trials.trial_score import WORSE
 RATES = {
     "clean": "every cause is named, and nothing else",
     "missed": "a cause is neither named, nor listed as confounded or unobservable, nor reported as unattributed structure",
-    "wrong": "a name that is no cause's, and lists none as confounded with it",
-    "wrong_sure": "such a name with a confidence of 0.8 or more",
-    "unattributed": "structure without a name is reported",
-    "worse": "as shipped, unseen poses err more by 5 % or more than without effects",
-    "failed": "no answer",
+    "wrong": "an effect is named that was not injected, and no injected cause is listed as confounded with it",
+    "wrong_sure": "an effect is wrongly named with a confidence of 0.8 or more",
+    "unattributed": "unmodelled structure is reported",
+    "worse": "the error of the shipped model at unseen poses is more than 5 % larger than without effects",
+    "failed": "the diagnosis ended in an error",
 }
-"""Columns of a score, each True or False; several may apply to one set."""
+"""``{column of a score: when it is True}``; several may be True for one set."""
 
 
 def is_cause(entry: Entry, cause: Mapping[str, Any]) -> bool:
@@ -48,9 +49,11 @@ def tracked_score(
     """Return the columns ``RATES`` of one set.
 
     Args:
-        causes: That the arm has. repeats: Whether its joints come back exactly.
-        found, unobservable: Of diagnosis.json.
-        errors: ``before`` and ``after`` over unseen poses [mm]; None without an answer.
+        causes: The injected causes.
+        repeats: Whether the joints return exactly to a pose.
+        found: The entries ``effects`` of diagnosis.json.
+        unobservable: The entries ``unobservable`` of diagnosis.json.
+        errors: ``before`` and ``after``, the RMS errors over unseen poses [mm]; None without an answer.
     """
     unattributed = any(entry["name"] == UNATTRIBUTED for entry in found)
     wrong = [
@@ -60,13 +63,16 @@ def tracked_score(
         and not is_true_jitter(entry, repeats)
         and not any(is_cause(e, c) for e in (entry, *entry.get("confounded_with", ())) for c in causes)
     ]
-    named = [cause_outcome(cause, found, unobservable) for cause in causes]
+    outcomes = [cause_outcome(cause, found, unobservable) for cause in causes]
     before, after = errors["before"], errors["after"]
     failed = before is None or after is None
     needless = unattributed and not any(cause["name"] == "unknown" for cause in causes)
     return {
-        "clean": not failed and not wrong and not needless and all(outcome == "right" for outcome in named),
-        "missed": not failed and not unattributed and "missed" in named,
+        "clean": not failed
+        and not wrong
+        and not needless
+        and all(outcome == "right" for outcome in outcomes),
+        "missed": not failed and not unattributed and "missed" in outcomes,
         "wrong": bool(wrong),
         "wrong_sure": any((entry.get("confidence") or 0.0) >= SURE for entry in wrong),
         "unattributed": unattributed,
@@ -76,7 +82,7 @@ def tracked_score(
 
 
 def cause_outcome(cause: Mapping[str, Any], found: Sequence[Entry], unobservable: Sequence[Entry]) -> str:
-    """Return ``right``, ``listed`` (as confounded with one that is named), ``unobservable`` or ``missed``."""
+    """Return ``right``, ``listed`` (as confounded with a named effect), ``unobservable`` (listed as such) or ``missed``."""
     if any(is_cause(entry, cause) for entry in found):
         return "right"
     if any(is_cause(other, cause) for entry in found for other in entry.get("confounded_with", ())):

@@ -1,7 +1,7 @@
-"""One diagnosis step by step, as tables for figures and text: the residual, the candidates, the effect, the errors.
+"""Tabulate one diagnosis step by step, for figures and text: the residual, the candidates, the effect, the errors.
 
-The diagnosis itself is made by the command line. Here its files are read; nothing is selected again. The numbers behind the pictures, one
-for each pose, follow from the saved calibrations and the dataset.
+The diagnosis itself is made by the command line. Here its files are read; no effect is selected again. The numbers in the figures, one
+for each pose, are computed from the saved calibrations and the dataset.
 """
 
 from __future__ import annotations
@@ -43,16 +43,16 @@ def write_control(config: Path, out_dir: Path) -> None:
 
 
 def tell(dataset_dir: Path, diagnosis_dir: Path) -> dict[str, pd.DataFrame]:
-    """Return the tables of a diagnosis whose first effect is a gear's.
+    """Return the tables of a diagnosis whose first effect is a gear error.
 
     Args:
-        dataset_dir: What was diagnosed.
-        diagnosis_dir: With before.json, after.json and diagnosis.json.
+        dataset_dir: Folder of the dataset that was diagnosed.
+        diagnosis_dir: Folder with before.json, after.json and diagnosis.json.
 
     Returns:
-        ``poses``: for each pose the joint's angle, the residual before and after, and the joint's error that the pose shows if only the
-        effect is left out of the model (``asked_deg``) and with it (``left_deg``). ``curve``: the effect over the angle, with its standard
-        error. ``ranking``: the candidates on the residual before.
+        ``poses``: for each pose the joint's angle, the residual before and after, and the error of the joint that the pose shows with only the
+        effect left out of the model (``asked_deg``) and with the whole model (``left_deg``). ``curve``: the effect over the angle, with its
+        standard error. ``ranking``: the candidates for the residual before.
     """
     diagnosis = read(diagnosis_dir / "diagnosis.json")
     data = _cleaned(read_dataset(dataset_dir), diagnosis)
@@ -95,6 +95,7 @@ def _state(dataset: Dataset, calibration: Calibration) -> FittedState:
 
 
 def _ranking(diagnosis: Mapping[str, Any]) -> pd.DataFrame:
+    """Return the first candidates of a diagnosis, with whether each was found."""
     found = [(effect["name"], effect["target"]) for effect in diagnosis["effects"]]
     rows = [
         {
@@ -113,8 +114,10 @@ def errors(diagnosis_dir: Path, control: Path, truth: Path, control_truth: Path)
     """Return ``when, position_mean_mm, ...``: before, after, and the matched control, each against its own scene's truth, base aligned.
 
     Args:
-        diagnosis_dir: With before.json and after.json. control: Calibration of the scene without the effect.
-        truth, control_truth: Folders of the truth of either scene.
+        diagnosis_dir: Folder with before.json and after.json.
+        control: Calibration of the scene without the effect.
+        truth: Folder with the truth of the scene with the effect.
+        control_truth: Folder with the truth of the scene without the effect.
     """
     rows = []
     for when, path, place in (
@@ -135,11 +138,13 @@ def numbers(
     found: pd.DataFrame,
     tables: Mapping[str, pd.DataFrame],
 ) -> dict[str, Any]:
-    """Return what the paper quotes.
+    """Return the numbers that the paper quotes.
 
     Args:
-        diagnosis: diagnosis.json. truth: truth.json.
-        found: ``errors`` as above. tables: ``tell`` as above.
+        diagnosis: Content of diagnosis.json.
+        truth: Content of truth.json.
+        found: As ``errors`` returns it.
+        tables: As ``tell`` returns them.
     """
     injected, first = truth["effects"][0], diagnosis["effects"][0]
     sin, cos = (first["coefficients"][f"{name}_rad"]["value"] for name in ("sin", "cos"))

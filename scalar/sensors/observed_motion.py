@@ -28,13 +28,13 @@ _ALPHA = 1e-4  # p-value below which a motion is significant
 
 
 @dataclass(frozen=True, eq=False)
-class SeenMotion:
-    """The motion of one session.
+class ObservedMotion:
+    """The motion of the base relative to the tracker in one session, as its nests show it.
 
     Attributes:
         screws: ``(N, 6)`` [rad, m], motion (w, v) about the tracker's origin since the first pose, in the tracker's frame; zero if
             no motion is significant.
-        step: Standard deviation of a step between two poses: [m] of the translation, and divided by ``_REACH`` [rad] of the rotation.
+        step: Standard deviation of the step between two poses: that of each translation [m]; divided by ``_REACH``, that of each rotation [rad].
         noise: Standard deviation of a coordinate of a nest [m].
         p_value: p-value of the hypothesis that nothing moves.
     """
@@ -48,7 +48,7 @@ class SeenMotion:
 def motion_of_base(references: References, session: Array, T_tracker_base: Array) -> Array:
     """Return the motion of the base relative to the tracker ``(N, 6)`` [rad, m], in the base frame, at the poses of all S sessions.
 
-    After the last pose of a session at which a nest was measured, the motion stays as it is.
+    After the last pose of a session at which a nest was measured, the motion is taken to stay the same.
 
     Args:
         references: The nests as measured in the tracker's frame.
@@ -60,18 +60,18 @@ def motion_of_base(references: References, session: Array, T_tracker_base: Array
         rows = np.flatnonzero(session == s)
         of_session = references.subset(rows, len(session))
         if len(of_session.pose):
-            screws = seen_motion(of_session).screws
+            screws = observed_motion(of_session).screws
             back = np.broadcast_to(inverse(T), (len(screws), 4, 4))
             found[rows[: len(screws)]] = change_frame(back, screws[:, :, None])[:, :, 0]
             found[rows[len(screws) :]] = found[rows[len(screws) - 1]]
     return found
 
 
-def seen_motion(references: References) -> SeenMotion:
+def observed_motion(references: References) -> ObservedMotion:
     """Return the motion over the poses ``0 .. N - 1`` of one session from its nests; pose N - 1 is the last at which a nest was measured."""
     n = int(references.pose.max()) + 1
     system = _System.of(references, n)
-    cost_at_rest = system.still()
+    cost_at_rest = system.cost_without_motion()
     found: Any = minimize_scalar(
         lambda log: system.solved(float(np.exp(log)))[0], bounds=tuple(np.log(_RATIOS)), method="bounded"
     )
@@ -81,7 +81,7 @@ def seen_motion(references: References) -> SeenMotion:
     moves = p < _ALPHA
     w, t = motion[:, :3], motion[:, 3:]
     screws = np.concatenate([w, t - np.cross(w, system.middle)], axis=1) if moves else np.zeros((n, 6))
-    return SeenMotion(screws, ratio * noise, noise, p)
+    return ObservedMotion(screws, ratio * noise, noise, p)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +128,7 @@ class _System:
         y = ((references.points - places[item]) * weight[:, None]).ravel()
         return cls(X, Z, y, sparse.csr_matrix(sparse.kron(one, sparse.eye(6))), middle)
 
-    def still(self) -> float:
+    def cost_without_motion(self) -> float:
         """Return minus twice the restricted log likelihood if nothing moves."""
         gram = (self.X.T @ self.X).toarray()
         rest = self.y - self.X @ np.linalg.solve(gram, self.X.T @ self.y)
@@ -136,8 +136,8 @@ class _System:
         return freedom * float(np.log(max(rest @ rest, 1e-300) / freedom)) + float(np.linalg.slogdet(gram)[1])
 
     def solved(self, ratio: float) -> tuple[float, float, Array]:
-        """Return minus twice the restricted log likelihood, the noise [m], and the motion ``(N, 6)`` (w, t), for a ratio of step to noise."""
-        # A band matrix with a border, which is factorised in this order without fill-in.
+        """Return minus twice the restricted log likelihood, the noise [m], and the motion ``(n, 6)`` (w, t), for a ratio of step to noise."""
+        # The matrix is banded, with a border for the positions of the nests; in this order of its rows its factors have no other entries.
         ZX = sparse.hstack([self.Z, self.X])
         K, walk = self.X.shape[1], self.Z.shape[1]
         precision = sparse.block_diag([self.D.T @ self.D / ratio**2, sparse.csr_matrix((K, K))])
