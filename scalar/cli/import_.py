@@ -14,6 +14,8 @@ from scalar.cli.terminal import say
 from scalar.cli.validate import describe_content
 from scalar.errors import Fault, InvalidInput
 
+_FILES_SHOWN = 6  # files of which rows were left out that are named
+
 
 @cli.command("import")
 @click.argument("mapping", type=PATH)
@@ -38,8 +40,8 @@ def import_(
 ) -> None:
     """Import foreign tables into a dataset.
 
-    The YAML file MAPPING states columns, units and separators of the tables. A SOURCE is a CSV file, a MATLAB matrix
-    (.mat), or a folder that holds the files that MAPPING names. docs/mapping.md has small mappings for a tracker and a
+    The YAML file MAPPING states columns, units and separators of the tables. A SOURCE is a CSV file, a spreadsheet
+    (.xlsx), a MATLAB matrix (.mat), or a folder that holds the files that MAPPING names. docs/mapping.md has small mappings for a tracker and a
     scanner, and explains each key.
 
     \b
@@ -53,6 +55,7 @@ def import_(
           pose: {column: "No."}
           x: {column: "@x", unit: mm}
           z: {column: "@z", unit: mm}
+    If each column is a profile, write column_profiles: {x: "X [mm]"} instead, and pose: {column: "@head_number"}.
 
     \b
     Example (see configs/measured for complete mappings):
@@ -73,6 +76,10 @@ def import_(
         raise InvalidInput(Fault("--base, --tip", message))
     left_out = import_dataset(mapping, sources, output, robot, force=force)
     say(describe_content(read_folder(output)))
-    for rows in left_out:
+    for rows in left_out[:_FILES_SHOWN]:
         say(f"  {rows}")
+    if more := left_out[_FILES_SHOWN:]:
+        say(
+            f"  {len(more)} more files of which rows were left out (drop_without): {sum(len(rows.rows) for rows in more)} rows in all"
+        )
     say(f"written: {output}")

@@ -5,7 +5,6 @@ MATLAB's newer HDF5 files (save with -v7 instead) and spreadsheets older than .x
 """
 
 import csv
-import re
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -19,7 +18,7 @@ from scalar.data.io.regular_file import MAX_TABLE_BYTES, check_regular_file, rea
 from scalar.data.located_table import shorten
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.profile_files import is_gocator, read_gocator, read_opencv
-from scalar.ingest.raw_table import RawTable, table_of_rows
+from scalar.ingest.raw_table import RawTable, last_number, table_of_rows
 from scalar.ingest.spreadsheet import read_spreadsheet
 
 _SEPARATORS = {"tab": "\t", "space": " "}
@@ -37,8 +36,7 @@ def read_raw(path: Path, text: Mapping[str, Any], variable: str | None) -> RawTa
     Raises:
         InvalidInput: the file cannot be read, or is not such a table; every faulty row is named.
     """
-    numbers = re.findall("[0-9]+", path.stem)
-    return replace(_read(path, text, variable), number=int(numbers[-1]) if numbers else None)
+    return replace(_read(path, text, variable), number=last_number(path.stem))
 
 
 def _read(path: Path, text: Mapping[str, Any], variable: str | None) -> RawTable:

@@ -8,6 +8,7 @@ from typing import Any
 from scalar.data.description import Description
 from scalar.data.formats import COMMANDED, PAYLOAD, TORQUE
 from scalar.data.sensor_formats import MeasuredTable
+from scalar.ingest.column_profiles import ColumnProfiles
 from scalar.ingest.orientation import EULER, QUATERNION, VECTOR
 from scalar.ingest.raw_table import Reference
 from scalar.ingest.row_profiles import RowProfiles
@@ -67,6 +68,7 @@ class Block:
         euler_axes: the axes about which the columns e1,e2,e3 turn; None if there are no such columns.
         text: how its text files are written, where the mapping says so for this block alone.
         row_profiles: where the values of the profiles stand, if each row of the files is a whole profile; else None.
+        column_profiles: the same, if each column is one.
     """
 
     columns: Mapping[str, Column]
@@ -76,6 +78,7 @@ class Block:
     euler_axes: str | None = None
     text: Mapping[str, Any] = field(default_factory=dict)
     row_profiles: RowProfiles | None = None
+    column_profiles: ColumnProfiles | None = None
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from scalar.data.sensor_formats import MeasuredTable
 from scalar.data.strict_schema import strict_validator
 from scalar.data.unit_suspicions import suspect_description, write_si
 from scalar.errors import Fault, InvalidInput
+from scalar.ingest.column_profiles import ColumnProfiles
 from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, Column, FileRule, MappingFile, quantity_of
 from scalar.ingest.mapping_columns import check_columns
 from scalar.ingest.named_units import UNITS, description_to_si, units_of_dataset
@@ -157,7 +158,12 @@ def _block(
                 (key, "drop_without", i),
                 f"no such column here ({shorten(name)}); {hint}write one of {', '.join(columns)}",
             )
-    rows = block.get("row_profiles")
+    rows, columns_are = block.get("row_profiles"), block.get("column_profiles")
+    if rows is not None and columns_are is not None:
+        given.fault(
+            (key, "column_profiles"),
+            "a profile is a row of the file or a column; remove row_profiles or this key",
+        )
     if rows is not None and ("first_x" in rows) != ("step" in rows):
         given.fault((key, "row_profiles"), "first_x and step are given together; add the other one")
     return Block(
@@ -168,6 +174,7 @@ def _block(
         block.get("euler_axes"),
         block.get("text", {}),
         None if rows is None else RowProfiles(**rows),
+        None if columns_are is None else ColumnProfiles(**columns_are),
     )
 
 

@@ -1,5 +1,7 @@
 """A foreign table as its file has it: only numbers are interpreted, and every row keeps the number of its line in the file."""
 
+import re
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,7 +17,12 @@ FILE_NUMBER = "@file_number"
 """The column that holds the number in the file's name, for files whose names contain the number of their pose."""
 ROW = "@row"
 """The column that counts the rows of a file's table from 1."""
+HEAD_NUMBER = "@head_number"
+"""The column that holds the number in the head of a profile's column, where each column of a file is a profile."""
 MOST_COLUMNS = 10_000  # of a foreign table: a profile in a row has up to some thousand values
+_MOST_ROWS = (
+    0.8  # of all: where so many have the same number of cells, and the head has fewer, the head is a title
+)
 _MAX_WRONG = 10  # most cells of one column that are listed as not being numbers
 MISSING = frozenset({"", "nan", "na", "n/a", "null"})
 
@@ -112,7 +119,29 @@ class RawTable:
             faults.append(Fault(self.file, message, column=self.label(reference)))
         return values, missing
 
+    def pose_numbers(self, reference: Reference, faults: list[Fault]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the column of pose numbers as ``numbers`` does; names such as ``P017``, alike but for one whole number, are taken for it."""
+        cells = self._cells(reference)
+        if cells.dtype == object:
+            missing = self._is_missing(cells)
+            found = [re.fullmatch("([^0-9]+)([0-9]+)([^0-9]*)", cell) for cell in cells[~missing]]
+            if (
+                found
+                and len({match and (match[1].rstrip("-+"), match[3]) for match in found}) == 1
+                and found[0]
+            ):
+                values = np.full(len(cells), np.nan)
+                values[~missing] = [float(match[2]) for match in found if match]
+                return values, missing
+        return self.numbers(reference, faults)
+
     def _cells(self, reference: Reference) -> np.ndarray:
+        if reference == HEAD_NUMBER and HEAD_NUMBER not in (self.names or ()):
+            message = (
+                f"{HEAD_NUMBER} needs points.column_profiles, and a number of its own in the head of every profile; where both files have the poses "
+                f"in the same order, write {ROW} in both blocks"
+            )
+            raise InvalidInput(Fault(self.file, message))
         if reference == ROW and ROW not in (self.names or ()):
             return np.arange(1.0, len(self.lines) + 1.0)
         if reference != FILE_NUMBER:
@@ -125,6 +154,12 @@ class RawTable:
 
     def _is_missing(self, cells: np.ndarray) -> np.ndarray:
         return np.array([cell.lower() in self.missing for cell in cells], dtype=bool)
+
+
+def last_number(text: str) -> int | None:
+    """Return the last whole number in a text, as in the name of a file or the head of a column; None if there is none."""
+    numbers = re.findall("[0-9]+", text)
+    return int(numbers[-1]) if numbers else None
 
 
 def table_of_rows(
@@ -167,6 +202,14 @@ def table_of_rows(
                 )
             )
     if faults:
+        usual, times = Counter(len(cells) for _, cells in rows).most_common(1)[0]
+        if names is not None and width < usual and times > _MOST_ROWS * len(rows):
+            first = next(line for line, cells in rows if len(cells) == usual)
+            message = (
+                f"the line that should name the columns has {width} cell{'s' if width > 1 else ''}, and {times} of the {len(rows)} lines after it "
+                f"have {usual}; if a title stands before the table, write skip_lines: {first - 1} under text in the mapping"
+            )
+            raise InvalidInput(Fault(file, message, skip + 1))
         raise InvalidInput(faults[:MAX_SHOWN])
     columns = []
     for j in range(width):

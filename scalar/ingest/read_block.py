@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from scalar.errors import Fault, InvalidInput
+from scalar.ingest.column_profiles import points_of_columns
 from scalar.ingest.foreign_tables import read_raw
 from scalar.ingest.imported_table import ImportedTable, joined, select_rows
 from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, FileRule, MappingFile
@@ -39,7 +40,7 @@ class LeftOut:
         without = f"without {' or '.join(self.columns)} (drop_without)"
         rows = list(dict.fromkeys(self.rows))
         if len(rows) < len(self.rows):
-            return f"{self.file}: {len(self.rows)} points of {len(rows)} profiles left out, {without}"
+            return f"{self.file}: {len(self.rows)} points in {len(rows)} rows left out, {without}"
         shown = ", ".join(map(str, rows[:_ROWS_SHOWN]))
         more = f" and {len(rows) - _ROWS_SHOWN} more" if len(rows) > _ROWS_SHOWN else ""
         return (
@@ -77,6 +78,8 @@ def read_block(
             raw = read_raw(path, {**mapping.text, **block.text}, mapping.variable)
             if block.row_profiles is not None:
                 raw = points_of_rows(raw, block.row_profiles)
+            elif block.column_profiles is not None:
+                raw = points_of_columns(raw, block.column_profiles)
             whole = _read_columns(raw, block, rule, faults, left_out)
             keep, owner = _first_rows(raw, whole, block, faults)
         except InvalidInput as error:
@@ -113,7 +116,8 @@ def _read_columns(
                 names = column.names or {}
                 columns[name] = np.array([names.get(cell, cell) for cell in text], dtype=object)
             else:
-                values, empty[name] = raw.numbers(column.reference, faults)
+                read = raw.pose_numbers if name == "pose" else raw.numbers
+                values, empty[name] = read(column.reference, faults)
                 columns[name] = column.to_si(column.sign * values + column.offset)
         except InvalidInput as error:
             faults += error.faults

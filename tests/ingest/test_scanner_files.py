@@ -217,7 +217,7 @@ def test_a_profile_in_each_row(folder):
     status, said, dataset = imported(folder, ROWS)
     assert status == 0, said
     check(dataset, lost=2)
-    assert f"LJ.csv: {2 * POSES} points of {POSES} profiles left out" in said
+    assert f"LJ.csv: {2 * POSES} points in {POSES} rows left out" in said
 
 
 @pytest.mark.parametrize("heads", [[f"{i + 1}" for i in range(25)], [f"V{i}" for i in range(25)]])
@@ -233,6 +233,39 @@ def test_profiles_in_rows_whose_heads_do_not_state_x(folder, heads):
     half = where.replace(", step: 2.5", "")
     status, said, _ = imported(folder, ROWS.replace("row_profiles: {}", half))
     assert status == 2 and "points.row_profiles" in said and "together" in said
+
+
+COLUMNS = ROWS.replace("row_profiles: {}", "column_profiles: {x: 'X/mm'}")
+
+
+def columns_of_profiles(heads):
+    """Return a table with a profile in each column, after a count of the values and their x; the first two values of each are not measured."""
+    rows = [[f"{x}", *("-99.9999" if i < 2 else f"{z}" for z in Z[:, i])] for i, x in enumerate(X)]
+    lines = [";".join([f"{i}", *row]) for i, row in enumerate(rows)]
+    return "\n".join([";".join(["i", "X/mm", *heads]), *lines]).replace(".", ",") + "\n"
+
+
+@pytest.mark.parametrize(("first", "where"), [(11, "@head_number"), (1, "@row")])
+def test_a_profile_in_each_column(folder, first, where):
+    """One column states x, and all after it are profiles: they are numbered by their heads, or counted."""
+    mapping = COLUMNS.replace("No.", f"'{where}'")
+    if where == "@row":
+        mapping = mapping.replace("column: id", f"column: '{where}'")
+    heads = [f"scan 2 P{first + k:03d}" for k in range(POSES)]
+    (folder / "LJ.csv").write_text(columns_of_profiles(heads), encoding="utf-8")
+    status, said, dataset = imported(folder, mapping)
+    assert status == 0, said
+    check(dataset, lost=2)
+    assert list(dataset.pose_ids) == list(range(first, first + POSES))
+
+
+def test_heads_that_number_no_profile_are_refused(folder):
+    """Where the number is the same in all heads, no profile is taken for another's."""
+    (folder / "LJ.csv").write_text(
+        columns_of_profiles([f"{'x' * k}_2026" for k in range(POSES)]), encoding="utf-8"
+    )
+    status, said, _ = imported(folder, COLUMNS.replace("No.", "'@head_number'"))
+    assert status == 2 and "a number of its own" in said and "@row" in said
 
 
 def test_profiles_in_rows_without_a_number(folder):

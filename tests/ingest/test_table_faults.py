@@ -25,6 +25,28 @@ def test_a_wrong_cell_is_named_by_row_and_column_of_its_own_file(tmp_path, row, 
     refused(tmp_path, run(tmp_path, tracker_mapping(), write_table(tmp_path / "a.csv", rows)), *words)
 
 
+def test_a_title_before_the_table_is_one_fault_which_says_how_many_lines_to_skip(tmp_path):
+    """A line with fewer cells than nearly all lines after it names no columns."""
+    path = write_table(tmp_path / "a.csv", cells())
+    text = path.read_text(encoding="utf-8")
+    path.write_text("Protocol of cell 4\nMonday\n" + text, encoding="utf-8")
+    result = run(tmp_path, tracker_mapping(), path)
+    refused(tmp_path, result, "skip_lines: 2")
+    assert len(result.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(("names", "expected"), [("P{:03d}", 0), ("P{:03d}-7", 2), ("P{0}.{0}", 2)])
+def test_poses_with_a_name_have_the_number_in_it(tmp_path, names, expected):
+    """P001 is pose 1; where a name holds two numbers that differ, or has no number of its own, it is refused."""
+    mapping, rows = tracker_mapping(), cells()
+    mapping["poses"]["columns"]["pose"] = {"column": "Point"}
+    path = write_table(
+        tmp_path / "a.csv", [[*row, names.format(k + 1)] for k, row in enumerate(rows)], [*header(), "Point"]
+    )
+    result = run(tmp_path, mapping, path)
+    assert result.exit_code == expected, result.output
+
+
 def test_decimal_commas_that_the_mapping_does_not_mention_give_few_messages(tmp_path):
     """If every cell of nine columns is wrong, each column has ten messages, which name the key to set, and a count of the rest."""
     mapping = tracker_mapping()
