@@ -168,9 +168,11 @@ def _confirmed(
     )
     if refused:
         after = run.after.refitted([f.effect for f in kept])
-        everything = after.refitted([*after.effects, *(f.effect for f in refused)])
-        helps = bool(kept) and unconfirmed_effects_help(near_data_sheet(after), near_data_sheet(everything))
-        run = replace(run, after=everything if helps else after)
+        if kept:
+            everything = after.refitted([f.effect for f in (*kept, *refused)])
+            if unconfirmed_effects_help(near_data_sheet(after), near_data_sheet(everything)):
+                after = everything
+        run = replace(run, after=after)
     return run, kept, refused
 
 

@@ -22,8 +22,8 @@ class NamingSettings:
     """When a finding is given a name."""
 
     least_confidence: float = setting(
-        2 / 3, "of 1", "a finding with less confidence is not given its name and is reported as unattributed",
-        "Bayes' decision rule if a wrong name costs twice as much as a missing one, which the report still lists among the likely causes",
+        0.6, "of 1", "a finding with less confidence is not given its name and is reported as unattributed",
+        "Bayes' decision rule if a wrong name costs half as much again as a missing one, which the report still lists among the likely causes",
     )  # fmt: skip
 
 
