@@ -88,7 +88,13 @@ def refuse_foreign_plan(folder: Path, force: bool) -> None:
         return has_plan
 
     refuse_foreign(
-        [(index, is_plan), (folder / "poses.csv", of_the_plan), (folder / "plan.png", of_the_plan)], force
+        [
+            (index, is_plan),
+            (folder / "poses.csv", of_the_plan),
+            (folder / "poses_deg.csv", of_the_plan),
+            (folder / "plan.png", of_the_plan),
+        ],
+        force,
     )
 
 

@@ -12,8 +12,8 @@ import click
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, keep
 from scalar.cli.outputs import FORCE, refuse_foreign_plan
-from scalar.cli.plan_moves import moved
-from scalar.cli.plan_source import declared
+from scalar.cli.plan_moves import in_degrees, moved
+from scalar.cli.plan_source import calibration_near, declared, with_noise
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
 from scalar.planning.defaults import N_CANDIDATES, REPEATABILITY
@@ -52,7 +52,7 @@ _TOUCHING_SHOWN = 6
 @click.option("--incidence", default=50.0, show_default=True, metavar="DEG",
               help="Largest angle between a scanner's ray and the normal of a plane.")  # fmt: skip
 @click.option("--noise", type=click.FloatRange(0, min_open=True), metavar="MM",
-              help="Noise of the sensor, 1 sigma; if not given, that of dataset.yaml, or 0.1.")  # fmt: skip
+              help="Noise of the sensor, 1 sigma; if not given, that of dataset.yaml, of the calibration, or 0.1.")  # fmt: skip
 @click.option("--repeatability", type=click.FloatRange(0), default=REPEATABILITY / MM, show_default=True, metavar="MM",
               help="Repeatability of the arm, 1 sigma along each axis.")  # fmt: skip
 @click.option("--candidates", type=click.IntRange(100, 10_000), default=N_CANDIDATES, show_default=True,
@@ -88,6 +88,9 @@ def plan(
     (tested by pybullet with a body of the arm that is guessed from its reach: check the moves before you run them). The plan consists of the
     candidates from which a calibration is expected to predict positions best.
 
+    With --near, poses are planned for the arm as it was calibrated. Where ROBOT has measured poses, the planned ones are numbered on from
+    them; the expected error is that of the planned poses alone.
+
     With --after, poses are planned for the arm as calibrated in the after.json that lies beside the diagnosis, or in what --near names.
     The plan consists of the poses that separate effects which the diagnosis could not distinguish. The output
     says for each pair of effects whether the planned poses separate them, or whether more poses would. If even all candidates
@@ -96,7 +99,7 @@ def plan(
     The expected error contains only the noise of the sensor and the repeatability of the arm: it assumes that the model lacks nothing.
 
     Writes DIR/poses.csv (the columns of a dataset's poses.csv, in the order of a program with short moves), DIR/plan.json
-    and DIR/plan.png.
+    and DIR/plan.png. Angles are in rad; DIR/poses_deg.csv has the same poses in degrees and millimetres, for the controller.
 
     \b
     Example:
@@ -112,9 +115,12 @@ def plan(
 
     refuse_foreign_plan(output, force)
     keep(output)
-    arm, sensor, planes, dataset = declared(robot, noise, needs_data=after is not None)
+    arm, sensor, planes, dataset = declared(
+        robot, needs_data=after is not None, may_have_data=near is not None
+    )
     view = View(*_range(limits), fan * DEG, incidence * DEG)
-    calibration = _calibration(near, after, arm)
+    calibration = calibration_near(near, after, arm)
+    sensor = with_noise(sensor, noise, calibration)
     workcell = Workcell.of(
         arm, sensor, planes, calibration, view, repeatability * MM, same_campaign=after is not None
     )
@@ -133,7 +139,7 @@ def plan(
             chosen, content = result.chosen, result.to_mapping() | {"not_determined": list(info.fixed)}
             curve, random = result.curve, (len(chosen), result.random_error)
         lines += _write(output, workcell, found, chosen, content, allowed, curve, random, _next_ids(dataset))
-    if after is not None:
+    if dataset is not None:
         lines.append(
             f"  measure them, append the rows to the tables of {robot} (pose numbers and order go on from there; give them a session of their "
             "own where base, planes or tracker were set up anew), and diagnose again"
@@ -142,7 +148,7 @@ def plan(
     say("\n".join(lines))
     if no_collisions:
         say("  not tested for collisions: check every pose and move before you run them")
-    say(f"written: {output / 'poses.csv'}, plan.json, plan.png")
+    say(f"written: {output / 'poses.csv'}, poses_deg.csv, plan.json, plan.png")
 
 
 def _planned(
@@ -188,26 +194,8 @@ def _planned(
     )
     lines.insert(1, f"  as many poses drawn at random: {result.random_error / MM:.4f} mm")
     others = ", ".join(f"{n}: {e / MM:.4f}" for n, e in result.curve if n != count)
-    lines.append(f"  by number of poses [mm]: {others}")
+    lines.append(f"  by number of poses, at most [mm]: {others}")
     return result, info, lines
-
-
-def _calibration(near: Path | None, after: Path | None, arm: Any) -> Any:
-    """Return the calibration to plan near: the one given as ``--near``, else ``after.json`` next to the diagnosis, else None."""
-    from scalar.estimation.result import load_calibration
-
-    path = near or (None if after is None else after.parent / "after.json")
-    if path is None:
-        return None
-    if near is None and not path.exists():
-        message = "no such file; --after takes the calibration that lies beside the diagnosis: put after.json there, or name it with --near"
-        raise InvalidInput(Fault(str(path), message))
-    calibration = load_calibration(path)
-    theirs = calibration.model.robot.n_joints
-    if theirs != arm.n_joints:
-        message = f"it calibrates an arm of {theirs} joints, and '{arm.name}' has {arm.n_joints}; give a calibration of this arm"
-        raise InvalidInput(Fault(str(path), message))
-    return calibration
 
 
 def _range(text: str) -> tuple[float, float]:
@@ -284,9 +272,13 @@ def _write(
     }
     with atomic_write(folder / "poses.csv") as temporary:
         table.to_csv(temporary, index=False, float_format="%.9g")
+    with atomic_write(folder / "poses_deg.csv") as temporary:
+        in_degrees(table, workcell.model.nominal.prismatic).to_csv(
+            temporary, index=False, float_format="%.4f"
+        )
     with atomic_write(folder / "plan.png") as temporary:
         draw_plan(temporary, q, workcell.model.nominal, curve, random)
-    # Written last: if plan.json exists, the other two files are complete.
+    # Written last: if plan.json exists, the other files are complete.
     write_json(folder / "plan.json", content)
     lines = [f"  moves: {moved(q, workcell.model.nominal.prismatic)}"]
     if touching:

@@ -1,4 +1,4 @@
-"""How far the joints move in a planned program, in words."""
+"""How far the joints move in a planned program, in words, and the program in degrees."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from scalar.geometry.se3 import Array
 
 
@@ -25,3 +27,12 @@ def moved(q: Array, prismatic: Sequence[int]) -> str:
                 f"{total:.0f} {what} of the farthest joint in all, {total / max(len(part), 1):.0f} {what} each"
             )
     return "; ".join(parts)
+
+
+def in_degrees(table: pd.DataFrame, prismatic: Sequence[int]) -> pd.DataFrame:
+    """Return a table of poses [rad, m] with joint angles in degrees, and the travel of joints that slide (counted from 0) in millimetres."""
+    names = [name for name in table.columns if name[0] == "q"]
+    units = [("mm", MM) if i in prismatic else ("deg", DEG) for i in range(len(names))]
+    scaled = {name: table[name] / unit for name, (_, unit) in zip(names, units, strict=True)}
+    heads = {name: f"{name}_{word}" for name, (word, _) in zip(names, units, strict=True)}
+    return table.assign(**scaled).rename(columns=heads)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from scalar.units import MM
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
     from scalar.data.declared import PlaneGuess, Sensor
+    from scalar.estimation.result import Calibration
     from scalar.geometry.robot import Robot
 
 _TARGET_OFFSET = (
@@ -20,25 +22,23 @@ _TARGET_OFFSET = (
 
 
 def declared(
-    source: str, noise: float | None, *, needs_data: bool
+    source: str, *, needs_data: bool, may_have_data: bool = False
 ) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...], Dataset | None]:
-    """Return the arm, the sensor with its noise, the planes, and the dataset (None unless it is needed).
+    """Return the arm, the sensor, the planes, and the dataset (None unless it is needed, or may be used and is there).
 
     Args:
         source: A dataset folder, or the name of an arm of the library.
-        noise: Noise of the sensor [mm], instead of the declared one; or None.
         needs_data: Whether the measured poses are needed as well.
+        may_have_data: Whether they are used where the folder has them.
 
     Raises:
         InvalidInput: There is no such folder or arm, or the folder lacks what a plan needs.
     """
-    from scalar.sensors.rows import stated_sigma
+    from scalar.data.dataset import read_dataset
 
     dataset = None
     if Path(source).exists():
         if needs_data:
-            from scalar.data.dataset import read_dataset
-
             try:
                 dataset = read_dataset(source)
             except InvalidInput as error:
@@ -47,6 +47,9 @@ def declared(
             robot, sensor, planes = dataset.robot, dataset.sensor, dataset.planes
         else:
             robot, sensor, planes = _described(Path(source))
+            if may_have_data:
+                with suppress(InvalidInput):  # an empty folder, or a description alone
+                    dataset = read_dataset(source)
         if sensor.T_flange_sensor is None:
             message = (
                 "is missing; a plan needs to know where the sensor is, roughly: write it under sensor: as "
@@ -58,8 +61,35 @@ def declared(
         raise InvalidInput(Fault(source, message))
     else:
         robot, sensor, planes = _of_library(source)
-    stated = stated_sigma(sensor.noise) if noise is None else noise * MM
-    return robot, replace(sensor, noise=stated), planes, dataset
+    return robot, sensor, planes, dataset
+
+
+def calibration_near(near: Path | None, after: Path | None, arm: Robot) -> Calibration | None:
+    """Return the calibration to plan near: the one given as ``--near``, else ``after.json`` next to the diagnosis, else None."""
+    from scalar.estimation.result import load_calibration
+
+    path = near or (None if after is None else after.parent / "after.json")
+    if path is None:
+        return None
+    if near is None and not path.exists():
+        message = "no such file; --after takes the calibration that lies beside the diagnosis: put after.json there, or name it with --near"
+        raise InvalidInput(Fault(str(path), message))
+    calibration = load_calibration(path)
+    theirs = calibration.model.robot.n_joints
+    if theirs != arm.n_joints:
+        message = f"it calibrates an arm of {theirs} joints, and '{arm.name}' has {arm.n_joints}; give a calibration of this arm"
+        raise InvalidInput(Fault(str(path), message))
+    return calibration
+
+
+def with_noise(sensor: Sensor, option: float | None, calibration: Calibration | None) -> Sensor:
+    """Return a sensor with a noise: that of ``--noise`` [mm], else the stated one, else that which a calibration estimated, else the usual."""
+    from scalar.sensors.rows import stated_sigma
+
+    if option is not None:
+        return replace(sensor, noise=option * MM)
+    estimated = None if calibration is None else calibration.summary.get("sigma_m")
+    return replace(sensor, noise=stated_sigma(estimated if sensor.noise is None else sensor.noise))
 
 
 def _described(folder: Path) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:

@@ -33,7 +33,7 @@ class Plan:
         chosen: ``(k,)``, indices of candidates.
         error: Expected error of a predicted position [m], root mean square over the workspace.
         random_error: The same for as many candidates chosen at random, the mean over some draws [m].
-        curve: Pairs of number of poses and expected error [m], of this plan and of plans of other sizes.
+        curve: Pairs of number of poses and expected error [m], of this plan and of plans of other sizes: those are bounds, made without exchanges.
         exchanges: How many exchanges improved the set.
     """
 
@@ -74,7 +74,10 @@ def choose_poses(
     design, exchanges = best_design(info, count, criterion, rng)
     at_random = [_error_of(info, _at_random(info, count, rng)) for _ in range(_RANDOM_DRAWS)]
     error = info.error(design.covariance)
-    curve = [(n, e) for n, e in greedy_errors(info, max((*sizes, 0))) if n in sizes and n != count]
+    greedy = [(n, e) for n, e in greedy_errors(info, max((*sizes, 0))) if n in sizes and n != count]
+    curve = [
+        (n, min(e, error) if n > count else e) for n, e in greedy
+    ]  # further poses only lower the error of this plan
     return Plan(
         list(design.chosen), error, float(np.mean(at_random)), sorted([*curve, (count, error)]), exchanges
     )

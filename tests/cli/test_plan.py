@@ -71,6 +71,30 @@ def test_the_poses_can_be_measured(laser, planned):
         assert np.all(np.abs(np.sum(ray * normals[own], axis=1)) > np.cos(np.deg2rad(50.01)))
 
 
+def test_more_poses_for_a_calibrated_arm_go_on_from_those_measured(laser, tmp_path):
+    """With --near, numbers and order go on from the folder's own poses, the noise is that which the calibration estimated, the error does not grow
+    with the number of poses, and the poses stand in degrees too."""
+    scene, _ = laser
+    sensor = replace(scene.dataset.sensor, noise=None)
+    folder = replace(scene, dataset=replace(scene.dataset, sensor=sensor)).write(tmp_path / "cell")
+    assert run("calibrate", folder, "-o", tmp_path / "out").exit_code == 0
+    near = tmp_path / "out/calibration.json"
+    given = ("--poses", 30, "--candidates", 150, "--no-collisions", "-o", tmp_path / "plan")
+    result = run("plan", folder, "--near", near, *given)
+    assert result.exit_code == 0, result.output
+    table = pd.read_csv(tmp_path / "plan/poses.csv")
+    assert table["pose"].min() == scene.dataset.pose_ids.max() + 1
+    assert table["order"].min() == scene.dataset.known_poses.order.max() + 1
+    content = json.loads((tmp_path / "plan/plan.json").read_text(encoding="utf-8"))
+    summary = json.loads(near.read_text(encoding="utf-8"))["summary"]
+    assert content["noise_mm"] == pytest.approx(1e3 * summary["sigma_m"])
+    curve = content["by_number_of_poses"]
+    errors = [entry["expected_error_mm"] for entry in curve if entry["poses"] >= 30]
+    assert errors == sorted(errors, reverse=True)
+    degrees = pd.read_csv(tmp_path / "plan/poses_deg.csv")
+    np.testing.assert_allclose(degrees["q3_deg"], np.degrees(table["q3"]), atol=1e-4)
+
+
 def test_planned_poses_promise_more_than_random_ones(planned):
     """The numbers and the words agree; the plan expects less error than as many random poses; the picture is there."""
     content = json.loads((planned[0] / "plan.json").read_text(encoding="utf-8"))
