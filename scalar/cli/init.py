@@ -133,9 +133,13 @@ def _described(
         lines += [arm.note] if arm.note else []
         return arm.mapping, lines
     if urdf is not None:
-        from scalar.ingest.urdf import robot_from_urdf
+        from scalar.ingest.urdf import chain_between, read_urdf, robot_of_chain
 
-        mapping = robot_from_urdf(urdf, base, tip)[0].to_mapping()
+        document = read_urdf(urdf)
+        chain = chain_between(document, base, tip)
+        mapping = robot_of_chain(document.name, chain)[0].to_mapping()
+        for joint, named in zip(mapping["joints"], chain.moving, strict=True):
+            joint["name"] = named.name  # by which `scalar import-bag` finds it among the recorded joints
         return mapping, [f"From {urdf.name}" + (f", {base} to {tip}." if base and tip else ".")]
     from scalar.ingest.dh_table import robot_from_dh_table
 

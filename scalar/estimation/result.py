@@ -30,6 +30,7 @@ from scalar.estimation.targets_on_flange import sensor_to_target
 from scalar.geometry.robot import fixed_transform_mapping
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_named, kind_of
+from scalar.units import MM
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 PREDICTION_COLUMNS = ("pose", "x", "y", "z", "rx", "ry", "rz")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Calibration:
     """A calibrated model.
 
@@ -81,6 +82,12 @@ class Calibration:
             raise ValueError("the dataset states no pose of the sensor")
         model = Model.at(dataset.robot, T, kind_of(dataset).declared_target(dataset))
         return cls(reporting(model, model.target), sensor_mapping(dataset))
+
+    def __repr__(self) -> str:
+        """Return a line with what was calibrated and how well; the numbers are in ``parameters()`` and ``model``."""
+        effects = ", ".join(effect.title for effect in self.model.effects) or "no effects"
+        sensor, residual = self.sensor["kind"], f"residual {self.residual_rms / MM:.4f} mm RMS"
+        return f"<Calibration of {self.model.nominal.name} by a {sensor}: {len(self.free)} parameters, {effects}, {residual}>"
 
     @property
     def std(self) -> dict[str, float]:
@@ -174,7 +181,11 @@ class Calibration:
             found = correct_joints(self.model, self._poses(q, columns))
         wrong = np.flatnonzero(~found.reached)
         if len(wrong):
-            message = f"row {wrong[0]} (of {len(wrong)}): the calibrated arm cannot take this pose near these joint angles"
+            others = f", nor {len(wrong) - 1} more" if len(wrong) > 1 else ""
+            remedy = (
+                "leave such rows out: scalar.estimation.correction.correct_joints says which are `reached`"
+            )
+            message = f"row {wrong[0] + 1}: the calibrated arm cannot take this pose near these joint angles{others}; {remedy}"
             raise InvalidInput(Fault("poses", message, None, "q"))
         return found.q
 

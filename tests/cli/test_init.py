@@ -109,6 +109,8 @@ def test_a_robot_from_a_urdf(tmp_path):
     written = Robot.from_mapping(load_yaml(folder / "dataset.yaml")["robot"])
     q = np.random.default_rng(1).uniform(-2, 2, (20, written.n_joints))
     assert np.allclose(written.flange(q), robot_from_urdf(path, base, tip)[0].flange(q), atol=1e-12)
+    joints = load_yaml(folder / "dataset.yaml")["robot"]["joints"]
+    assert [joint["name"] for joint in joints] == [f"joint{i}" for i in range(1, 7)]
 
 
 @pytest.mark.parametrize(

@@ -163,8 +163,13 @@ def test_what_cannot_be_taken_is_said_and_not_made_up():
     assert found.position_error[1] > 0.1
     stretched = robot.with_geometry(robot.geometry * np.array([1.05, 1, 1, 1, 1])[:, None])
     short = replace(calibration, model=replace(calibration.model, nominal=stretched))
-    with pytest.raises(InvalidInput, match="cannot take this pose"):
-        short.correct(np.zeros((1, 6)))  # upright, with the nominal arm longer than the real one
+    assert len(repr(short)) < 300 and "residual" in repr(short)
+    with pytest.raises(
+        InvalidInput, match=r"row 2: .*cannot take this pose.* nor 1 more; leave such rows out"
+    ):
+        short.correct(
+            np.array([[0.0, 0.4, 1.2, 0.1, 0.6, 0.2], *np.zeros((2, 6))])
+        )  # upright, with the nominal arm longer than the real one
 
 
 def test_limits_are_said():
