@@ -76,16 +76,27 @@ class Background:
             coefficients: ``(k,)``, their coefficients c.
             n_priors: Number of rows of priors that are left out with them.
         """
-        others = self.R[:, ~removed]
-        norms = np.linalg.norm(others, axis=0)
-        pivoted: Any = linalg.qr(others / np.where(norms > 0, norms, 1.0), pivoting=True)
-        basis, triangle, _ = pivoted
-        freed = basis[:, np.count_nonzero(np.abs(np.diag(triangle)) > self.settings.rank_tolerance) :]
+        freed = self._spanned_by_these_alone(removed)
         gained = freed.T @ (self.along - self.R[:, removed] @ coefficients)
         released = self.Q @ freed
         residual = self.residual + (released @ gained).reshape(self.residual.shape)
         degrees_of_freedom = max(self.degrees_of_freedom + freed.shape[1] - n_priors, 1)
         return replace(self, residual=residual, degrees_of_freedom=degrees_of_freedom, released=released)
+
+    def _spanned_by_these_alone(self, removed: Array) -> Array:
+        """Return orthonormal directions ``(F, w)``, in the coordinates of Q, that the columns other than ``removed`` ``(K,)`` do not span."""
+        if (
+            len(self.R) == self.R.shape[1]
+        ):  # no column depends on others: those of R^-T are orthogonal to all columns but their own
+            dual = linalg.solve_triangular(
+                self.R, np.eye(len(removed))[:, removed], trans=1, check_finite=False
+            )
+            return np.linalg.qr(dual / np.linalg.norm(dual, axis=0))[0]
+        others = self.R[:, ~removed]
+        norms = np.linalg.norm(others, axis=0)
+        pivoted: Any = linalg.qr(others / np.where(norms > 0, norms, 1.0), pivoting=True)
+        basis, triangle, _ = pivoted
+        return basis[:, np.count_nonzero(np.abs(np.diag(triangle)) > self.settings.rank_tolerance) :]
 
     @cached_property
     def sum_of_squares(self) -> float:

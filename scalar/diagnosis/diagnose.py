@@ -13,7 +13,7 @@ from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.explained import Explained, explained
 from scalar.diagnosis.finding import Finding
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.fold_odds import fold_odds
+from scalar.diagnosis.fold_odds import WithoutFold, fold_odds, without_each_fold
 from scalar.diagnosis.grounds import FinalResiduals, Grounds, grounds_of_component, grounds_of_effect
 from scalar.diagnosis.harmonic_spectrum import has_all_orders, is_shrunk, priors_for_whitened_rows
 from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors, moving_joints
@@ -184,12 +184,13 @@ def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding,
     effects: tuple[Effect, ...] = ()
     scored = priors_for_whitened_rows(after)
     columns = CandidateColumns.of(scored, candidates)
+    folds = without_each_fold(scored) if after.effects else []
     without_a_name = evidence_without_a_name(scored, run.flexible_candidates)
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
         state = after.refitted(effects, state.model)
         errors = error_before, held_out_errors(state)
-        found.append(_finding(after, scored, i, columns, without_a_name[i], errors, final_residuals))
+        found.append(_finding(after, scored, i, columns, folds, without_a_name[i], errors, final_residuals))
         error_before = errors[1]
     return repeated_changes_doubted(found, after.settings.naming.least_confidence)
 
@@ -199,6 +200,7 @@ def _finding(
     scored: FittedState,
     i: int,
     columns: CandidateColumns,
+    folds: Sequence[WithoutFold],
     unnamed: list[float],
     errors: tuple[HeldOutErrors, HeldOutErrors],
     final_residuals: FinalResiduals,
@@ -210,6 +212,7 @@ def _finding(
         scored: The same with the priors for whitened rows.
         i: Index of the effect.
         columns: The candidates' columns at ``scored``.
+        folds: The poses of ``scored`` without each fold.
         unnamed: Log evidence [nats] of flexible terms in the effect's place.
         errors: Held-out errors without and with the effect.
         final_residuals: What the residuals of the state show.
@@ -229,7 +232,7 @@ def _finding(
     if is_shrunk(effect):
         rivals_of_it, confounded, unnamed = [], [], []
     nearest = rivals_of_it[:NEAREST_RIVALS]
-    odds = fold_odds(scored, i, [s.effect for s in nearest])
+    odds = fold_odds(i, [s.effect for s in nearest], folds)
 
     def grounds_against(others: Sequence[Scored], least: float) -> Grounds:
         """Return the grounds of the effect against some of its rivals; ``least`` is its least log odds without one fold [nats]."""

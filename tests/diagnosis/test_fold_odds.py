@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.fitted_state import FittedState, refit
-from scalar.diagnosis.fold_odds import fold_odds
+from scalar.diagnosis.fold_odds import fold_odds, without_each_fold
 from scalar.diagnosis.hold_out import blocks
 from scalar.effects import Effect
 from scalar.effects.joint_harmonic import JointHarmonic
@@ -27,16 +27,21 @@ def state_with(effect: Effect, joints=gear) -> FittedState:
     return refit(dataset, model, prepared.free, [effect])
 
 
+def odds_of(state: FittedState, *others: Effect) -> np.ndarray:
+    """Return the least log odds of the state's first effect."""
+    return fold_odds(0, others, without_each_fold(state))
+
+
 def test_an_injected_gear_error_keeps_its_odds_without_any_fold():
     """Its log odds against no effect and against rivals stay large, because four fifths of the poses have most of its evidence."""
-    odds = fold_odds(state_with(JointHarmonic(2, (2,))), 0, [JointScale(2), JointHarmonic(2, (3,))])
+    odds = odds_of(state_with(JointHarmonic(2, (2,))), JointScale(2), JointHarmonic(2, (3,)))
     assert odds.shape == (3,) and odds.min() > 5.0
 
 
 def test_an_order_that_is_not_there_is_the_weakest_part():
     """The log odds of an effect against no effect are those of its weakest order."""
-    right = fold_odds(state_with(JointHarmonic(2, (2,))), 0, [])
-    more = fold_odds(state_with(JointHarmonic(2, (2, 9))), 0, [])
+    right = odds_of(state_with(JointHarmonic(2, (2,))))
+    more = odds_of(state_with(JointHarmonic(2, (2, 9))))
     assert right[0] > 20.0 and more[0] < 3.0
 
 
@@ -49,4 +54,4 @@ def test_an_effect_of_one_fold_has_no_odds_without_it():
         return gear(at) * (fold == 0)[:, None]
 
     state = state_with(JointHarmonic(2, (2,)), in_one_fold)
-    assert fold_odds(state, 0, [])[0] == pytest.approx(0.0, abs=3.0)
+    assert odds_of(state)[0] == pytest.approx(0.0, abs=3.0)
