@@ -88,7 +88,10 @@ class Parameterisation:
         return parameters
 
     def unpack(self, values: Array) -> tuple[Robot, Array, Array, Array]:
-        """Return the arm, ``T_flange_sensor`` ``(4, 4)``, almost unit normals ``(K, 3)``, and distances ``(K,)`` [m], of values ``(P,)``."""
+        """Return the arm, ``T_flange_sensor`` ``(4, 4)``, normals ``(K, 3)`` and distances ``(K,)`` [m] of values ``(P,)``.
+
+        The normals are unit vectors only as far as the values meet the constraints; with the reading ``abs``, for example, they may be longer.
+        """
         n = self.nominal.n_joints
         geometry, sensor, planes = np.split(values, [len(DH_KINDS) * n, len(DH_KINDS) * n + len(SENSOR)])
         beta = self.nominal.geometry[len(DH_KINDS) :]

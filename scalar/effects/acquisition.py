@@ -29,7 +29,7 @@ def turning_joints(dataset: Dataset) -> list[int]:
 
 
 def steps_are_known(dataset: Dataset) -> bool:
-    """Return whether, for at least the share ``ENOUGH_MOVES`` of the poses, the order of the poses shows by which move the arm came there."""
+    """Return whether the order of the poses shows the last move of the arm for at least the share ``ENOUGH_MOVES`` of them."""
     known = moves(dataset.poses, dataset.robot.n_joints)
     moved = np.any([known[side_column(j)] != 0 for j in moving_joints(dataset)] or [[False]], axis=0)
     return bool(np.mean(moved) >= ENOUGH_MOVES)

@@ -132,7 +132,8 @@ class Described(ABC):
     def stiffness(self, std: Sequence[float | None]) -> list[tuple[int, float, float | None]]:
         """Return joint, stiffness and its standard error [N m/rad] of each joint whose compliance is known as such; none for most effects.
 
-        A stiffness that these data do not tell from that of a rigid joint is NaN, and its error the least stiffness that they leave.
+        If these data do not distinguish a joint from a rigid one, its stiffness is NaN, and in the place of the error stands the least stiffness
+        that is compatible with them.
         """
         return []
 

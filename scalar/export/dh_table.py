@@ -128,7 +128,7 @@ def standard_deviations(calibration: Calibration, robot: Robot) -> Array:
 
 
 def _table(calibration: Calibration, rigid: RigidPart, state: str, standard: bool) -> Array:
-    """Return the calibrated parameters, the nominal ones or the standard deviations ``(5, n)`` [m, rad], as ``state`` asks (``_STATES``)."""
+    """Return the parameters ``(5, n)`` [m, rad] for one of ``_STATES``: the calibrated ones, the nominal ones, or their standard deviations."""
     if state == "_std":
         std = standard_deviations(calibration, rigid.robot)
         return standard_rows(std, (np.nan, np.nan, np.nan)) if standard else std

@@ -123,7 +123,8 @@ def _with_constant_effect(
     """Return the robot and the sensor's pose on the flange with an effect included; None if it changes from pose to pose.
 
     Args:
-        robot, T_sensor: Without the effect.
+        robot: The robot without the effect.
+        T_sensor: ``(4, 4)``, the sensor on the flange without the effect.
         bases: The columns of the effect at the random poses.
         c: Its coefficients.
     """

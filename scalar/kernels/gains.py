@@ -1,4 +1,7 @@
-"""Gains of candidates and of sets of elements, in the compiled library, from inner products of columns in units of their priors."""
+"""Compute gains of candidates and of sets of elements in the compiled library, from inner products of columns in units of their priors.
+
+The gain of columns is the drop of the penalised sum of squares when they are added to a model.
+"""
 
 from __future__ import annotations
 
@@ -17,11 +20,11 @@ _WIDEST = 8  # columns: Jacobi's method is slower than LAPACK for larger matrice
 
 
 def shrunk_gains(grams: Array, projections: Array) -> tuple[Array, IntArray] | None:
-    """Return gains ``(T,)`` and degrees of freedom ``(T,)`` as ``scalar.diagnosis.score_test.shrunk_gain``; None where the library does not apply.
+    """Return gains ``(T,)`` and degrees of freedom ``(T,)`` as ``scalar.diagnosis.score_test.shrunk_gain``; None if the library does not apply.
 
     Args:
-        grams: ``(T, w, w)``.
-        projections: ``(T, w)``.
+        grams: ``(T, w, w)``, inner products of the w columns of each of T candidates.
+        projections: ``(T, w)``, inner products of these columns with the residual.
     """
     T, w = projections.shape
     if kernels.LIBRARY is None or w > _WIDEST:
@@ -39,8 +42,8 @@ def set_gains(gram: Array, projection: Array, columns: NDArray[np.intp]) -> tupl
     eigenvalues of the set's inner products exceed 1, ``(T,)``; None without the library, or if digits are lost.
 
     Args:
-        gram: ``(e, e)``.
-        projection: ``(e,)``.
+        gram: ``(e, e)``, inner products of all columns.
+        projection: ``(e,)``, their inner products with the residual.
         columns: ``(T, s)``, indices of the columns of each set.
     """
     if kernels.LIBRARY is None:
@@ -61,8 +64,8 @@ def extension_gains(
     """Return gains and degrees of freedom ``(T, n)`` of n elements, conditional on each of T sets; None without the library, or if digits are lost.
 
     Args:
-        gram: ``(e, e)``.
-        projection: ``(e,)``.
+        gram: ``(e, e)``, inner products of all columns.
+        projection: ``(e,)``, their inner products with the residual.
         given: The indices of the columns of each set.
         first: ``(n,)``, the first column of each element.
         width: ``(n,)``, how many columns it has; they follow one another.
@@ -83,6 +86,7 @@ def extension_gains(
 
 
 def _failed(status: int) -> bool:
+    """Return whether the library lost too many digits; any other failure raises an error."""
     if status == _NOT_POSITIVE:
         return True
     checked(status)

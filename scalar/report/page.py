@@ -107,6 +107,7 @@ def _about(diagnosis: Diagnosis) -> str:
 
 
 def _headline(diagnosis: Diagnosis) -> str:
+    """Return the verdict in words."""
     only_noise = diagnosis.verdict == "effect" and not diagnosis.findings
     return NOISE_ONLY if only_noise else VERDICTS[diagnosis.verdict]
 
@@ -118,7 +119,7 @@ def _files(diagnosis: Diagnosis) -> list[str]:
         "'scalar predict after.json joints.csv -o frames.csv' says where it stands, and 'scalar export' writes its geometry for controllers."
     )
     if diagnosis.shipped.without_effects:
-        return [f"after.json is then the same calibration as before.json. {use}"]
+        return [f"after.json is the same calibration as before.json. {use}"]
     if not diagnosis.findings:
         other = (
             "the one with equal weights for all poses"
@@ -135,6 +136,7 @@ def _files(diagnosis: Diagnosis) -> list[str]:
 
 
 def _workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    """Return the section on errors over the workspace, with the error that the diagnosis left open; None if there is no such section."""
     before, after = diagnosis.calibration_before.model, diagnosis.calibration_after
     seen = diagnosis.after.residuals.poses
     without_effects = before if after.model.effects else None

@@ -28,8 +28,9 @@ def draw_residuals(before: FittedState, after: FittedState, most: int) -> Pair:
     """Return the residual of every pose in order of acquisition, of two states; each plane has its own mark.
 
     Args:
-        before, after: The fits without and with what was found.
-        most: The most dots that a panel may have.
+        before: The fit without effects.
+        after: The fit with the effects that were found.
+        most: Largest number of dots in a panel.
     """
     dataset, order = before.dataset, before.residuals.poses.order
     values = [shown(Axis("residual", "m"), signed_residual(state)) for state in (before, after)]
@@ -38,26 +39,28 @@ def draw_residuals(before: FittedState, after: FittedState, most: int) -> Pair:
     y_axis = Axis(kind_of(dataset).residual_words, "m")
     identifiers = dataset.poses["pose"].to_numpy()
     index = dataset.plane_index if len(dataset.planes) else np.zeros(len(order), dtype=int)
-    some = thinned(np.max(np.abs(values), axis=0), most)
+    is_drawn = thinned(np.max(np.abs(values), axis=0), most)
     same = before.model.effects == after.model.effects
     panels, key = [], []
     for title, y in zip(("all poses" if same else "before", "after"), values, strict=True):
         panel = panel_of(x_axis, y_axis, x_range, y_range, title)
         for i, k in enumerate(np.unique(index)):
-            on_it = some & (index == k)
-            said = dot_titles(identifiers[on_it], [(x_axis, order[on_it])], y_axis, y[on_it])
+            on_plane = is_drawn & (index == k)
+            titles = dot_titles(identifiers[on_plane], [(x_axis, order[on_plane])], y_axis, y[on_plane])
             (marker, sign), colour = _SHAPES[i % 4], _SERIES[(i + i // 4) % 4]
             if len(dataset.planes):
-                panel.marks(order[on_it], y[on_it], said, colour, marker=marker, size=5.0, hollow=True)
+                panel.marks(
+                    order[on_plane], y[on_plane], titles, colour, marker=marker, size=5.0, hollow=True
+                )
                 key += [(sign, colour, dataset.planes[k].name)] if y is values[0] else []
             else:
-                panel.marks(order[on_it], y[on_it], said, "dot", alpha=0.7)
+                panel.marks(order[on_plane], y[on_plane], titles, "dot", alpha=0.7)
         panels.append(panel)
     what = f"{y_axis.label} for every pose in order of acquisition"
     return Pair(
         panels[0].markup(f"{what}, before"),
         None if same else panels[1].markup(f"{what}, after"),
-        sentences(f"{what}, with all parameters fitted.", in_caption(int(some.sum()), len(some))),
+        sentences(f"{what}, with all parameters fitted.", in_caption(int(is_drawn.sum()), len(is_drawn))),
         tuple(key),
     )
 

@@ -35,7 +35,7 @@ class OnPlanes(Measurement):
 
     @classmethod
     def target_to_mapping(cls, target: Target, std: Mapping[str, float]) -> dict[str, Any]:
-        """Return the planes, each with its standard errors [rad and m] and its reference normal, from which its two tangent coordinates count."""
+        """Return the planes, each with its standard errors [rad and m] and its reference normal, about which its tangent coordinates are taken."""
         assert isinstance(target, Planes)
         planes = [
             {
@@ -85,14 +85,16 @@ def fit_planes(target: Planes, index: Array, counts: Array, first: Array, second
         first: ``(N, 3)`` [m], their sum.
         second: ``(N, 3, 3)`` [m^2], the sum of their products.
     """
-    mine = (index == np.arange(len(target.normals))[:, None]).astype(float)  # (K, N)
-    totals = mine @ counts
+    on_plane = (index == np.arange(len(target.normals))[:, None]).astype(
+        float
+    )  # (K, N), 1 if the pose measures the plane
+    totals = on_plane @ counts
     enough = totals >= 3
     divisor = np.where(enough, totals, 1.0)[:, None]
-    means = mine @ first / divisor
-    scatter = (mine @ second.reshape(len(second), 9) / divisor).reshape(-1, 3, 3) - means[:, :, None] * means[
-        :, None, :
-    ]
+    means = on_plane @ first / divisor
+    scatter = (on_plane @ second.reshape(len(second), 9) / divisor).reshape(-1, 3, 3) - means[
+        :, :, None
+    ] * means[:, None, :]
     found = np.linalg.eigh(scatter)[1][:, :, 0]
     found *= np.where(np.sum(found * target.normals, axis=1) >= 0, 1.0, -1.0)[:, None]
     normals = np.where(enough[:, None], found, target.normals)

@@ -1,4 +1,4 @@
-"""What to do first about structure without a name: measurements and checks that show its cause, by what it varies with."""
+"""What to do first about unmodelled structure: measurements and checks that show its cause, by what it varies with."""
 
 from __future__ import annotations
 

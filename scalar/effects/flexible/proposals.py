@@ -1,4 +1,4 @@
-"""The flexible terms that are tried on a dataset, to describe structure that the named effects leave."""
+"""The flexible terms that are proposed for a dataset, to describe structure that the named effects do not explain."""
 
 from __future__ import annotations
 
@@ -23,17 +23,13 @@ from scalar.sensors import kind_of
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-BUMP_WIDTHS = (
-    0.08,
-    0.16,
-    0.32,
-)  # in units of half the measured range of the variable, like the widths below
+BUMP_WIDTHS = (0.08, 0.16, 0.32)  # in units of half the measured range of the variable, like the widths below
 PLATEAU_WIDTHS = (0.12, 0.3)
 STEP_WIDTHS = (0.03, 0.15)
 KINK_WIDTH = 0.08
-WAVE_ORDERS = (1.5, 33.5)  # first order, and end (excluded), in periods a turn
+WAVE_ORDERS = (1.5, 33.5)  # first order, and end (excluded), in periods per turn
 SWAY_PERIODS = [k / 2 for k in range(1, 21)]  # in the whole acquisition
-LEAST_VALUES = 4  # different values: a column with no more of them is taken for a label, not for a variable
+MOST_LABELS = 4  # a column with at most so many different values is taken for a label, not for a variable
 
 
 def flexible_terms(dataset: Dataset) -> list[Effect]:
@@ -65,7 +61,7 @@ def _in_time(dataset: Dataset, moving: list[int]) -> list[Effect]:
     order, time = order_and_time(dataset)
     drivers: dict[str, Array] = {"order": order}
     for name in ("time", "temperature", *dataset.covariates):
-        if name in dataset.poses and len(np.unique(dataset.poses[name].to_numpy())) > LEAST_VALUES:
+        if name in dataset.poses and len(np.unique(dataset.poses[name].to_numpy())) > MOST_LABELS:
             drivers[name] = dataset.poses[name].to_numpy(dtype=float)
     found: list[Effect] = []
     for name, values in drivers.items():
@@ -86,7 +82,7 @@ def _in_time(dataset: Dataset, moving: list[int]) -> list[Effect]:
 
 
 def curves_of(dataset: Dataset, joint: int) -> list[Effect]:
-    """Return simple shapes of a joint's error along its own angle."""
+    """Return bumps, plateaus, steps, kinks and powers of a joint's error along its own angle, for a joint that turns."""
     return _shapes(joint, Variable.observed(f"q{joint}", dataset.q[:, joint - 1]))
 
 
@@ -103,7 +99,7 @@ def _places(width: float) -> list[float]:
 
 
 def _shapes(joint: int, angle: Variable, slides: bool = False) -> list[Effect]:
-    """Return bumps, steps, kinks and powers of a joint's error along its own angle."""
+    """Return bumps, plateaus, steps, kinks and powers of a joint's error along its own angle or travel."""
     kinds = [("bump", width, width / 2) for width in BUMP_WIDTHS]
     kinds += [("plateau", width, width / 2) for width in PLATEAU_WIDTHS]
     kinds += [("step", width, width) for width in STEP_WIDTHS]

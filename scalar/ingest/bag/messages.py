@@ -174,6 +174,7 @@ def _topic(reader: Any, file: str, wanted: str | None, types: Sequence[str], opt
 
 
 def _listed(by_topic: dict[str, str]) -> str:
+    """Return the topics of a recording with their types, eight at most."""
     shown = [f"{topic} ({kind.rpartition('/')[2]})" for topic, kind in list(by_topic.items())[:8]]
     return ", ".join(shown) + (f" and {len(by_topic) - 8} more" if len(by_topic) > 8 else "") or "no topics"
 

@@ -1,7 +1,7 @@
 """The methods of calibration that a study compares, by name: the proposed method and the variants of the baseline.
 
-The baseline is the original paper's own method. Its constraints hold a square root whose argument may become negative; the paper does
-not say what happens then, so that there is one variant for each reading of the root, and one for the solver's defaults of the paper's year.
+The baseline is the original paper's own method. Its constraints contain a square root whose argument may become negative. The original paper does
+not say what happens then, so there is a variant for each reading of the root, and one with the solver's defaults of 2018, the paper's year.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ INITIAL = "initial"
 """The model as the dataset declares it, before any calibration: a state to compare with, not a method."""
 
 BOUND = "cramer-rao"
-"""The Cramér-Rao bound, below which no unbiased estimator comes: a yardstick in the tables, not a method."""
+"""The Cramér-Rao bound, which no unbiased estimator falls below: a reference in the tables, not a method."""
 
 EFFICIENT = "efficient"
-"""The efficient estimate to first order, from the same noise: it attains the bound, and is a yardstick seed by seed."""
+"""The efficient estimate to first order, from the noise of each seed: it attains the bound; a reference for each seed, not a method."""
 
 CONVERGED = "converged"
 """Status of a fit that ended at an optimum."""
@@ -34,10 +34,10 @@ class Method:
     """One method of calibration.
 
     Attributes:
-        name: In tables, configs and names of files.
+        name: Name in tables, configs and names of files.
         reading: How the baseline reads the root of a negative number, a key of ``scalar.baseline.fit.READINGS``; None: the proposed method.
         defaults: The baseline's solver settings, a key of ``scalar.baseline.fit.DEFAULTS``.
-        nan_policy: What the baseline does with what is no number, one of ``scalar.baseline.batched.NAN_POLICIES``; fits of sweeps only.
+        nan_policy: What the baseline does with a NaN, one of ``scalar.baseline.batched.NAN_POLICIES``; used in the fits of sweeps only.
     """
 
     name: str
@@ -71,7 +71,7 @@ METHODS = {
         Method("baseline-raise", "raise"),
     )
 }
-"""By name, the methods that a config may name and that figures draw."""
+"""``{name: method}``, the methods that a config may name and that figures show."""
 
 EVERY_METHOD = METHODS | {
     method.name: method
@@ -80,4 +80,4 @@ EVERY_METHOD = METHODS | {
         Method("baseline-nan-2018", "raise", "2018", "propagate"),
     )
 }
-"""By name, all methods, also those that are used only to vary the explanation of the published curves."""
+"""``{name: method}`` of all methods, also of those that are only candidate explanations of the published curves."""

@@ -1,4 +1,4 @@
-"""The config of a scene with a study's own keys in the place of the scene's."""
+"""Complete the config of a scene, with the keys that a study replaces."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ def scene_config(scene: Path, overrides: Sequence[Mapping[str, Any]], **entries:
     """Return the complete config of a scene.
 
     Args:
-        scene: Its file.
-        overrides: ``{dotted key: value}``, one after the other.
-        entries: Of the config's top level, after the overrides.
+        scene: Config file of the scene.
+        overrides: Mappings ``{dotted key: value}`` of keys to replace, applied one after the other.
+        entries: Keys of the config's top level that are replaced after these.
 
     Raises:
         InvalidInput: The scene, an override or an entry is at fault.

@@ -27,13 +27,14 @@ SCENE = {"poses_per_plane": 25, "sensor.points_per_scan": 40, "truth_poses": 500
 """Keys of the scene that all sets share."""
 NOISES = ("pose_jitter", "scan_bias")
 EDGE_COLUMNS = {
-    "axis": "what is wrong",
-    "value": "how much of it, in the unit of the axis",
-    "seed": "of all random draws in the scene",
+    "axis": "kind of fault",
+    "value": "its degree, in the unit of the axis",
+    "seed": "seed of all random draws in the scene",
     "injected": "nothing, or gear: one eccentric gear",
-    "answer": "right: the gear is named, or no effect where none is; wrong: another effect, or the gear missed; refused; crashed: a defect of ours",
-    "reason": "of a refusal or a crash, its first line",
-    "verdict": "of the diagnosis",
+    "answer": "right: exactly the injected effects are named; wrong: another effect is named, or the gear is not; refused; "
+    "crashed: by a defect of this program",
+    "reason": "first line of the message of a refusal or a crash",
+    "verdict": "verdict of the diagnosis",
     "position_after_mm": "mean error of positions over the evaluation poses, base aligned, by the calibration that is shipped",
     "position_max_after_mm": "the largest of them",
 }

@@ -1,7 +1,7 @@
-"""Errors of all calibrations of one case against the truth, as tables: poses, planes, parameters.
+"""Tabulate the errors of all calibrations of one case against the truth: those of poses, planes and parameters.
 
-Units stand in the columns' names, or in a column ``unit`` where a table mixes lengths and angles. A fit that
-failed keeps its row, with its status and without numbers.
+Units are in the names of columns, or in a column ``unit`` if a table contains lengths and angles. A fit that
+failed has rows with its status and without numbers in the table of pose errors, and none in the others.
 """
 
 from __future__ import annotations
@@ -27,42 +27,48 @@ from study.headline.calibrate import FAILURE_FORMAT
 
 ERROR_COLUMNS = {
     "case": "row of the grid",
-    "seed": "of all random draws in the scene",
+    "seed": "seed of all random draws in the scene",
     "method": "proposed, baseline-READING (the original paper's method), or initial (the model before calibration)",
     **POSE_ERROR_COLUMNS,
     "predicted_position_std_mean_mm": "the calibration's own standard error of the position",
-    "residual_rms_mm": "distance of points and planes after the fit",
+    "residual_rms_mm": "RMS distance of the points from their planes after the fit",
     "misfit": "the residual divided by what the noise explains; about 1 for a complete model",
-    "evaluations": "of the residual, by the solver",
+    "evaluations": "number of evaluations of the residual by the solver",
 }
 PLANE_COLUMNS = {
     "case": "row of the grid",
-    "seed": "of all random draws in the scene",
+    "seed": "seed of all random draws in the scene",
     "method": "as in errors.csv",
     "status": "as in errors.csv",
-    "plane": "its name",
+    "plane": "name of the plane",
     "normal_error_deg": "angle between the calibrated normal and the true one",
-    "distance_error_mm": "calibrated less true distance from the base's origin",
+    "distance_error_mm": "calibrated minus true distance from the base's origin",
 }
 PARAMETER_COLUMNS = {
     "case": "row of the grid",
-    "seed": "of all random draws in the scene",
+    "seed": "seed of all random draws in the scene",
     "method": "as in errors.csv",
     "status": "as in errors.csv",
     "parameter": "a alpha d theta beta by joint, and the sensor's pose on the flange",
-    "unit": "of the next four columns: mm or deg",
-    "value": "calibrated",
-    "truth": "injected",
-    "error": "value less truth",
-    "std": "the calibration's own standard error; empty where the parameter was fixed",
-    "normalized_error": "error / std; its standard deviation is 1 where the standard errors are true",
-    "held": "True where the parameter was not estimated",
+    "unit": "unit of the next four columns: mm or deg",
+    "value": "calibrated value",
+    "truth": "true value",
+    "error": "calibrated minus true value",
+    "std": "the calibration's own standard error; empty if the parameter was fixed",
+    "normalized_error": "error / std; its standard deviation is 1 if the standard errors are right",
+    "held": "True if the parameter was not estimated",
 }
 
 
 @dataclass(frozen=True, eq=False)
 class Tables:
-    """What an evaluation gives: a row for each seed, method and alignment; a row for each plane; a row for each parameter."""
+    """The tables of an evaluation.
+
+    Attributes:
+        errors: A row for each seed, method and alignment, columns ``ERROR_COLUMNS``.
+        planes: A row for each seed, method and plane, columns ``PLANE_COLUMNS``.
+        parameters: A row for each seed, method and parameter, columns ``PARAMETER_COLUMNS``.
+    """
 
     errors: pd.DataFrame
     planes: pd.DataFrame
@@ -73,9 +79,9 @@ def evaluate_seeds(case: str, data_dir: str | Path, calibration_dirs: Mapping[st
     """Return the errors of every calibration of a batch, and of the initial model.
 
     Args:
-        case: Name, for the tables.
-        data_dir: As ``simulate_seeds`` wrote it.
-        calibration_dirs: ``{method: folder}`` as ``calibrate_seeds`` wrote them.
+        case: Name of the case in the tables.
+        data_dir: Folder of simulated datasets, as ``simulate_seeds`` wrote it.
+        calibration_dirs: ``{method: folder of its calibrations}``, as ``calibrate_seeds`` wrote them.
     """
     errors: list[dict[str, Any]] = []
     planes: list[pd.DataFrame] = []
@@ -109,7 +115,7 @@ def evaluate_seeds(case: str, data_dir: str | Path, calibration_dirs: Mapping[st
 
 
 def _load(path: Path) -> tuple[Calibration | None, str]:
-    """Return a calibration and its status, or None and why there is none."""
+    """Return a calibration and its status; None and the status of the failure if there is none."""
     content = json.loads(path.read_text(encoding="utf-8"))
     if content.get("format") == FAILURE_FORMAT:
         return None, content["status"]

@@ -1,4 +1,4 @@
-"""Correlations of the parameters of one calibration, and a map of position errors over the workspace from many seeds."""
+"""Compute the correlations of one calibration's parameters, and a map of position errors over the workspace from many seeds."""
 
 from __future__ import annotations
 
@@ -39,13 +39,14 @@ def map_errors(
     """Return root mean square position errors over the seeds by place of the scanner, and the number of seeds.
 
     Args:
-        data_dirs: As ``simulate_seeds`` wrote them, a folder for each batch.
-        calibration_dirs: As ``calibrate_seeds`` wrote them, in the same order.
+        data_dirs: A folder of simulated datasets for each batch, as ``simulate_seeds`` wrote it.
+        calibration_dirs: The folders of their calibrations in the same order, as ``calibrate_seeds`` wrote them.
 
     Returns:
-        ``view, u_m, v_m, poses, before_mm, after_mm, predicted_mm``, a row for each cell of the map that any evaluation pose lies in. View ``side``:
-        distance from the base's axis and height; ``above``: x and y. ``u_m`` and ``v_m`` are the cell's middle. ``predicted_mm`` is the root
-        of the mean trace of the covariance that the calibration itself gives.
+        Columns ``view, u_m, v_m, poses, before_mm, after_mm, predicted_mm``, with a row for each cell of the map that contains an evaluation pose.
+        The coordinates u and v are the distance from the base's axis and the height in the view ``side``, and x and y in the view ``above``;
+        ``u_m`` and ``v_m`` are those of the cell's middle. ``predicted_mm`` is the root of the mean trace of the covariance that the calibration
+        states.
     """
     squares: list[Array] = []
     points = np.zeros((0, 3))
@@ -73,7 +74,12 @@ def map_errors(
 
 
 def _binned(places: Array, mean_square: Array) -> pd.DataFrame:
-    """Return the root of the mean of ``(3, N)`` squares [m^2] in each cell of places ``(N, 2)`` [m]."""
+    """Return the root mean square [mm] of the three ``STATES`` in each cell.
+
+    Args:
+        places: ``(N, 2)`` [m], the coordinates u and v of each pose.
+        mean_square: ``(3, N)`` [m^2], mean over the seeds of the squared errors of each state.
+    """
     cells = np.floor(places / BIN).astype(int)
     table = pd.DataFrame({"u": cells[:, 0], "v": cells[:, 1], **dict(zip(STATES, mean_square, strict=True))})
     grouped: Any = table.groupby(["u", "v"], sort=True)

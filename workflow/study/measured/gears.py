@@ -78,13 +78,15 @@ def _seen(poses_deg: Array, angles_deg: Array) -> Array:
 def agreement(one: pd.DataFrame, other: pd.DataFrame) -> list[dict[str, Any]]:
     """Return for every joint how far two campaigns agree on its error, at the angles that both have measured.
 
-    The straight line through each is subtracted first: data of a part of a turn do not distinguish it from the arm's geometry.
+    A straight line is first subtracted from each curve, since data over a part of a turn do not distinguish it from the arm's geometry.
 
     Args:
-        one, other: As `gear_errors` gives them.
+        one: The gear errors of one campaign, as `gear_errors` returns them.
+        other: Those of the other campaign.
 
     Returns:
-        For each joint: joint, both_seen_deg (angles in all), correlation, one_rms_mrad, other_rms_mrad, apart_rms_mrad.
+        For each joint: ``joint``; ``both_seen_deg``, the range of angles that both measured; ``correlation`` of the two curves; and the root mean
+        squares of each curve and of their difference, ``one_rms_mrad``, ``other_rms_mrad`` and ``apart_rms_mrad``.
     """
     return list(_agreements(one, other))
 
@@ -109,4 +111,5 @@ def _agreements(one: pd.DataFrame, other: pd.DataFrame) -> Iterator[dict[str, An
 
 
 def _without_line(x: Array, y: Array) -> Array:
+    """Return values ``y`` without the straight line over ``x`` that fits them best."""
     return y - np.polyval(np.polyfit(x, y, 1), x)

@@ -58,6 +58,7 @@ def compare(dataset: Dataset) -> dict[str, dict[str, float]]:
 
 
 def _prepared(dataset: Dataset) -> tuple[Dataset, Prepared]:
+    """Return a dataset without gross errors, and its preparation for a fit."""
     cleaned = clean(dataset).dataset
     return cleaned, prepare(cleaned)
 
@@ -72,7 +73,7 @@ def on_a_fresh_split(dataset: Dataset, found: Calibration) -> dict[str, float]:
     """Return the errors [mm] on poses drawn anew and held out from whole fits, of the geometry alone and with the effects found.
 
     Args:
-        dataset: As it was diagnosed.
+        dataset: The dataset that was diagnosed.
         found: The calibration with effects.
     """
     cleaned, prepared = _prepared(dataset)
@@ -91,7 +92,7 @@ def on_shuffled_angles(dataset: Dataset, found: Calibration) -> dict[str, float]
     """Return the errors [mm] with effects that are fitted anew to the angles of other poses: nothing is left for them to explain.
 
     Args:
-        dataset: As it was diagnosed.
+        dataset: The dataset that was diagnosed.
         found: The calibration with effects.
     """
     cleaned, prepared = _prepared(dataset)

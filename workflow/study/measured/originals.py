@@ -1,7 +1,7 @@
-"""The original files of measured sets: found in a folder, or fetched, and taken only if they are what was published.
+"""Find the original files of measured sets in a folder, or download them; a file is accepted only if it is the one that was published.
 
-A file is known by its SHA-256. Where it came from then does not matter: a folder laid out flat, by repository or
-as a clone, or any of several addresses.
+A file is identified by its SHA-256, so it may come from any place: from a folder of the files alone, of a folder for each repository or of
+a clone, or from any of several addresses.
 """
 
 from __future__ import annotations
@@ -19,14 +19,23 @@ from urllib.request import Request, urlopen
 from scalar.data.io.atomic import atomic_directory
 from scalar.errors import Fault, InvalidInput
 
-PROBE_SECONDS = 5.0  # for one address to answer at all
-FETCH_SECONDS = 60.0  # without a byte of a file
-MAX_BYTES = 100_000_000
+PROBE_SECONDS = 5.0  # time in which an address has to answer
+FETCH_SECONDS = 60.0  # longest pause in a download
+MAX_BYTES = 100_000_000  # largest file
 
 
 @dataclass(frozen=True)
 class Original:
-    """A published file: its set, name and checksum, and where in which repository it stands."""
+    """A published file.
+
+    Attributes:
+        set: Name of the measured set.
+        file: Name of the file.
+        sha256: Checksum of the file.
+        repository: Repository that contains it, ``owner/name``.
+        commit: Commit of the repository.
+        path: Path of the file in the repository.
+    """
 
     set: str
     file: str
@@ -36,11 +45,11 @@ class Original:
     path: str
 
     def addresses(self, templates: Sequence[str]) -> list[str]:
-        """Return the addresses of the file: ``{repository}``, ``{commit}`` and ``{path}`` filled in."""
+        """Return the addresses of the file: the templates with ``{repository}``, ``{commit}`` and ``{path}`` filled in."""
         return [t.format(repository=self.repository, commit=self.commit, path=self.path) for t in templates]
 
     def find(self, folder: Path) -> Path | None:
-        """Return the file in a local folder, flat, by repository or as a clone; None if it is not there."""
+        """Return the path of the file in a local folder, directly, in a folder of the repository's name, or as in a clone; None if it is missing."""
         repository = self.repository.rsplit("/", 1)[-1]
         for place in (self.file, f"{repository}/{self.file}", f"{repository}/{self.path}", self.path):
             if (folder / place).is_file():
@@ -49,7 +58,7 @@ class Original:
 
 
 def read_originals(path: str | Path) -> dict[str, list[Original]]:
-    """Return the originals of each set, as a table lists them."""
+    """Return ``{set: its originals}`` from a CSV table with the attributes of ``Original`` as columns."""
     found: dict[str, list[Original]] = {}
     with open(path, encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
@@ -58,37 +67,37 @@ def read_originals(path: str | Path) -> dict[str, list[Original]]:
 
 
 def answers(address: str) -> bool:
-    """Return whether anything is behind an address; in a few seconds, even where names are not resolved."""
-    heard: list[bool] = []
+    """Return whether a file can be downloaded from an address; the answer takes a few seconds even if names are not resolved."""
+    found: list[bool] = []
 
     def ask() -> None:
         try:
             with urlopen(Request(address, method="HEAD"), timeout=PROBE_SECONDS):
-                heard.append(True)
+                found.append(True)
         except HTTPError:
-            heard.append(False)  # somebody is there, and has not this file
+            found.append(False)  # a server answers, but does not have the file
         except (OSError, ValueError):
             pass
 
     thread = threading.Thread(target=ask, daemon=True)
     thread.start()
     thread.join(2 * PROBE_SECONDS)
-    return any(heard)
+    return any(found)
 
 
 def get_originals(
     originals: Sequence[Original], folder: str, templates: Sequence[str], out_dir: str | Path
 ) -> None:
-    """Write the originals of a set to a folder of their own, each with the checksum that it should have.
+    """Write the originals of a set to a folder of their own, after comparing their checksums.
 
     Args:
-        originals: of the set.
-        folder: a local folder to look in first, or empty.
-        templates: addresses to try in turn, with ``{repository}``, ``{commit}`` and ``{path}``.
-        out_dir: appears whole or not at all.
+        originals: The originals of the set.
+        folder: Local folder that is searched first, or an empty text.
+        templates: Addresses to try in turn, with ``{repository}``, ``{commit}`` and ``{path}``.
+        out_dir: The folder to write, whole or not at all.
 
     Raises:
-        InvalidInput: a file is nowhere, or not what was published; every one that is so is named.
+        InvalidInput: A file is not found, or is not the one that was published; every such file is named.
     """
     faults: list[Fault] = []
     with atomic_directory(out_dir) as temporary:
@@ -106,7 +115,7 @@ def get_originals(
 
 
 def _fetch(original: Original, addresses: Sequence[str], path: Path) -> list[Fault]:
-    """Fetch a file from the first address that has it; return a fault if none does."""
+    """Write a file from the first address that has it; return a fault if none has it, else no fault."""
     reasons = []
     for address in addresses:
         try:
@@ -126,7 +135,7 @@ def _fetch(original: Original, addresses: Sequence[str], path: Path) -> list[Fau
 
 
 def checksums(folder: str | Path) -> dict[str, str]:
-    """Return the SHA-256 of every file in a folder, by name; hidden files (Snakemake's time stamp) aside."""
+    """Return ``{name: SHA-256}`` of the files in a folder, without hidden files (such as Snakemake's time stamp)."""
     paths = sorted(path for path in Path(folder).iterdir() if path.is_file() and path.name[0] != ".")
     return {path.name: _sha256(path.read_bytes()) for path in paths}
 

@@ -1,8 +1,8 @@
-"""The numbers that the paper quotes: every leaf of the results' files by one key, already rounded and with its unit.
+"""Collect the numbers that the paper quotes: every number in the files of results, with a key, rounded and with its unit.
 
-A key is the place of a number in its file behind the part it belongs to, ``headline.methods.proposed.raw.position_mean_mm.mean``. Its
-unit is the one in its name, or in the nearest name around it (``_mm``, ``_deg``). A number comes in several roundings, for the
-text to choose from; how it looks is decided here, once, so that the text holds no digits at all.
+A key is the name of a part followed by the path of the number in its file, ``headline.methods.proposed.raw.position_mean_mm.mean``. The
+unit is that at the end of the number's name, or of the nearest name on its path (``_mm``, ``_deg``). Each number is rounded to several numbers of
+digits, of which the text chooses one, so that all numbers are formatted here and the text contains none.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import Any
 from scalar.errors import Fault, InvalidInput
 from scalar.units import DEG, MM, MRAD, UM
 
-MOST_DIGITS = 5  # significant ones that a text may ask for
-EXPONENT_BELOW, EXPONENT_FROM = 1e-4, 1e6  # outside them a number is written with a power of ten
+MOST_DIGITS = 5  # largest number of significant digits that the text may choose
+EXPONENT_BELOW, EXPONENT_FROM = 1e-4, 1e6  # smaller and larger numbers are written with a power of ten
 NARROW_SPACE = "\u202f"  # between a number and its unit: no line breaks there
 UNITS = {
     "mm": "mm",
@@ -29,23 +29,26 @@ UNITS = {
     "ms": "ms",
     "percent": "%",
 }
-"""Last word of a name: what stands behind the number."""
+"""``{last word of a name: unit that is written after the number}``."""
 SMALL = {"m": ("mm", 1 / MM)}
-"""By unit: the unit, and the factor to it, in which numbers below a tenth are written."""
+"""``{unit: (unit in which numbers below a tenth are written, factor to it)}``."""
 ANGLES = {"rad": ("deg", 1 / DEG), "mrad": ("deg", MRAD / DEG), "urad": ("deg", UM / DEG)}
-"""All angles of the paper are in degrees, whatever the results have."""
+"""``{unit of an angle: (degrees, factor to them)}``, since the paper states all angles in degrees."""
 POWER = "×10^"
-"""Stands before the exponent of a number too small or too large to be written out; the text sets it as a power."""
+"""Text before the exponent of a number that is too small or too large to be written out; the paper typesets it as a power."""
 
 
 def gather(parts: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``{"parts": names, "numbers": {key: entry}}`` of several files' contents.
+    """Return ``{"parts": names, "numbers": {key: entry}}`` for the contents of several files.
 
-    An entry holds ``text``, the number in 1 to MOST_DIGITS significant digits (whole numbers and words are as
-    they are, one text), ``unit``, with the space before it, and for a share between 0 and 1 its ``percent``.
+    An entry contains ``text``, the number with 1 to ``MOST_DIGITS`` significant digits (one text for a whole number or a word);
+    ``unit``, with the space before it; and, for a number between 0 and 1 without a unit, ``percent``.
 
     Args:
-        parts: ``{name: content}``: mappings and lists of numbers, words and truths.
+        parts: ``{name: content}``, with mappings and lists of numbers, words and truth values.
+
+    Raises:
+        InvalidInput: Two numbers have the same key.
     """
     numbers: dict[str, Any] = {}
     for part, content in parts.items():
@@ -70,13 +73,13 @@ def _leaves(key: str, value: Any, unit: str) -> Iterator[tuple[str, Any, str]]:
 
 
 def unit_of(name: str) -> str:
-    """Return the unit that a name ends in, as in ``position_mean_mm``; empty where it has none."""
+    """Return the unit at the end of a name, as in ``position_mean_mm``; an empty text if it has none."""
     last = name.rsplit("_", 1)
     return last[1] if len(last) == 2 and last[1] in UNITS else ""
 
 
 def entry(value: Any, unit: str) -> dict[str, Any]:
-    """Return a number as texts to choose from; see ``gather``."""
+    """Return the entry of a number, as ``gather`` describes it."""
     if value is None:
         return {"text": ["–"], "unit": ""}
     if isinstance(value, bool):
@@ -99,7 +102,7 @@ def entry(value: Any, unit: str) -> dict[str, Any]:
 
 
 def rounded(value: float, digits: int) -> str:
-    """Return a number with some significant digits, zeros at its end kept: ``0.018``, ``1.20``, ``3.1×10^−6``, ``15,000``."""
+    """Return a number with so many significant digits, also if the last ones are zeros: ``0.018``, ``1.20``, ``3.1×10^−6``, ``15,000``."""
     if value == 0:
         return "0"
     size = abs(value)
@@ -114,6 +117,6 @@ def rounded(value: float, digits: int) -> str:
 
 
 def grouped(value: int) -> str:
-    """Return a whole number, its thousands apart from ten thousand on: ``4096``, ``10,000``."""
+    """Return a whole number, with commas between thousands from ten thousand on: ``4096``, ``10,000``."""
     text = f"{abs(value):,}" if abs(value) >= 10_000 else str(abs(value))
     return f"−{text}" if value < 0 else text

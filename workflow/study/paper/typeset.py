@@ -1,7 +1,7 @@
-"""The paper from its text and the results: one compilation by Typst, in a folder of its own, the same bytes each time.
+"""Compile the paper from its text and the results with Typst, in a temporary folder; the same inputs give the same bytes.
 
-All files are copied below one root, since Typst reads nothing outside it: ``paper/`` as it is, and ``results/``
-with the numbers and figures. The fonts of the machine, the date and the network are not used, so that only the inputs decide the bytes.
+All files are copied below one root, since Typst reads nothing outside it: the folder ``paper/``, and ``results/``
+with the numbers and figures. The fonts of the machine, the date and the network are not used, so that the bytes depend on the inputs alone.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CREATED = datetime.datetime(2018, 10, 1, tzinfo=datetime.UTC)
 """The date of creation in a PDF: always the first day of IROS 2018, since the true one would change the bytes."""
 
 ARCHIVE = "a-2b"
-"""PDF/A: everything embedded, and a letter that no font has is an error instead of a box."""
+"""The PDF/A standard: everything is embedded, and a character that no font contains is an error."""
 
 
 def typeset(
@@ -41,12 +41,12 @@ def typeset(
 
     Args:
         text: Folder of the text, with ``paper.typ`` in it.
-        numbers: As ``study.paper.numbers.gather`` gives them.
-        figures: ``{place below results/: file}``.
-        points_per_inch: Of pictures.
+        numbers: As ``study.paper.numbers.gather`` returns them.
+        figures: ``{path below results/: file}``.
+        points_per_inch: Resolution of PNG pictures.
 
     Raises:
-        InvalidInput: The text does not compile; the first line says why, as for a number that is not there.
+        InvalidInput: The text does not compile, for example because it quotes a number that is missing.
     """
     with _compiler(text, numbers, figures) as compiler:
         made = compiler.compile(
@@ -62,7 +62,7 @@ def typeset(
 def placed(text: Path, numbers: Mapping[str, Any], figures: Mapping[str, Path]) -> list[dict[str, Any]]:
     """Return the places of figures, captions, tables and formulas: the metadata ``<placed>`` that style.typ writes.
 
-    Arguments and errors as for ``typeset``.
+    Arguments and errors are those of ``typeset``.
     """
     with _compiler(text, numbers, figures) as compiler:
         try:
@@ -97,10 +97,10 @@ def _compiler(text: Path, numbers: Mapping[str, Any], figures: Mapping[str, Path
 def write_paper(
     output: str | Path, text: Path, numbers: Mapping[str, Any], figures: Mapping[str, Path]
 ) -> None:
-    """Write the paper to a PDF, whole or not at all; arguments as for ``typeset``.
+    """Write the paper to a PDF, whole or not at all; the other arguments are those of ``typeset``.
 
     Raises:
-        InvalidInput: As for ``typeset``, or parts overlap or reach over the margins; in a draft this is only printed.
+        InvalidInput: The text does not compile, or parts overlap or extend over the margins; in a draft, the latter is only printed.
     """
     (document,) = typeset(text, numbers, figures)
     if faults := layout_faults(placed(text, numbers, figures)):

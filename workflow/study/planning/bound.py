@@ -20,7 +20,7 @@ def best_noncentrality(question: Question, start: Array, rows: Array, count: int
     """Return a noncentrality that no ``count`` candidates exceed.
 
     Args:
-        question: To be answered.
+        question: The question that the candidates are to answer.
         start: ``(P, P)``, information of the poses that were measured.
         rows: ``(N, m, P)``, whitened, of the candidates.
         count: How many are added.

@@ -1,9 +1,9 @@
-"""Do further poses, planned by `scalar plan --after`, separate what a diagnosis could not distinguish?
+"""Test whether further poses, planned by `scalar plan --after`, separate the causes that a diagnosis could not distinguish.
 
 The sets are those of the blind trials with one effect that acts by the joint angles, at the same sizes and from the same seeds, but with fewer poses,
-so that more causes are confounded. Each is diagnosed; where causes are confounded, further poses are chosen from a pool of postures from which
-the scanner sees its plane. As many are drawn at random from the pool, as a control. Both are then measured in the same simulated scene and the
-diagnosis is made anew, which shows whether what was expected comes true. A row is a pair of confounded causes.
+so that more causes are confounded. Each set is diagnosed. If causes are confounded, further poses are chosen from a pool of postures in which
+the scanner sees a target plane; as a control, as many are drawn from the pool at random. Both choices are then measured in the same simulated scene,
+and the diagnosis is made anew, which shows whether the causes are separated as expected. The table has a row for each pair of confounded causes.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from study.planning.bound import best_noncentrality
 
 PLANNED, RANDOM = "planned", "random"
 SEPARATION_COLUMNS = {
-    "case": "of the blind trials",
+    "case": "case of the blind trials",
     "workcell": "robot, scanner and target planes",
-    "seed": "of all random draws in the scene",
+    "seed": "seed of all random draws in the scene",
     "size": "multiple of the effect's natural size",
     "pairs": "number of pairs of confounded causes in the set; with none, the rest of the row is empty",
     "effect": "the effect that was found",
@@ -45,15 +45,15 @@ SEPARATION_COLUMNS = {
     "now": "the signal that distinguishes the two, in standard errors, with the poses that were diagnosed",
     "planned": "the same signal with the planned poses as well",
     "random": "the same with as many random poses instead",
-    "best": "a bound on the same that no choice of as many poses of the pool exceeds",
-    "limit": "the same with all poses of the pool",
-    "separable": "whether any choice of as many poses may separate them: the bound is five standard errors or more",
-    "separable_by_all": "whether the whole pool does",
-    "separated": "whether the planned poses are expected to",
-    "separated_at_random": "whether the random ones are",
+    "best": "a bound of the same signal that no choice of as many poses of the pool exceeds",
+    "limit": "the same signal with all poses of the pool",
+    "separable": "whether some choice of as many poses may separate the two: the bound is five standard errors or more",
+    "separable_by_all": "whether the whole pool is expected to separate them",
+    "separated": "whether the planned poses are expected to separate them",
+    "separated_at_random": "whether the random poses are expected to separate them",
     "distinguished": "whether the diagnosis with the planned poses finds something and no longer confounds the two",
     "distinguished_at_random": "the same with the random ones",
-    "right_then": "whether the injected effect is named with the planned poses, and nothing listed beside it is",
+    "right_then": "whether the injected effect is named with the planned poses, with nothing listed as confounded with it",
     "right_then_at_random": "the same with the random ones",
 }
 
@@ -63,9 +63,9 @@ class Sizes:
     """Numbers of poses.
 
     Attributes:
-        first: Of each plane, that are diagnosed first.
-        pool: Of each plane, to choose from.
-        further: That are added.
+        first: Number of poses of each plane that are diagnosed first.
+        pool: Number of postures of each plane from which further poses are chosen.
+        further: Number of poses that are added, on all planes together.
     """
 
     first: int
@@ -80,8 +80,10 @@ def separate_sets(
 
     Args:
         study: The blind trials.
-        case, workcell, repetitions: A job of it.
-        root: Where the paths of scenes start.
+        case: Case of the job.
+        workcell: Workcell of the job.
+        repetitions: First and last repetition of the job, ``001-010``.
+        root: Folder from which the paths of scenes start.
         sizes: Numbers of poses.
 
     Raises:
@@ -116,6 +118,7 @@ def separate_sets(
 def _pairs_of_set(
     wanted: Set, config: Mapping[str, Any], base_dir: Path, plan: Any, sizes: Sizes
 ) -> list[dict[str, Any]]:
+    """Return the rows of one set; one row without a pair if nothing is confounded or the set cannot be simulated or diagnosed."""
     from scalar.simulation.errors import SimulationError
     from scalar.simulation.scene import simulate
 
@@ -186,18 +189,18 @@ def _pairs_of_set(
 
 
 def first_of_each_plane(plane: Array, count: int) -> Array:
-    """Return the rows of the first ``count`` poses of each plane, ascending."""
+    """Return the indices of the first ``count`` poses of each plane, ascending; ``plane`` ``(N,)`` is the index of each pose's plane."""
     return np.sort(np.concatenate([np.flatnonzero(plane == k)[:count] for k in np.unique(plane)]))
 
 
 def distinguished(pair: Pair, effects: Sequence[Entry] | None) -> bool:
     """Return whether a diagnosis finds something, and no longer names one of a pair with the other listed as confounded with it.
 
-    Where neither of the two acts, it may name neither.
+    If neither of the two was injected, a diagnosis that names neither is also counted.
 
     Args:
-        pair: With a rival.
-        effects: Entries of ``diagnosis.json``; None where the diagnosis failed.
+        pair: A pair with a rival.
+        effects: Entries of ``diagnosis.json``; None if the diagnosis failed.
     """
     assert pair.rival is not None
 
@@ -216,6 +219,7 @@ def named_alone(injected: Entry, effects: Sequence[Entry] | None) -> bool:
 
 
 def _effects_of(dataset: Dataset) -> Sequence[Entry] | None:
+    """Return the effects that a diagnosis finds, as entries of ``diagnosis.json``; None if it fails."""
     try:
         return plain(diagnose(dataset).to_mapping())["effects"]
     except ScalarError:
@@ -223,7 +227,7 @@ def _effects_of(dataset: Dataset) -> Sequence[Entry] | None:
 
 
 def _right(pair: Pair, injected: Entry) -> str:
-    """Return which of a pair was injected."""
+    """Return which of a pair was injected: ``effect``, ``rival`` or ``neither``."""
     for which, effect in (("effect", pair.effect), ("rival", pair.rival)):
         if effect is not None and same({"name": effect.name, "target": plain(effect.target)}, injected):
             return which
@@ -231,4 +235,5 @@ def _right(pair: Pair, injected: Entry) -> str:
 
 
 def _is(effect: Effect, entry: Entry) -> bool:
+    """Return whether an entry of ``diagnosis.json`` is an effect, by name and target."""
     return effect.name == entry["name"] and plain(effect.target) == entry["target"]

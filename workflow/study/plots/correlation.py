@@ -1,4 +1,4 @@
-"""The correlations of the estimated parameters as a matrix, grouped by what they belong to."""
+"""The figure of the correlations between the estimated parameters: a matrix, grouped by arm, scanner and planes."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _GROUPS = (
     ("planes", r"(normal|distance)_"),
     ("other", ""),
 )
-_SHOWN = 0.7  # correlations beyond it get a number
+_SHOWN = 0.7  # correlations of a larger absolute value are written as numbers
 
 
 def grouped(names: list[str]) -> tuple[list[str], dict[str, int]]:
-    """Return the names group by group, and ``{group: how many}``; what fits in none comes last, as ``other``."""
+    """Return the names ordered by group, and ``{group: number of names}``; names that belong to no group come last, as ``other``."""
     order: list[str] = []
     sizes: dict[str, int] = {}
     for group, pattern in _GROUPS:
@@ -33,10 +33,10 @@ def grouped(names: list[str]) -> tuple[list[str], dict[str, int]]:
 
 
 def draw_correlation(correlation: pd.DataFrame) -> Figure:
-    """Return the matrix: colour is sign and size, the size as a number where two parameters can hardly be distinguished.
+    """Return the figure: colours show the correlations, and numbers the absolute values of those above ``_SHOWN``.
 
     Args:
-        correlation: As ``study.headline.workspace.correlation`` gives it.
+        correlation: As ``study.headline.workspace.correlation`` returns it.
     """
     table = correlation.set_index("parameter")
     names, sizes = grouped([str(name) for name in table.index])

@@ -1,4 +1,4 @@
-"""Mean position error, and the shares of right, wrong and refused answers, over the degree of what is wrong with the data."""
+"""The figure of the mean position error, and of the shares of right, wrong and refused answers, over the degree of each fault of the data."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ _COLUMNS = 3
 
 
 def draw_edges(rows: Any, summary: Any) -> Figure:
-    """Return a panel of errors above a panel of answers for each axis.
+    """Return a figure with a panel of errors above a panel of answers for each kind of fault.
 
     Args:
         rows: edges.csv.
-        summary: summary.csv of it.
+        summary: The summary of these rows, summary.csv.
     """
     names = [name for name in AXES if name in set(summary["axis"])]
-    bands = -(-len(names) // _COLUMNS)
+    bands = int(np.ceil(len(names) / _COLUMNS))
     with styled():
         figure = new_figure(PAGE_IN, 0.5 + 2.5 * bands)
         grid = figure.subplots(
@@ -52,10 +52,10 @@ def draw_edges(rows: Any, summary: Any) -> Figure:
                 top.remove()
                 bottom.remove()
                 continue
-            of, table = rows[rows["axis"] == names[k]], summary[summary["axis"] == names[k]]
+            sets, table = rows[rows["axis"] == names[k]], summary[summary["axis"] == names[k]]
             values = table["value"].to_numpy(dtype=float)
             at = {value: i for i, value in enumerate(values)}
-            top.plot(of["value"].map(at), of["position_after_mm"], "o", ms=2.5, color=BAND, alpha=0.6)
+            top.plot(sets["value"].map(at), sets["position_after_mm"], "o", ms=2.5, color=BAND, alpha=0.6)
             top.plot(range(len(values)), table["position_median_mm"], "-", color=LOOKS["proposed"].colour)
             top.set_yscale("log")
             top.set_ylim(low, high)

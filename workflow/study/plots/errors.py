@@ -55,7 +55,7 @@ def draw_errors(errors: pd.DataFrame, summary: pd.DataFrame, published: pd.DataF
 def _column(
     ax: Axes, x: float, errors: pd.DataFrame, summary: pd.DataFrame, key: tuple[str, str, str]
 ) -> None:
-    """Draw one method and alignment: band, median, a dot for each seed, a cross where it did not converge."""
+    """Draw one method and alignment: a band, the median, a dot for each seed, and a cross for each seed with which it did not converge."""
     method, alignment, quantity = key
     look, raw = LOOKS[method], alignment == "raw"
     rows: Any = errors[(errors["method"] == method) & (errors["alignment"] == alignment)]
@@ -70,8 +70,8 @@ def _column(
     height = band["p95"] - band["p05"]
     ax.bar(x, height, width, bottom=band["p05"], color=look.colour, alpha=0.22, linewidth=0)
     at = x + np.linspace(-_HALF_WIDTH, _HALF_WIDTH, len(rows))
-    ended = rows["status"].isin(["converged", "initial"]).to_numpy(dtype=bool)
-    for which, marker in ((ended, look.marker), (~ended, "x")):
+    converged = rows["status"].isin(["converged", "initial"]).to_numpy(dtype=bool)
+    for which, marker in ((converged, look.marker), (~converged, "x")):
         ax.plot(
             at[which],
             rows[quantity][which],
@@ -82,15 +82,15 @@ def _column(
             markeredgewidth=0.6 if marker != "x" else 1.0,
             linestyle="none",
         )
-    middle = [x - width / 2, x + width / 2]
-    ax.plot(middle, [band["median"]] * 2, color=LINE, linewidth=1.4, solid_capstyle="butt")
+    ends = [x - width / 2, x + width / 2]
+    ax.plot(ends, [band["median"]] * 2, color=LINE, linewidth=1.4, solid_capstyle="butt")
     if raw:
         place = {"xytext": (0, 4), "textcoords": "offset points", "ha": "center", "fontsize": 8}
         ax.annotate(numeral(band["mean"], 2), (x, band["max"]), **place)
 
 
 def _published(ax: Axes, methods: list[str], stated: Any) -> None:
-    """Draw what the paper states: a cross beside the initial models, a line across the calibrated ones."""
+    """Draw what the original paper states: a cross beside the initial models, and a line across the calibrated ones."""
     place = {"textcoords": "offset points", "ha": "right", "va": "center", "fontsize": 8}
     if "initial" in methods:
         x = methods.index("initial") + _CROSS
@@ -120,7 +120,7 @@ def _tick(method: str, summary: pd.DataFrame) -> str:
 def _legend(n_seeds: int) -> list[Line2D | Patch]:
     grey = {"color": BAND, "linestyle": "none", "marker": "o", "markersize": 4}
     return [
-        Line2D([], [], **grey, label="raw, a dot a seed (fixed parameters at their true values)"),
+        Line2D([], [], **grey, label="raw, one dot per seed (fixed parameters at their true values)"),
         Line2D([], [], **grey, markerfacecolor="white", label="aligned (best rigid motion of the base)"),
         Patch(facecolor=BAND, alpha=0.22, label=f"5 to 95 % of {n_seeds} seeds"),
         Line2D([], [], color=LINE, linewidth=1.4, label="median; number: mean over the seeds, raw"),

@@ -1,4 +1,4 @@
-"""Measured robots: held-out errors of models of increasing size, and the errors of the gears over the joint angles."""
+"""Figures of the measured robots: held-out errors of models of increasing size, and the errors of the gears over the joint angles."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CAMPAIGNS = (
     ("second campaign", COLOURS["second campaign"], "--"),
     ("third campaign", COLOURS["third campaign"], ":"),
 )
-_FAINT = 0.25
+_FAINT = 0.25  # opacity of a curve at angles without poses, and of bands
 
 
 def set_words(name: str) -> str:
@@ -43,25 +43,25 @@ def draw_errors(errors: pd.DataFrame) -> Figure:
         ax = figure.subplots()
         width = 0.8 / len(MODELS)
         for k, (model, label, colour, hatch) in enumerate(MODELS):
-            mine: Any = errors[
+            of_model: Any = errors[
                 errors["model"].str.startswith(model) & (errors["model"].eq(model) | (model == "effects_of"))
             ]
-            where = np.array([sets.index(name) for name in mine["set"]], dtype=float) + (k - 2) * width
-            heights = mine["held_out_rms_mm"].to_numpy(dtype=float)
-            ax.bar(where, heights, width, label=label, color=colour, hatch=hatch, edgecolor="white")
-            for x, height in zip(where, heights, strict=True):
+            places = np.array([sets.index(name) for name in of_model["set"]], dtype=float) + (k - 2) * width
+            heights = of_model["held_out_rms_mm"].to_numpy(dtype=float)
+            ax.bar(places, heights, width, label=label, color=colour, hatch=hatch, edgecolor="white")
+            for x, height in zip(places, heights, strict=True):
                 ax.annotate(numeral(height, 2), (x, height), ha="center", va="bottom", fontsize=7)
         ax.set_xticks(range(len(sets)), [set_words(name) for name in sets])
-        ax.set_ylabel("error of poses held out, RMS [mm]")
+        ax.set_ylabel("error of held-out poses, RMS [mm]")
         ax.grid(axis="x", visible=False)
         ax.legend(fontsize=7.5)
     return figure
 
 
 def draw_gears(gears: pd.DataFrame) -> Figure:
-    """Return the error of every joint's gear over its angle, a panel for each joint, as each campaign with several erring joints found it.
+    """Return a figure with a panel for each joint: the error of its gear over its angle, as each campaign with errors in several joints found it.
 
-    Faint where a campaign had no poses; bands of twice the standard error where it had.
+    A curve is faint at angles without poses; at the others it has a band of twice its standard error.
 
     Args:
         gears: gears.csv of the measured summaries.

@@ -1,4 +1,4 @@
-"""Errors after every pass of a sequential calibration, and errors of a single pass in each case, over those of fitting all at once."""
+"""The figure of sequential calibration: errors after every pass, and the ratio of the errors after one pass to those of fitting all at once."""
 
 from __future__ import annotations
 
@@ -21,14 +21,17 @@ _WAYS = {
 }
 _QUANTITY = "position_mean_mm"
 _BAND = (0.05, 0.95)
-_FROM_MIDDLE = 0.26  # of a row's height: how far above and below its middle the ways stand
+_FROM_MIDDLE = (
+    0.26  # share of a row's height by which the first and the last way are drawn above and below its middle
+)
 
 
 def draw_sequential(errors: pd.DataFrame, summary: pd.DataFrame) -> Figure:
-    """Return the errors over the passes of the case in which passes are repeated, and those of a single pass in every case over all at once.
+    """Return a figure with two panels: errors over the passes in the case with repeated passes, and ratios of errors after one pass in every case.
 
     Args:
-        errors, summary: As ``study.sequential.compare`` and ``study.sequential.summary`` give them.
+        errors: As ``study.sequential.compare.compare_sequential`` returns them.
+        summary: Their summary, as ``study.sequential.summary`` returns it.
     """
     raw: Any = errors[(errors["alignment"] == "raw") & errors[_QUANTITY].notna()]
     with styled():
@@ -67,12 +70,12 @@ def _by_passes(ax: Axes, rows: Any) -> None:
     _plain_numbers(ax.yaxis, (1.0, 2.0, 5.0))
     ax.set_xlim(-0.3, most + 0.3)
     ax.set_xticks(range(0, most + 1, max(1, most // 6)))
-    ax.set_xlabel("passes (each block fitted once a pass)")
+    ax.set_xlabel("passes (each block is fitted once per pass)")
     ax.set_ylabel("mean position error [mm]")
 
 
 def _single_passes(ax: Axes, raw: Any, summary: pd.DataFrame) -> None:
-    """Draw a dot for each seed: the error after one pass over that of all at once, a row for each case."""
+    """Draw a row for each case, with a dot for each seed: the ratio of the error after one pass to that of fitting all at once."""
     cases = list(dict.fromkeys(raw["case"]))
     places = dict(zip(_WAYS, np.linspace(_FROM_MIDDLE, -_FROM_MIDDLE, len(_WAYS)), strict=True))
     for i, case in enumerate(cases):
@@ -80,13 +83,13 @@ def _single_passes(ax: Axes, raw: Any, summary: pd.DataFrame) -> None:
         at_once = own[own["way"] == "at_once"].set_index("seed")[_QUANTITY]
         for way, look in _WAYS.items():
             one = own[(own["way"] == way) & (own["passes"] == 1)].set_index("seed")[_QUANTITY]
-            times = (one / at_once).dropna().sort_index()
-            y = -i + places[way] + np.linspace(-0.07, 0.07, len(times))
+            ratios = (one / at_once).dropna().sort_index()
+            y = -i + places[way] + np.linspace(-0.07, 0.07, len(ratios))
             ax.plot(
-                times, y, look.marker, color=look.colour, markersize=3.4, alpha=0.6, linestyle="none", markeredgewidth=0
+                ratios, y, look.marker, color=look.colour, markersize=3.4, alpha=0.6, linestyle="none", markeredgewidth=0
             )  # fmt: skip
             ax.plot(
-                [times.median()] * 2, -i + places[way] + np.array([-0.11, 0.11]), color=LINE, linewidth=1.6
+                [ratios.median()] * 2, -i + places[way] + np.array([-0.11, 0.11]), color=LINE, linewidth=1.6
             )
         before = own[own["way"] == "initial"].set_index("seed")[_QUANTITY]
         ax.plot(
@@ -120,6 +123,7 @@ def _plain_numbers(axis: Axis, labelled: tuple[float, ...]) -> None:
 
 
 def _words(summary: pd.DataFrame, case: str, separator: str = ", ") -> str:
+    """Return a case as a label: its poses, its noise, and the errors of its initial model."""
     row: Any = summary[summary["case"] == case].iloc[0]
     lengths, angles = numeral(row["length_error_mm"]), numeral(row["angle_error_deg"])
     return (

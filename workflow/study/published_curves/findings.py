@@ -1,4 +1,4 @@
-"""The support of the candidates as tables, and as the numbers that the paper quotes."""
+"""Tabulate the support of the candidates, and collect the numbers that the paper quotes."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from study.published_curves.support import (
     weigh,
 )
 
-MEANS = (0, 2)  # of QUANTITIES
-FEW_POSES = 25  # with fewer, the least observable directions of the parameters dominate the errors
-LOUD = (
-    2.0  # times the headline's noise: the published curves bend below it, and runs above it say little of why
-)
+MEANS = (0, 2)  # indices in QUANTITIES of the mean errors
+FEW_POSES = 25  # with fewer poses, the least observable directions of the parameters dominate the errors
+LARGE_NOISE = 2.0  # multiple of the median noise: the published curves bend below it, and runs with more noise say little about the cause
 Z95 = 1.645  # standard deviations from the median to the 95 % quantile of a normal distribution
 
+_SINGLE = ("noise", "shared", "scan", "joint", "step", "iterations", "tolerance", "abs", "abs-2018", "clip")
+"""Names of the candidates of which pairs consist, and of the readings of the root."""
 
 WAYS = (
     "workcells_twice_as_different",
@@ -42,15 +42,23 @@ WAYS = (
     "without_points_curve",
     "without_large_noise",
 )
-"""Other reasonable ways to weigh: a ranking that changes with one of them is no finding."""
+"""Other reasonable ways of weighing the runs; a ranking that changes with one of them is no finding."""
 
 
 def ways_to_weigh(curves: Curves, offset: Array) -> dict[str, tuple[tuple[int, ...], Array, Array | None]]:
-    """Return ``{way: (quantities, offset, runs)}`` of ``WAYS``."""
+    """Return ``{way: (quantities, offset, runs)}`` for every one of ``WAYS``.
+
+    Args:
+        curves: The published runs.
+        offset: ``(12, 12)``, covariance of the offset of the authors' workcell.
+
+    Returns:
+        The indices of the quantities that are used, the covariance of the offset, and ``(R,)`` bool, the runs that are used (None: all).
+    """
     enough = np.array([setting.poses >= FEW_POSES for setting in curves.settings])
     several = np.array([setting.points > 1 for setting in curves.settings])
-    usual = np.median([setting.sigma for setting in curves.settings])
-    quiet = np.array([setting.sigma <= LOUD * usual for setting in curves.settings])
+    median_noise = np.median([setting.sigma for setting in curves.settings])
+    quiet = np.array([setting.sigma <= LARGE_NOISE * median_noise for setting in curves.settings])
     not_points = curves.table["sweep"].to_numpy() != "points"
     return {
         "workcells_twice_as_different": (ALL, 4.0 * offset, None),
@@ -70,7 +78,15 @@ def candidate_table(
     verdicts: Mapping[str, Support],
     offset: Array,
 ) -> pd.DataFrame:
-    """Return a row for each candidate: magnitudes, misfit, evidence, held-out curves, verdict."""
+    """Return a row for each candidate: magnitudes, misfit, evidence, held-out curves, verdict.
+
+    Args:
+        curves: The published runs.
+        predictions: ``{candidate: its prediction}``.
+        refined_by_name: ``{candidate: its prediction on the refined grid}``.
+        verdicts: ``{candidate: its support}`` if all runs and quantities are used.
+        offset: ``(12, 12)``, covariance of the offset of the authors' workcell.
+    """
     y, groups = curves.log_errors, curves.table["sweep"].to_numpy()
     evidence = {"all": {name: one.log_evidence for name, one in verdicts.items()}}
     for name, (quantities, offset_covariance, runs) in ways_to_weigh(curves, offset).items():
@@ -134,7 +150,11 @@ def candidate_table(
 
 
 def _verdict(behind: float, ways: Sequence[float]) -> str:
-    """Return ``supported`` if a candidate is indistinguishable from the best, ``excluded`` if all ways put it far behind, else ``disfavoured``."""
+    """Return ``supported``, ``excluded`` or ``disfavoured``.
+
+    A candidate is supported if its log evidence is indistinguishable from the best one (``behind`` it with all runs), and excluded if it lies more
+    than ``EXCLUDED`` behind by every one of the ``ways`` of weighing.
+    """
     if behind < INDISTINGUISHABLE:
         return "supported"
     return "excluded" if min(ways) > EXCLUDED else "disfavoured"
@@ -151,7 +171,7 @@ def prediction_table(
     verdicts: Mapping[str, Support],
     offset: Array,
 ) -> pd.DataFrame:
-    """Return for every candidate, run and quantity what is predicted at the best magnitudes, with 5 and 95 %."""
+    """Return for every candidate, run and quantity the median and the 5 and 95 % quantiles that are predicted at the best magnitudes."""
     rows = []
     for name, refined in refined_by_name.items():
         one = verdicts[name]
@@ -185,7 +205,16 @@ def summary_numbers(
     predicted: Predictions,
     options: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return what the paper quotes."""
+    """Return the numbers that the paper quotes.
+
+    Args:
+        curves: The published runs.
+        candidates: As ``candidate_table`` returns it.
+        confusion: As ``recovery.recover`` returns it.
+        coverage: As ``recovery.recover`` returns it.
+        predicted: The predictions of the candidates.
+        options: The config's block ``published_curves``.
+    """
     records = {str(row["candidate"]): row for row in _records(candidates)}
     tested = {name: row for name, row in records.items() if row["verdict"] != "not_tested"}
     ranked = sorted(tested, key=lambda name: -tested[name]["log_evidence"])
@@ -197,18 +226,7 @@ def summary_numbers(
     }
     with_effect = {
         effect: float(sum(row["posterior"] for name, row in tested.items() if effect in name.split("+")))
-        for effect in (
-            "noise",
-            "shared",
-            "scan",
-            "joint",
-            "step",
-            "iterations",
-            "tolerance",
-            "abs",
-            "abs-2018",
-            "clip",
-        )
+        for effect in _SINGLE
     }
     return {
         "runs": len(curves.settings),
@@ -261,7 +279,7 @@ def summary_numbers(
 
 
 def _leaders(tested: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """Return which candidate leads under each way of weighing."""
+    """Return ``{way of weighing: candidate with the largest evidence}``."""
     ways = ["behind", *(f"behind_{way}" for way in WAYS)]
     return {way: min(tested, key=lambda name: tested[name][way]) for way in ways}
 

@@ -1,4 +1,4 @@
-"""The answer of a diagnosis as plain values, and the statements in which two answers differ."""
+"""Reduce a diagnosis to an answer of plain values, and list the statements in which two answers differ."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ KINDS = {
     "refused": "whether the data are refused",
     "verdict": "the verdict",
     "names": "which effects are named",
-    "targets": "at which joint, order, target plane or moment",
+    "targets": "the joint, order, target plane or moment of a named effect",
     "confidence": "whether a confidence is below 0.8 or not",
     "confounded": "what is listed as confounded with an effect",
     "unobservable": "what is listed as unobservable",
@@ -28,19 +28,21 @@ KINDS = {
     "coefficients": "a coefficient, by more than a thousandth of its effect's size",
     "errors": "the error or the stated uncertainty at poses not measured, by more than a thousandth",
 }
-"""Ways in which answers differ, the gravest first."""
+"""``{kind of statement: what it says}``, the kinds whose change is gravest first."""
 NAMING = ("refused", "verdict", "names", "targets")
-RELATIVE = 1e-3  # change of a number that counts
+"""The kinds of statements on whether the data are refused, and on what is named."""
+RELATIVE = 1e-3  # relative change of a number from which on it counts as another number
 
 Answer = Mapping[str, Any]
+"""As ``answer_of`` or ``refusal`` returns it."""
 
 
 def answer_of(diagnosis: Diagnosis, truth_poses: pd.DataFrame) -> dict[str, Any]:
     """Return a diagnosis' statements as plain values.
 
     Args:
-        diagnosis: Of one set.
-        truth_poses: Poses not measured, with their true frames.
+        diagnosis: The diagnosis of one set.
+        truth_poses: Poses that are not in the set, with their true frames.
     """
     mapping = diagnosis.to_mapping()
     after = diagnosis.calibration_after
@@ -77,16 +79,17 @@ def answer_of(diagnosis: Diagnosis, truth_poses: pd.DataFrame) -> dict[str, Any]
 
 
 def refusal(error: Exception) -> dict[str, Any]:
-    """Return the answer of a diagnosis that ended with an error: its kind and first line."""
+    """Return the answer of a diagnosis that ended with an error: the error's class and the first line of its message."""
     return {"refused": f"{type(error).__name__}: {error}".splitlines()[0]}
 
 
 def _place(entry: Mapping[str, Any]) -> str:
+    """Return name and target of an effect as text."""
     return f"{entry['name']} {json.dumps(entry['target'], sort_keys=True)}"
 
 
 def differences(default: Answer, other: Answer) -> dict[str, str]:
-    """Return ``{kind: in words}`` of all statements in which an answer differs from the default's."""
+    """Return ``{kind of statement: the change in words}`` of all kinds in which an answer differs from that with the default settings."""
     if default["refused"] or other["refused"]:
         # The text of a refusal may quote a number; its kind is what counts.
         kinds = [answer["refused"].split(":")[0] for answer in (default, other)]

@@ -18,32 +18,32 @@ from study.sensitivity.traced_estimator import traced_estimator
 from study.sensitivity.variants import Variant, traced_settings
 
 ROW_COLUMNS = {
-    "set": "of configs/sensitivity.yaml",
-    "commit": "of the code that diagnosed; null outside a repository",
+    "set": "name of the set in configs/sensitivity.yaml",
+    "commit": "commit of the code that diagnosed; null outside a repository",
     "setting": "dotted name of a threshold",
     "direction": "halved or doubled",
     "value": "the changed value",
-    "how": "unused: it entered no operation; same: every operation came out the same, so the answer is known; "
-    "run: diagnosed with it",
-    "changed": "kinds of statements that differ from the default's answer, the gravest first, with ; between",
+    "how": "unused: the setting entered no operation; same: every operation had the same result, so the answer is known; "
+    "run: the set was diagnosed with the changed value",
+    "changed": "kinds of statements that differ from those with the default settings, the gravest first, separated by ;",
     "example": "the gravest of them in words",
-    "held_out_mm": "rms over poses held out, as this diagnosis states it",
+    "held_out_mm": "RMS error over held-out poses, as this diagnosis states it",
     "held_out_default_mm": "the same with the default settings",
-    "unseen_mm": "mean position error over true poses, base aligned",
+    "unseen_mm": "mean position error over poses that are not in the set, base aligned",
     "unseen_default_mm": "the same with the default settings",
 }
 UNUSED, SAME, RUN = "unused", "same", "run"
 
 AnswerTo = Callable[[Settings], Answer]
-"""From settings to an answer; a refusal is a ``ScalarError``."""
+"""A function that returns the answer with given settings; it raises ``ScalarError`` if the diagnosis refuses the data."""
 
 
 def answering(dataset: Dataset, truth_poses: pd.DataFrame) -> AnswerTo:
-    """Return the function that gives the diagnosis' answer for a dataset with given settings.
+    """Return the function that diagnoses a dataset with given settings and returns the answer.
 
     Args:
-        dataset: One set.
-        truth_poses: Poses that it does not hold, with their true frames.
+        dataset: The dataset of one set.
+        truth_poses: Poses that are not in the dataset, with their true frames.
     """
     return lambda settings: answer_of(diagnose(dataset, settings=settings), truth_poses)
 
@@ -52,8 +52,8 @@ def vary(name: str, answer_to: AnswerTo, wanted: Sequence[Variant]) -> pd.DataFr
     """Return a row for each variant, columns ``ROW_COLUMNS``.
 
     Args:
-        name: Of the set.
-        answer_to: Gives the diagnosis' answer for the set with given settings.
+        name: Name of the set.
+        answer_to: Returns the answer for the set with given settings.
         wanted: The variants to try.
     """
 
@@ -93,15 +93,15 @@ def vary(name: str, answer_to: AnswerTo, wanted: Sequence[Variant]) -> pd.DataFr
 
 
 def _varied(answer: AnswerTo, variant: Variant) -> Answer:
-    """Return a variant's answer; where the diagnosis ends in an error that is no refusal, the answer says so."""
+    """Return a variant's answer; if the diagnosis ends in an error that is no refusal, the answer says so."""
     try:
         return answer(variant.settings)
-    except Exception as error:  # a defect of ours: counted, and one variant does not stop the others
+    except Exception as error:  # a defect of this program: counted, and the other variants are still run
         return refusal(error)
 
 
 def _traced(answer: AnswerTo, default: Answer, wanted: Sequence[Variant]) -> tuple[set[Any], set[Any]]:
-    """Return which variants enter any operation, and which could come out otherwise; all, where tracing fails."""
+    """Return the variants that enter any operation, and those whose answer could differ; all of them if tracing fails."""
     trace = Trace()
     try:
         with traced_estimator():

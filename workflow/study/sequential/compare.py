@@ -1,11 +1,11 @@
-"""Scanner and arm at once, or one after the other? The same data and the same start, in every order.
+"""Compare the calibration of scanner and arm at once with calibrations of one after the other, from the same data and the same start.
 
-A *pass* fits one block with the other fixed, then the other: ``scanner`` and planes with the arm as it is, ``robot`` and planes with the
-scanner as it is. One pass is the sequential calibration of practice; passes repeated are block coordinate descent, which ends at the
-optimum of all at once. Near that optimum a pass shrinks what is left by ``cos^2`` of the smallest principal angle between the columns
+A *pass* fits two blocks in turn, each with the other fixed: the scanner and the planes (``scanner``), and the arm and the planes (``robot``).
+One pass is the sequential calibration of practice. Repeated passes are block coordinate descent, which ends at the optimum of all parameters.
+Near that optimum, a pass multiplies the remaining error by ``cos^2`` of the smallest principal angle between the columns
 of the two blocks, with those of the planes projected out. This rate follows from one Jacobian, and is compared with the number of passes.
 
-All orders fix the same unobservable parameters and minimise the same objective. Left out: a sequence with scans of its own for the scanner.
+All orders fix the same unobservable parameters and minimise the same objective. A sequence with separate scans for the scanner is not examined.
 """
 
 from __future__ import annotations
@@ -42,46 +42,46 @@ ORDERS: dict[str, tuple[str, tuple[str, str]]] = {
     "robot_first": ("declared", ("robot", "scanner")),
     "robot_first_linear": ("linear guess", ("robot", "scanner")),
 }
-"""{way: (where the scanner starts, order of the blocks)}."""
+"""``{way: (initial guess of the scanner's pose, order of the blocks)}``."""
 
-CONVERGED_WITHIN = (
-    0.1  # standard errors: alternating ends when the joint optimum is no farther away than this
-)
+CONVERGED_WITHIN = 0.1  # standard errors: passes end when the joint optimum is no farther away than this
 MAX_PASSES = 100
 REWEIGHTED_PASSES = (
-    6  # the weights are computed anew in the first passes only; then they stay, so that the passes converge
+    6  # the weights are computed anew in so many first passes, and then kept, so that the passes converge
 )
 POSES = 1000  # the first of the evaluation poses: the standard error of their mean is some 2 %
 DIGITS = 6  # significant digits in the table; further ones depend on rounding in the last step of a fit
 SEQUENTIAL_COLUMNS = {
     "case": "row of the grid",
-    "poses": "in the data",
-    "noise_mm": "of a point",
+    "poses": "number of poses",
+    "noise_mm": "stated noise of a point",
     "length_error_mm": "standard deviation of the initial model's lengths",
     "angle_error_deg": "the same for its angles",
-    "seed": "of all random draws in the scene",
+    "seed": "seed of all random draws in the scene",
     "way": "initial, at_once, scanner_first, robot_first, or robot_first_linear (the scanner starts at the linear guess)",
-    "passes": "done so far; 0 for initial and at_once",
-    "last": "whether this is where the way ends",
-    "status": "converged, or stopped (passes run out), or how it failed; one_pass where only one was asked for",
+    "passes": "number of passes so far; 0 for initial and at_once",
+    "last": "whether this is the last pass",
+    "status": f"converged; stopped (after {MAX_PASSES} passes); the class of the error of a failure; or one_pass if only one was asked for",
     "alignment": "raw: poses as predicted; aligned: after the best rigid motion of the base",
-    "position_mean_mm": f"over the first {POSES} evaluation poses (equation 18)",
+    "position_mean_mm": f"mean position error over the first {POSES} evaluation poses (equation 18 of the original paper)",
     "position_max_mm": "the largest of them",
     "orientation_mean_deg": "mean angle of the error rotation over the same poses",
     "orientation_max_deg": "the largest of them",
-    "residual_rms_mm": "distance of points and planes",
-    "remaining_std": "length of the Gauss-Newton step that is left to the joint optimum, in standard errors",
-    "rate": "share of the error that a pass leaves near the joint optimum, from the Jacobian there; of at_once only",
+    "residual_rms_mm": "RMS distance of the points from their planes",
+    "remaining_std": "length of the Gauss-Newton step to the joint optimum, in standard errors",
+    "rate": "share of the error that a pass leaves near the joint optimum, from the Jacobian there; stated for at_once only",
 }
 
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Which coordinates each step frees.
+    """Which of the P coordinates are free in each fit, ``(P,)`` bool each.
 
     Attributes:
-        everything, scanner, robot: ``(P,)`` bool; planes belong to all three.
-        planes: ``(P,)`` bool.
+        everything: All coordinates that the data determine.
+        scanner: Those of the scanner and the planes.
+        robot: Those of the arm and the planes.
+        planes: Those of the planes.
     """
 
     everything: Array
@@ -110,9 +110,10 @@ def compare_sequential(
 
     Args:
         scene: Config file of the scene.
-        cases: ``{name: {dotted key: value}}``, of one workcell; all share the seed's postures, the first of them where they ask for fewer.
-        seeds: To run.
-        alternate: Cases in which passes are repeated until they converge; in the others there is one.
+        cases: ``{name: {dotted key: value}}``, cases with the same workcell; with the same seed they share their postures, and a case with fewer
+            poses uses the first of them.
+        seeds: Seeds of the scenes.
+        alternate: Names of the cases in which passes are repeated until they converge; in the others there is one pass.
 
     Raises:
         InvalidInput: The scene is at fault.
@@ -134,9 +135,8 @@ def compare_sequential(
         plan = plan_poses(base | {"seed": seed, "poses_per_plane": most}, base_dir=scene.parent)
         for name, config in configs.items():
             simulated = simulate(config | {"seed": seed}, base_dir=scene.parent, plan=plan)
-            if (
-                truth_poses is None or "true_robot_errors" in base
-            ):  # otherwise every seed has the same true arm
+            # Without errors of the true arm that are drawn, every seed has the same true arm.
+            if truth_poses is None or "true_robot_errors" in base:
                 truth_poses = simulated.truth_poses.head(POSES)
             dataset = dataset_in_memory(simulated)
             key = {
@@ -157,8 +157,8 @@ def compare_ways(dataset: Dataset, truth_poses: pd.DataFrame, alternate: bool) -
     """Return the rows of one dataset, ``way`` to ``rate`` of ``SEQUENTIAL_COLUMNS``.
 
     Args:
-        dataset: Line scans of planes, the scanner's declared pose stated.
-        truth_poses: As in ``truth_poses.csv``.
+        dataset: Line scans of planes, with a declared pose of the scanner.
+        truth_poses: Content of ``truth_poses.csv``.
         alternate: Whether passes are repeated until they converge.
     """
     at = Poses.from_frame(truth_poses, dataset.robot.n_joints, order_is_row=False)
@@ -205,7 +205,9 @@ def compare_ways(dataset: Dataset, truth_poses: pd.DataFrame, alternate: bool) -
 
 
 def starts(dataset: Dataset, prepared: Prepared) -> dict[str, Model]:
-    """Return the nominal arm and the initial guesses of the planes with the scanner as declared, and at the linear guess of the most level plane.
+    """Return ``{initial guess of the scanner: model}``: the nominal arm and the initial guesses of the planes, with two guesses of the scanner.
+
+    ``declared`` is the declared pose, ``linear guess`` the linear estimate from the scans of the most level plane.
 
     Raises:
         Undetermined: No pose is declared, or the plane's scans determine no guess.
@@ -231,12 +233,12 @@ def starts(dataset: Dataset, prepared: Prepared) -> dict[str, Model]:
 def passes(
     residuals: Residuals, model: Model, steps: Sequence[Array]
 ) -> Iterator[tuple[int, Model, Residuals]]:
-    """Yield (passes done, model, residuals) after every pass, without end.
+    """Yield (number of passes, model, residuals) after every pass; the iterator does not end.
 
     Args:
-        residuals: Of the dataset.
-        model: Where to start.
-        steps: ``(P,)`` bool each, what is free in turn.
+        residuals: The residuals of the dataset.
+        model: The model to start from.
+        steps: For each step of a pass ``(P,)`` bool, which coordinates are free.
     """
     done = 0
     while True:
@@ -250,7 +252,7 @@ def passes(
 
 
 def remaining(residuals: Residuals, model: Model, free: Array) -> float:
-    """Return how many standard errors the joint optimum is away, to first order."""
+    """Return how many standard errors a model is away from the joint optimum, to first order."""
     residual, J = residuals.linearise(model)
     return covariance_and_step(J[:, free], residual)[1]
 

@@ -28,13 +28,13 @@ def robot_mapping(name: str) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class TrackedArm:
-    """The true workcell.
+    """The true workcell: an arm, targets on its flange, and a tracker.
 
     Attributes:
-        name: Of the arm in ``configs/robots``.
-        geometry: ``(5, n)``, with errors of a millimetre and milliradians.
-        targets: ``{name: T_flange_target}``.
-        T_tracker_base: ``(S, 4, 4)``, one for each session.
+        name: Name of the arm in ``configs/robots``.
+        geometry: ``(5, n)`` [m, rad], the true parameters, which differ from the nominal ones by a millimetre and a few milliradians.
+        targets: ``{name: T_flange_target (4, 4)}``.
+        T_tracker_base: ``(S, 4, 4)``, the base in the tracker's frame in each session.
     """
 
     name: str
@@ -74,7 +74,7 @@ class TrackedArm:
         return kinematics.transform(robot_mapping(self.name).get("flange"))
 
     def at(self, q: np.ndarray, target: str) -> np.ndarray:
-        """Return where a target is in the base frame ``(N, 4, 4)``."""
+        """Return the true frames of a target in the base frame ``(N, 4, 4)``, at joint angles ``(N, n)`` [rad]."""
         return kinematics.chain(self.geometry, q) @ self.T_n_flange @ self.targets[target]
 
     def dataset(
@@ -91,19 +91,19 @@ class TrackedArm:
         T_base_flange: np.ndarray | None = None,
         columns: dict[str, Any] | None = None,
     ) -> Dataset:
-        """Return what the tracker sees.
+        """Return the dataset that the tracker measures.
 
         Args:
-            q: ``(N, n)`` [rad], as the encoders read them.
+            q: ``(N, n)`` [rad], joint angles as the encoders read them.
             rng: Draws the noise.
-            noise: Of a coordinate [m], one number or ``(N, K)``.
-            turn_noise: Of a rotation about each axis [rad]; None: positions alone.
-            seen: ``(N, K)`` bool, which targets each pose shows; None: all.
-            session: ``(N,)``, of each pose.
-            stated: ``noise``, ``rotation_noise`` of the sensor, and ``point_columns`` beside those that are measured.
-            q_true: ``(N, n)`` [rad], where the joints are; None: where the encoders read.
-            T_base_flange: ``(N, 4, 4)``, where the flange is, if it is not where ``q_true`` has it.
-            columns: Of poses.csv.
+            noise: Standard deviation of a coordinate [m], one number or ``(N, K)``.
+            turn_noise: Standard deviation of a rotation about each axis [rad]; None: positions alone are measured.
+            seen: ``(N, K)`` bool, which targets are measured at each pose; None: all.
+            session: ``(N,)``, session of each pose.
+            stated: What the dataset states of the sensor: ``noise``, ``rotation_noise``, and further ``point_columns``.
+            q_true: ``(N, n)`` [rad], true joint angles; None: those that the encoders read.
+            T_base_flange: ``(N, 4, 4)``, true frames of the flange; None: those at ``q_true``.
+            columns: Further columns of poses.csv.
         """
         stated = dict(stated or {})
         N, K = len(q), len(self.targets)
@@ -143,7 +143,7 @@ class TrackedArm:
 
 
 def relative(T: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Return poses ``(N, 4, 4)`` after the rigid motion that fits their places best to those of others (Kabsch): the base's place is free."""
+    """Return frames ``T`` ``(N, 4, 4)`` after the rigid motion that fits their origins best to those of ``reference`` ``(N, 4, 4)`` (Kabsch)."""
     a, b = T[:, :3, 3], reference[:, :3, 3]
     U, _, Vt = np.linalg.svd((b - b.mean(0)).T @ (a - a.mean(0)))
     R = U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt
