@@ -181,7 +181,7 @@ def describe_calibration(calibration: Calibration) -> str:
     near = summary.get("kept_near_data_sheet") or {}
     if near:
         lines.append(
-            f"  kept near the data sheet, because these poses hardly determine it: {', '.join(map(shown, near))}"
+            f"  kept near the data sheet, because these poses hardly determine them: {', '.join(map(shown, near))}"
         )
     if calibration.gauge:
         lines.append(f"  fixed, because the data do not determine them ({len(calibration.gauge)}):")

@@ -1,9 +1,9 @@
 """Effects that two calibrations hold in different sets of coefficients, compared by what they do to positions.
 
 Which coefficients of an effect a diagnosis keeps depends on its poses: the sag of a joint may be the torque of one link in one calibration, and of
-three links in the other. Single coefficients then mean different things, and none of them is compared; but the two deflections can be. Both are
-computed at random poses within the joint limits, and freed of what a motion of the base, a shift of the sensor and the geometry explain, which the
-two fits may have divided differently.
+three links in the other. Single coefficients then mean different things, so none of them is compared, but the two deflections are. Both are
+computed at random poses within the joint limits. What a motion of the base, a shift of the sensor and the geometry explain is removed from them,
+since the two fits may have divided it differently between these and the effect.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from scalar.estimation.model import Model
 from scalar.geometry.se3 import Array
 from scalar.units import MM
 
-_NULL = 1e-7  # of the largest singular value of the geometry's columns: directions below it move nothing
+_NULL = 1e-7  # relative to the largest singular value of the geometry's columns: directions with a smaller one move nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,11 +31,11 @@ class DisjointTerms:
     A coefficient is the same in both if its term, and the effect's name, target and settings, agree.
 
     Attributes:
-        name: Of the effect.
-        parameters: Names of its coefficients, those of both.
+        name: Name of the effect.
+        parameters: Names of its coefficients in both calibrations.
         apart: Difference of the two displacements, after the best fit of base, sensor and free geometry is removed.
-        by_chance: The same for an arm that did not change, by both covariances [m], root mean square.
-        alpha: Probability that it is called beyond chance where nothing changed.
+        by_chance: The root mean square difference [m] that both covariances lead to expect if the arm did not change.
+        alpha: Probability that the difference is called beyond chance if nothing changed.
     """
 
     name: str
@@ -46,7 +46,7 @@ class DisjointTerms:
 
     @property
     def beyond_chance(self) -> bool:
-        """Return whether chance alone hardly makes this difference."""
+        """Return whether the difference is so large that chance alone makes it with a probability of at most ``alpha``."""
         return is_beyond_chance(self.apart.rms, self.by_chance, self.alpha)
 
     def to_mapping(self) -> dict[str, object]:
@@ -66,10 +66,11 @@ def effects_with_disjoint_terms(
     """Return the effects that A and B both have without a common coefficient, and how far they move positions apart.
 
     Args:
-        a, b: The two models.
+        a: The model of the first calibration.
+        b: The model of the second calibration.
         arm: The P parameters of the arm in both.
-        columns: ``(3 K, P)``, derivatives of the positions at random poses by these, as ``displacement_columns`` gives them.
-        alpha: Probability that a difference is called beyond chance where nothing changed.
+        columns: ``(3 K, P)``, derivatives of the positions at K random poses by these, as ``displacement_columns`` returns them.
+        alpha: Probability that a difference is called beyond chance if nothing changed.
     """
     terms = [effect_terms(model) for model in (a, b)]
     groups: dict[str, list[Effect]] = {}

@@ -53,11 +53,14 @@ def path_inside(folder: Path, name: str, file: str, key: str) -> Path:
             return path
     except (OSError, RuntimeError, ValueError):  # too long a name, a circle of links, a null character
         pass
-    message = "leads out of the folder of this file; copy the file that it names beside it, and write its name alone"
+    message = (
+        "leads out of the folder of this file; copy the named file into that folder, and write its name alone"
+    )
     raise InvalidInput(Fault(file, message, column=key))
 
 
 def _read(path: Path, max_bytes: int, file: str | None, *, content: bool) -> bytes:
+    """Return the bytes of a regular file, or none without ``content``; arguments and refusals as for `check_regular_file`."""
     file = file or path.name or str(path)
     try:
         _check(os.stat(path), max_bytes, file)  # a device is not even opened: that may already have an effect
@@ -77,6 +80,7 @@ def _read(path: Path, max_bytes: int, file: str | None, *, content: bool) -> byt
 
 
 def _check(status: os.stat_result, max_bytes: int, file: str) -> None:
+    """Refuse what is no regular file, or is longer than `max_bytes`, by its status."""
     if stat.S_ISDIR(status.st_mode):
         raise InvalidInput(Fault(file, "cannot be read (Is a directory); give a file"))
     if not stat.S_ISREG(status.st_mode):

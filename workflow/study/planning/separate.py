@@ -37,7 +37,7 @@ SEPARATION_COLUMNS = {
     "case": "case of the blind trials",
     "workcell": "robot, scanner and target planes",
     "seed": "seed of all random draws in the scene",
-    "size": "multiple of the effect's natural size",
+    "size": "size of the injected effect, as a multiple of its natural size",
     "pairs": "number of pairs of confounded causes in the set; with none, the rest of the row is empty",
     "effect": "the effect that was found",
     "rival": "another effect that would explain the same residual as well",

@@ -23,6 +23,7 @@ from study.plots.style import (
     spaced_labels,
     styled,
 )
+from study.published_curves.recovery import EXCLUDED, INDISTINGUISHABLE
 
 _SWEEPS = {
     "noise": "noise of a point [mm]",
@@ -83,7 +84,7 @@ def draw_curves(candidates: pd.DataFrame, predictions: pd.DataFrame) -> Figure:
 
 
 def _panel(ax: Axes, table: Any, names: list[str], sweep: str) -> None:
-    """Draw one sweep and quantity."""
+    """Draw the published values of one sweep and quantity, and what the stated noise and the named explanations predict."""
     stated = table[table["candidate"] == _STATED].sort_values("value")
     x = stated["value"].to_numpy(dtype=float)
     ax.plot(x, stated["without_offset"], ":", color=OURS, linewidth=1.8)
@@ -101,7 +102,11 @@ def _panel(ax: Axes, table: Any, names: list[str], sweep: str) -> None:
 
 
 def draw_support(candidates: pd.DataFrame) -> Figure:
-    """Return how far each candidate lies behind the best, under every way of weighing, with magnitudes and misfit."""
+    """Return a figure of how far each candidate lies behind the best by every way of weighing, with its magnitudes and misfit.
+
+    Args:
+        candidates: candidates.csv.
+    """
     table: Any = candidates[candidates["verdict"] != "not_tested"]
     table = table.sort_values("behind", ascending=False)
     rows = table.to_dict("records")
@@ -130,8 +135,8 @@ def draw_support(candidates: pd.DataFrame) -> Figure:
                 words.text(x, at, f"{row[name]:.2f}", va="center", ha="center", fontsize=8)
         words.set_xlim(0.0, 1.0)
         for limit, text, side in (
-            (3.0, "indistinguishable ", "right"),
-            (np.log(1000.0), " factor 1000", "left"),
+            (INDISTINGUISHABLE, "indistinguishable ", "right"),
+            (EXCLUDED, f" factor {np.exp(EXCLUDED):.0f}", "left"),
         ):
             ax.axvline(limit, color=LINE, linestyle="--", linewidth=0.9)
             ax.text(limit, top, text, fontsize=7.5, ha=side)
@@ -167,7 +172,12 @@ def _magnitudes(row: dict[str, Any]) -> str:
 
 
 def draw_recovery(candidates: pd.DataFrame, recovery: pd.DataFrame) -> Figure:
-    """Return the confusion: how often each tried candidate is indistinguishable from the best, by what was injected."""
+    """Return a figure of the confusion: how often each tried candidate is indistinguishable from the best, a row for each injected one.
+
+    Args:
+        candidates: candidates.csv.
+        recovery: recovery.csv.
+    """
     table: Any = recovery
     names = list(dict.fromkeys(table["injected"]))
     labels = dict(zip(candidates["candidate"], candidates["label"], strict=True))

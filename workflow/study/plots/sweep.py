@@ -37,7 +37,7 @@ _FLOOR = {"mm": 1e-4, "deg": 1e-5}  # smaller errors are drawn as triangles on t
 _ZERO = 3.0  # on a logarithmic axis, zero is drawn at the smallest value divided by this
 _NEAR_IN = 0.36  # labels of ticks nearer than this to one another are left out [in]
 _END = 0.04  # share of the axis by which the first and the last cell of a strip reach beyond their case
-_STRIP = 0.8  # height of a method's strip of failures, as a share of its line
+_STRIP = 0.8  # height of a method's strip of failures, as a share of the distance between two strips
 
 
 def draw_sweep(summary: pd.DataFrame, published: pd.DataFrame, label: str, scale: str = "log") -> Figure:
@@ -70,7 +70,7 @@ def draw_sweep(summary: pd.DataFrame, published: pd.DataFrame, label: str, scale
 
 
 def draw_panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity: str, scale: str) -> None:
-    """Draw one quantity: bands and medians, the bound, the paper's points."""
+    """Draw one quantity: the bands and medians of the methods, the bound, and the published points."""
     rows = raw[raw["quantity"] == quantity]
     values = np.unique(rows["value"].to_numpy(dtype=float))
     floor = _FLOOR["mm" if quantity.endswith("_mm") else "deg"]
@@ -125,7 +125,7 @@ def place_values(value: Any, values: np.ndarray, scale: str) -> np.ndarray:
 
 
 def set_x_axis(ax: Axes, values: np.ndarray, label: str, scale: str) -> None:
-    """Set ticks at the cases, labels where there is room."""
+    """Set a tick at each case, with a label if there is room for it."""
     ax.set_xscale(scale)
     at = place_values(values, values, scale)
     places = _along(at, scale)
@@ -139,15 +139,15 @@ def set_x_axis(ax: Axes, values: np.ndarray, label: str, scale: str) -> None:
 
 
 def _along(at: np.ndarray, scale: str) -> np.ndarray:
-    """Return places on an axis in units of the stretch between the first and the last."""
+    """Return positions on an axis as shares of the distance between the first and the last."""
     place = np.log(at) if scale == "log" else at
     return (place - place.min()) / (np.ptp(place) or 1.0)
 
 
 def draw_failures(ax: Axes, raw: Any, methods: list[str], values: np.ndarray, scale: str) -> None:
-    """Draw a strip for each method: a cell for each case, the darker the more of its fits failed or converged elsewhere; their sum on the right.
+    """Draw a strip for each method: a cell for each case, which is darker if more of its fits failed or converged elsewhere.
 
-    A cell reaches half the way to its neighbours, so that it stands below its case.
+    The number of such fits in all cases is written on the right. A cell reaches half the way to its neighbours, so that its case is in its middle.
     """
     rows = raw[raw["quantity"] == "position_mean_mm"]
     at = place_values(values, values, scale)

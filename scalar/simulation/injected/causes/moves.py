@@ -9,15 +9,17 @@ from scalar.simulation.injected.causes.base import MoveCause, every_joint, scale
 from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array
 
-# Speed at which the gear's teeth excite the structure's natural frequency, over the largest speed.
-RESONANCE = (0.25, 0.6)
+RESONANCE = (
+    0.25,
+    0.6,
+)  # bounds of the speed at which the gear's teeth excite the natural frequency, relative to the largest speed
 DAMPING = 0.12  # damping ratio zeta
-TRIGGER_STD = 0.1  # standard deviation of the delay, over its mean, or of a vibration's phase [rad]
+TRIGGER_STD = 0.1  # standard deviation of the delay relative to its mean, and of a vibration's phase at the trigger [rad]
 
 
 @dataclass(frozen=True, eq=False)
 class Vibration(MoveCause):
-    """A joint still vibrates when the scan is taken, the more the nearer its speed during the move was to a resonance.
+    """A joint still vibrates when the scan is taken, and vibrates more if its speed during the move was near a resonance.
 
     Joints start and stop together, so their speeds are proportional to their steps. The gear's teeth drive the structure at a
     frequency proportional to the speed. With r = speed over resonance, the amplitude is r^2 / sqrt((1 - r^2)^2 + (2 zeta r)^2),
