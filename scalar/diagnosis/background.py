@@ -99,6 +99,11 @@ class Background:
         return basis[:, np.count_nonzero(np.abs(np.diag(triangle)) > self.settings.rank_tolerance) :]
 
     @cached_property
+    def gram_of_priors(self) -> Array:
+        """Return the products of the rows of priors in the orthonormal basis, ``(F, F)``; Q itself holds the rows of the poses alone."""
+        return np.eye(self.Q.shape[1]) - self.Q.T @ self.Q
+
+    @cached_property
     def sum_of_squares(self) -> float:
         """Return the sum of squares of the residual."""
         return float(np.sum(self.residual**2))

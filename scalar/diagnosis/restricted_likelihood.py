@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from scalar.diagnosis.background import Background
 from scalar.geometry.se3 import Array
@@ -96,10 +97,10 @@ def _evaluate(background: Background, kernels: list[Array], v: Array) -> tuple[f
     W = np.linalg.inv(V)
     flat = background.Q
     WX = (W @ X).reshape(N * m, -1)
-    # Q is orthonormal together with its rows on priors, and the residual has no component along both together.
-    G = flat.T @ WX + np.eye(flat.shape[1]) - flat.T @ flat
+    # The residual has no component along Q and its rows on priors together.
+    G = flat.T @ WX + background.gram_of_priors
     L = np.linalg.cholesky(G + 1e-12 * np.eye(len(G)))
-    half = np.linalg.solve(L, WX.T)
+    half = solve_triangular(L, WX.T, lower=True, check_finite=False)
 
     def weighted(x: Array) -> Array:
         """Return ``V^-1 x`` ``(N m,)``."""
@@ -107,9 +108,10 @@ def _evaluate(background: Background, kernels: list[Array], v: Array) -> tuple[f
 
     Wr = weighted(r)
     b = flat.T @ (Wr - r.ravel())
-    Pr = Wr - half.T @ np.linalg.solve(L, b)
+    along = solve_triangular(L, b, lower=True, check_finite=False)
+    Pr = Wr - half.T @ along
     value = -determinant - float(np.sum(np.log(np.diag(L))))
-    value -= 0.5 * float(r.ravel() @ Wr - np.sum(np.linalg.solve(L, b) ** 2))
+    value -= 0.5 * float(r.ravel() @ Wr - np.sum(along**2))
     blocks = W - np.einsum("fni,fnj->nij", half.reshape(-1, N, m), half.reshape(-1, N, m))
     KPr = [(K @ Pr.reshape(N, m, 1)).reshape(-1) for K in kernels]
     gradient = np.array(
