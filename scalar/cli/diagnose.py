@@ -130,10 +130,11 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     lines = [f"{diagnosis.dataset.name}: {verdict}"]
     setup = diagnosis.calibration_before.summary["setup"]
     lines += [f"  check the set-up: {suspicion['sentence']}" for suspicion in setup]
-    for entry in d["effects"][:_EFFECTS_NAMED]:
+    for i, entry in enumerate(d["effects"][:_EFFECTS_NAMED]):
         title = words.title(entry["name"], entry["target"], entry.get("depends_on", ()))
         sure = "" if entry["name"] == "unattributed" else f"; confidence {entry['confidence']:.0%}"
-        lines.append(f"  {title}{_sizes(entry)}{sure}")
+        size = _size_of_many(diagnosis, i) if len(entry["coefficients"]) > _COEFFICIENTS_SHOWN else ""
+        lines.append(f"  {title}{size}{_sizes(entry)}{sure}")
         lines += [
             f"    most like {words.quoted(words.title(like['name'], like['target']))}, a name with {like['confidence']:.0%} confidence"
             for like in entry.get("most_like", ())
@@ -166,6 +167,18 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
         shown = titles[:_UNOBSERVABLE_SHOWN] + ([f"{more} more (see the report)"] if more > 0 else [])
         lines.append(f"  unobservable in these data: {words.listed(shown)}")
     return "\n".join(lines).translate(_PLAIN)
+
+
+def _size_of_many(diagnosis: Diagnosis, i: int) -> str:
+    """Return how large the i-th finding is in all at the measured poses, for one with many coefficients; may be empty."""
+    from scalar.diagnosis.partial_residuals import FittedView
+
+    if i >= len(diagnosis.findings):
+        return ""
+    found = diagnosis.calibration_found
+    effect = diagnosis.after.effects[i]
+    size = effect.size(effect.pictures(FittedView.of(diagnosis.after, found.free, found.covariance)))
+    return ", " + size.replace("°", " deg") if size else ""
 
 
 def _sizes(entry: Mapping[str, Any]) -> str:

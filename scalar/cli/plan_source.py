@@ -83,13 +83,12 @@ def calibration_near(near: Path | None, after: Path | None, arm: Robot) -> Calib
 
 
 def with_noise(sensor: Sensor, option: float | None, calibration: Calibration | None) -> Sensor:
-    """Return a sensor with a noise: that of ``--noise`` [mm], else the stated one, else that which a calibration estimated, else the usual."""
-    from scalar.sensors.rows import stated_sigma
+    """Return a sensor with a noise: that of ``--noise`` [mm], else as ``scalar.planning.sensor_noise`` says."""
+    from scalar.planning import sensor_noise
 
-    if option is not None:
-        return replace(sensor, noise=option * MM)
-    estimated = None if calibration is None else calibration.summary.get("sigma_m")
-    return replace(sensor, noise=stated_sigma(estimated if sensor.noise is None else sensor.noise))
+    return (
+        sensor_noise.with_noise(sensor, calibration) if option is None else replace(sensor, noise=option * MM)
+    )
 
 
 def _described(folder: Path) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -14,10 +13,10 @@ from scalar.planning.after import After, outcome, poses_after
 from scalar.planning.candidates import draw_candidates
 from scalar.planning.defaults import FURTHER_POSES, N_CANDIDATES, REPEATABILITY
 from scalar.planning.questions import open_pairs
+from scalar.planning.sensor_noise import with_noise
 from scalar.planning.separation import ANSWERED, Answer
 from scalar.planning.workcell import Workcell
 from scalar.report.words import quoted
-from scalar.sensors.rows import stated_sigma
 
 if TYPE_CHECKING:
     from scalar.diagnosis.finding import Finding
@@ -54,8 +53,8 @@ def in_words(diagnosis: Diagnosis, finding: Finding) -> str:
 def _after(diagnosis: Diagnosis) -> After | None:
     """Return how well further poses would answer the open questions; None if no candidate poses are found. Collisions are not tested."""
     dataset = diagnosis.dataset
-    sensor = replace(dataset.sensor, noise=stated_sigma(dataset.sensor.noise))
     calibration = diagnosis.calibration_after
+    sensor = with_noise(dataset.sensor, calibration)
     try:
         workcell = Workcell.of(
             dataset.robot,

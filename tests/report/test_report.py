@@ -290,6 +290,15 @@ def test_the_report_says_of_further_poses_what_the_plan_says(found: Diagnosis) -
     assert ("scalar plan FOLDER --after" in told) == answer.separable
 
 
+def test_many_coefficients_are_summed_up_in_the_terminal(
+    found: Diagnosis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where more coefficients were found than a line holds, it says how far the effect goes in all, as the report does."""
+    monkeypatch.setattr("scalar.cli.diagnose._COEFFICIENTS_SHOWN", 1)
+    line = next(line for line in describe_diagnosis(found).splitlines() if "more coefficients" in line)
+    assert re.search(r", up to 0\.\d+ deg: ", line)
+
+
 def test_terminal_summary_is_short_and_plain(found: Diagnosis, nothing: Diagnosis) -> None:
     """About ten lines, in letters that any terminal has (names apart)."""
     for diagnosis in (found, nothing):
