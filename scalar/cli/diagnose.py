@@ -130,10 +130,14 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     lines = [f"{diagnosis.dataset.name}: {verdict}"]
     setup = diagnosis.calibration_before.summary["setup"]
     lines += [f"  check the set-up: {suspicion['sentence']}" for suspicion in setup]
+    named = [
+        k for k, finding in enumerate(diagnosis.findings) if finding.has_name
+    ]  # the others share one entry
     for i, entry in enumerate(d["effects"][:_EFFECTS_NAMED]):
         title = words.title(entry["name"], entry["target"], entry.get("depends_on", ()))
         sure = "" if entry["name"] == "unattributed" else f"; confidence {entry['confidence']:.0%}"
-        size = _size_of_many(diagnosis, i) if len(entry["coefficients"]) > _COEFFICIENTS_SHOWN else ""
+        many = i < len(named) and len(entry["coefficients"]) > _COEFFICIENTS_SHOWN
+        size = _size_of_many(diagnosis, named[i]) if many else ""
         lines.append(f"  {title}{size}{_sizes(entry)}{sure}")
         lines += [
             f"    most like {words.quoted(words.title(like['name'], like['target']))}, a name with {like['confidence']:.0%} confidence"
@@ -170,11 +174,9 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
 
 
 def _size_of_many(diagnosis: Diagnosis, i: int) -> str:
-    """Return how large the i-th finding is in all at the measured poses, for one with many coefficients; may be empty."""
+    """Return how large finding i is in all at the measured poses, for one with many coefficients; may be empty."""
     from scalar.diagnosis.partial_residuals import FittedView
 
-    if i >= len(diagnosis.findings):
-        return ""
     found = diagnosis.calibration_found
     effect = diagnosis.after.effects[i]
     size = effect.size(effect.pictures(FittedView.of(diagnosis.after, found.free, found.covariance)))

@@ -193,7 +193,7 @@ def test_poses_that_separate_a_gear_from_a_scale(doubtful, tmp_path):
     told = {"name": "unattributed", "target": {}, "confounded_with": [], "most_like": [entry]}
     diagnosis = {"format": "scalar-diagnosis/2", "effects": [told if doubtful else entry], "unobservable": []}
     (out / "diagnosis.json").write_text(json.dumps(diagnosis), encoding="utf-8")
-    options = ("--poses", 8, "--candidates", 100, "--no-collisions")
+    options = ("--poses", 12, "--candidates", 100, "--no-collisions")
     result = run("plan", tmp_path / "cell", "--after", out / "diagnosis.json", *options, "-o", tmp_path / "p")
     assert result.exit_code == 0, result.output
     (question,) = json.loads((tmp_path / "p" / "plan.json").read_text(encoding="utf-8"))["questions"]

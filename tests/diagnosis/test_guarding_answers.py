@@ -152,6 +152,7 @@ def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
         "rivals": lambda *_: (own, [own, scored(near, 96.0), scored(far, 93.0)]),
         "has_all_orders": lambda *_: False,
         "is_shrunk": lambda _: False,
+        "without_each_fold": lambda _: [],
         "fold_odds": lambda *_: np.array([9.0, 3.0, 6.0]),
         "grounds_of_effect": lambda *_: None,
         "confidence": lambda *_: 0.9,
