@@ -112,6 +112,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     from scalar.report.lacking import cause_of_excess
     from scalar.report.shipped_words import shipped_sentences
     from scalar.report.unseen_words import unseen_sentences
+    from scalar.report.workspace_map import scale_in_words
 
     d = diagnosis.to_mapping()
     before, after = d["residual"]["before"], d["residual"]["after"]
@@ -159,6 +160,8 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     )
     sentences = [*few_poses(diagnosis), *unseen_sentences(diagnosis, d), *shipped_sentences(diagnosis)]
     lines += [f"  {sentence}" for sentence in sentences]
+    if scale := scale_in_words(diagnosis.calibration_after):
+        lines.append(f"  no length is known in these data: every length is relative to {scale}")
     outliers = d["outliers"]
     if outliers["poses"] or outliers["points"]:
         lines.append(

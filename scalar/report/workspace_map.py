@@ -95,12 +95,12 @@ def workspace_section(
         "poses": len(errors.position),
         "lacking": f"{number(lacking / MM)} mm" if lacking else "",
         "left_open": "",
-        "scale": _scale_in_words(judged),
+        "scale": scale_in_words(judged),
         "pictures": [*pictures, _draw_reach(side, before, after, file)],
     }
 
 
-def _scale_in_words(judged: Calibration) -> str:
+def scale_in_words(judged: Calibration) -> str:
     """Return which length is taken from the data sheet, and how wrong it may be, where no length is known; else nothing."""
     found = unknown_scale(judged)
     if found is None:

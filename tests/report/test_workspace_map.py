@@ -11,7 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from scalar.cli.diagnose import describe_diagnosis
 from scalar.data.poses import Poses
+from scalar.diagnosis import diagnose
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.result import Calibration
 from scalar.evaluate.workspace_errors import aligned_errors
@@ -131,6 +133,7 @@ def test_a_scale_that_nothing_shows_is_counted_in_the_error() -> None:
     q = np.random.default_rng(3).uniform(*robot.limits.T, (2000, 6))
     errors = aligned_errors(calibration.predict(q), scene.truth.sensor(q))
     errs = float(np.mean(np.linalg.norm(errors, axis=1))) * 1e3
+    assert "no length is known" in describe_diagnosis(diagnose(dataset))
     page = render_calibration(calibration, dataset)
     low, high = map(float, re.findall(r"errs by \S+ mm \((\S+) to (\S+) mm\)", page)[0])
     assert low < errs < high and "every length is relative to" in page
