@@ -35,7 +35,7 @@ def answers_of(sets: pd.DataFrame) -> pd.DataFrame:
 
 
 def tracked_answers_of(sets: pd.DataFrame) -> pd.DataFrame:
-    """Return the same of tracked trials; the column ``row`` is the kind of sensor."""
+    """Return a row for each answer of tracked trials, with the columns of ``answers_of``; the column ``row`` is the kind of sensor."""
     rows = []
     for row in sets.to_dict("records"):
         causes, found = json.loads(row["injected"]), json.loads(row["found"])
@@ -52,13 +52,13 @@ def _answers_of_set(
 ) -> Iterator[tuple[Mapping[str, Any], dict[str, Any]]]:
     """Yield each entry of a diagnosis that gives an answer, with the columns of the answer that do not depend on the truth."""
     given = list(every_answer(found))
-    times = repetitions([(entry["name"], entry["target"]) for entry in given])
-    for entry, repeated in zip(given, times, strict=True):
+    repeated = repetitions([(entry["name"], entry["target"]) for entry in given])
+    for entry, n_times in zip(given, repeated, strict=True):
         kind = kind_of(entry)
         yield (
             entry,
             {"number": row["number"], "seed": row["seed"], "half": half, "poses": row["poses"]}
-            | {"kind": kind, "name": entry["name"], "repeated": repeated}
+            | {"kind": kind, "name": entry["name"], "repeated": n_times}
             | features(grounds_from(kind, entry["grounds"])),
         )
 
@@ -102,10 +102,18 @@ def is_right_of_tracked(
     repeats: bool,
     found: list[Mapping[str, Any]],
 ) -> bool:
-    """Return the same of a tracked set with these causes, whose joints come back exactly or not."""
+    """Return whether an answer of a tracked set is right.
+
+    Args:
+        entry: The answer.
+        causes: Of the set.
+        repeats: Whether the joints come back exactly; a jitter of poses is then wrong.
+        found: All answers of the set; structure is where a cause is that none of them names.
+    """
     if entry["name"] != UNATTRIBUTED:
         return any(is_cause(entry, cause) for cause in causes) or is_true_jitter(entry, repeats)
-    return any(not any(is_cause(other, cause) for other in found) for cause in causes)
+    named = [other for other in found if other["name"] != UNATTRIBUTED]
+    return any(not any(is_cause(other, cause) for other in named) for cause in causes)
 
 
 def half_of(row: Mapping[Any, Any], truth: Mapping[str, Any]) -> str:

@@ -31,7 +31,7 @@ SIGNS = {
     "share": (0.0, None),
 }
 BINS = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)
-PRIOR = {EFFECT: 0.5, COMPONENT: 0.2, STRUCTURE: 0.3}
+PRIOR = {EFFECT: 0.5, COMPONENT: 0.2, STRUCTURE: 1.0}
 """Prior standard deviation of a coefficient, of features of unit standard deviation. Chosen among 0.1, 0.2, 0.3, 0.5 and 1 by the likelihood of the
 half that each fit has not seen; these and the next are the only numbers in whose choice all sets took part."""
 NAME_PRIOR = 2.0
