@@ -67,6 +67,7 @@ def test_the_papers_config_is_sound():
     assert cases / config["sweeps"]["cases_per_job"] <= started["sweep"] < cases
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("former", "present"),
     [

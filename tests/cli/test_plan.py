@@ -141,6 +141,7 @@ def test_the_expected_error_is_that_of_calibrations(tmp_path):
     assert 0.75 * expected < 1e3 * np.sqrt(np.mean(squares)) < 1.25 * expected
 
 
+@pytest.mark.slow
 def test_an_accuracy_is_planned_for(tmp_path):
     """--accuracy alone: as many poses as it takes, and the plan keeps it; one pose fewer would not be asked for at half the error."""
     counts = []

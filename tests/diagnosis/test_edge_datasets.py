@@ -46,6 +46,7 @@ def test_a_tracked_joint_error_is_named():
     assert right == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("poses_per_plane", [1, 2, 3, 5, 7, 8, 10, 13])
 def test_few_poses(poses_per_plane):
     """With too few poses, or hardly enough to hold any out, the exit status is 3 with a reason, or no effect is named."""
@@ -91,6 +92,7 @@ def test_one_plane_seen_at_one_spot():
         assert "wall_y" in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["in turn", "at random"])
 def test_every_pose_mislabelled(how):
     """If all labels are wrong, the exit status is 3, and the message asks for the labels to be checked."""
@@ -102,6 +104,7 @@ def test_every_pose_mislabelled(how):
     assert status == 3 and "label" in text
 
 
+@pytest.mark.slow
 def test_half_of_all_poses_wrong():
     """If half of the poses are wrong, the exit status is 3, or the right poses are found; never an effect."""
     dataset, _ = spoiled(make_cell(seed=8).dataset, np.random.default_rng(2), poses=0.5)

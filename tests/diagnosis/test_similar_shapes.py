@@ -62,6 +62,7 @@ def wandering(truth, seed):
     return Flaws(base=motion)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 3))])
 def test_a_sensor_that_wanders_has_not_slipped(seed):
     """No name has a confidence of 0.8 or more, because a random walk over a hundred poses explains as much as one step."""

@@ -69,6 +69,7 @@ def test_as_many_unknowns_as_equations_are_refused_without_a_search(monkeypatch:
         calibrate(dataset, effects=effects)
 
 
+@pytest.mark.slow
 def test_a_known_plane_without_error_does_not_overflow() -> None:
     """A standard error of a reference plane so small that its weight overflows ends in a refusal."""
     dataset = make_scene(poses_per_plane=14, points_per_scan=10, seed=4).dataset

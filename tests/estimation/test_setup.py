@@ -81,6 +81,7 @@ WRONG = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("what", "where"), WRONG.items())
 def test_a_wrong_setup_is_named_with_the_residual_before_and_after(sound, what, where):
     """One thing is wrong: it is named first, with what it leaves below a millimetre, and nothing is calibrated."""
@@ -114,6 +115,7 @@ def test_a_zero_wrong_by_a_quarter_or_half_turn_is_named_for_a_tracker(tracked, 
         assert suspicion.rms_after < 1 * MM < 100 * MM < suspicion.rms_before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["tracker", "line-laser"])
 @pytest.mark.parametrize("joints", [(1, 2), (2, 5), (4, 5)])
 def test_two_wrong_signs_are_named_together(sound, tracked, kind, joints):
@@ -254,6 +256,7 @@ def test_alternatives_differ_from_what_is_stated(sound):
     assert len(set(seen)) == len(seen)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("convention", ["modified-dh", "standard-dh"])
 def test_the_corrected_table_is_offered_and_works(tmp_path, convention):
     """`corrected-dataset.yaml` in the output folder, put in the place of dataset.yaml, calibrates; its table is of the user's convention."""
