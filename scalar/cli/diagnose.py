@@ -17,6 +17,7 @@ from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
 
 if TYPE_CHECKING:
+    from scalar.diagnosis.partial_residuals import FittedView
     from scalar.diagnosis.result import Diagnosis
 
 _UNOBSERVABLE_SHOWN = 4
@@ -105,14 +106,15 @@ def diagnose(
 
 def describe_diagnosis(diagnosis: Diagnosis) -> str:
     """Return what was found, in about ten lines."""
+    from scalar.diagnosis.partial_residuals import FittedView
     from scalar.effects.command_line import named_effects
     from scalar.estimation.misfit import lacks_something
     from scalar.report import words
     from scalar.report.few_poses import few_poses
     from scalar.report.lacking import cause_of_excess
+    from scalar.report.scale_words import scale_in_words
     from scalar.report.shipped_words import shipped_sentences
     from scalar.report.unseen_words import unseen_sentences
-    from scalar.report.workspace_map import scale_in_words
 
     d = diagnosis.to_mapping()
     before, after = d["residual"]["before"], d["residual"]["after"]
@@ -134,11 +136,14 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     named = [
         k for k, finding in enumerate(diagnosis.findings) if finding.has_name
     ]  # the others share one entry
+    view = FittedView.of(
+        diagnosis.after, diagnosis.calibration_found.free, diagnosis.calibration_found.covariance
+    )
     for i, entry in enumerate(d["effects"][:_EFFECTS_NAMED]):
         title = words.title(entry["name"], entry["target"], entry.get("depends_on", ()))
         sure = "" if entry["name"] == "unattributed" else f"; confidence {entry['confidence']:.0%}"
         many = i < len(named) and len(entry["coefficients"]) > _COEFFICIENTS_SHOWN
-        size = _size_of_many(diagnosis, named[i]) if many else ""
+        size = _size_of_many(diagnosis, named[i], view) if many else ""
         lines.append(f"  {title}{size}{_sizes(entry)}{sure}")
         lines += [
             f"    most like {words.quoted(words.title(like['name'], like['target']))}, a name with {like['confidence']:.0%} confidence"
@@ -176,13 +181,10 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     return "\n".join(lines).translate(_PLAIN)
 
 
-def _size_of_many(diagnosis: Diagnosis, i: int) -> str:
+def _size_of_many(diagnosis: Diagnosis, i: int, view: FittedView) -> str:
     """Return how large finding i is in all at the measured poses, for one with many coefficients; may be empty."""
-    from scalar.diagnosis.partial_residuals import FittedView
-
-    found = diagnosis.calibration_found
     effect = diagnosis.after.effects[i]
-    size = effect.size(effect.pictures(FittedView.of(diagnosis.after, found.free, found.covariance)))
+    size = effect.size(effect.pictures(view))
     return ", " + size.replace("°", " deg") if size else ""
 
 

@@ -82,18 +82,18 @@ def fold_odds(i: int, others: Sequence[Effect], folds: Sequence[WithoutFold]) ->
     """
     state = folds[0].state
     of_effect, prior_std = columns_of_effects(state, [i])
-    jacobian = whitened(state.whitening, state.linearised()[1])
-    N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
-    E = np.column_stack([jacobian[: N * m, of_effect], state.columns_of(others)])
+    measured = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
+    own_columns = whitened(state.whitening, state.linearised()[1][:measured, of_effect])
+    E = np.column_stack([own_columns, state.columns_of(others)])
     prior_std = np.concatenate([prior_std, *(effect.prior_std for effect in others)])
     ends = np.cumsum([int(of_effect.sum()), *(len(effect.coefficients) for effect in others)])
     groups = np.split(np.arange(E.shape[1]), ends[:-1])
     parts = _parts(state, i, of_effect)
     odds_by_fold = []
     for remaining in folds:
-        rows = remaining.rows
-        own, *rivals = remaining.evidences(of_effect, E[rows], prior_std, groups)
-        of_parts = [remaining.evidences(part, jacobian[rows][:, part], part_prior_std, [np.arange(part.sum())])[0]
+        columns = E[remaining.rows]
+        own, *rivals = remaining.evidences(of_effect, columns, prior_std, groups)
+        of_parts = [remaining.evidences(part, columns[:, np.flatnonzero(part[of_effect])], part_prior_std, [np.arange(part.sum())])[0]
                    for part, part_prior_std in parts]  # fmt: skip
         odds_by_fold.append([min([own, *of_parts]), *(own - rival for rival in rivals)])
     return np.min(odds_by_fold, axis=0)

@@ -163,12 +163,13 @@ def shipped_fit(
         weighted = held_out_errors(priors_for_whitened_rows(after), whitening)
         of_equal, of_weighted = prediction_changes(after, None), prediction_changes(after, whitening)
         difference, error = of_weighted.difference_from(of_equal)
+        beyond_chance = difference > settings.beyond_chance * error
         found = Disagreement(
             difference,
             error,
             (equal.rms, weighted.rms),
             (of_equal.std, of_weighted.std),
-            beyond_chance := difference > settings.beyond_chance * error,
+            beyond_chance,
             beyond_chance and weighted.rms > settings.clearly_larger_error * equal.rms,
         )
         decided_by = "predicted_std"

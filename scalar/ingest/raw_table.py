@@ -124,14 +124,12 @@ class RawTable:
         cells = self._cells(reference)
         if cells.dtype == object:
             missing = self._is_missing(cells)
-            found = [re.fullmatch("([^0-9]+)([0-9]+)([^0-9]*)", cell) for cell in cells[~missing]]
-            if (
-                found
-                and len({match and (match[1].rstrip("-+"), match[3]) for match in found}) == 1
-                and found[0]
-            ):
+            matches = [re.fullmatch("([^0-9]+)([0-9]+)([^0-9]*)", cell) for cell in cells[~missing]]
+            found = [match for match in matches if match]
+            same_words = len({(match[1].rstrip("-+"), match[3]) for match in found}) == 1
+            if same_words and len(found) == len(matches):
                 values = np.full(len(cells), np.nan)
-                values[~missing] = [float(match[2]) for match in found if match]
+                values[~missing] = [float(match[2]) for match in found]
                 return values, missing
         return self.numbers(reference, faults)
 

@@ -16,13 +16,12 @@ from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
 from scalar.estimation.result import Calibration
-from scalar.estimation.unknown_scale import unknown_scale
 from scalar.evaluate.workspace_errors import NOMINAL, Banded, errors_within_limits
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 from scalar.report.panel import Panel
-from scalar.report.parameter_table import in_rows
 from scalar.report.pictures import Pair, sentences
+from scalar.report.scale_words import scale_in_words
 from scalar.report.words import number
 from scalar.units import MM
 
@@ -98,17 +97,6 @@ def workspace_section(
         "scale": scale_in_words(judged),
         "pictures": [*pictures, _draw_reach(side, before, after, file)],
     }
-
-
-def scale_in_words(judged: Calibration) -> str:
-    """Return which length is taken from the data sheet, and how wrong it may be, where no length is known; else nothing."""
-    found = unknown_scale(judged)
-    if found is None:
-        return ""
-    return (
-        f"{in_rows(found.name, judged.model.nominal)}, which is taken from the data sheet; the figures count an error of it of "
-        f"{number(found.std / MM, 2)} mm (one standard deviation, {number(100 * found.relative, 2)} % of all lengths)"
-    )
 
 
 def _bound(draws: Array) -> Banded:

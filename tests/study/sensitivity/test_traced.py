@@ -62,7 +62,7 @@ def test_what_is_computed_is_the_value_s_own_and_an_alternative_that_ends_elsewh
     ],
 )
 def test_exactly_those_alternatives_diverge_that_come_out_otherwise(ask, diverging):
-    """2 with the alternatives 1 and 4, in comparisons, arrays, counts and conversions; what nobody asks for makes none diverge."""
+    """For a number 2, those of the alternatives 1 and 4 diverge with which a comparison, array, count or conversion gives another result."""
     number, trace = traced(2.0, low=1.0, high=4.0)
     result, plain = ask(number), ask(2.0)
     assert np.array_equal(result if isinstance(result, np.ndarray | list) else plain, plain)
