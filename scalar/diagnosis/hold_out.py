@@ -14,6 +14,7 @@ predicts a region well although no pose of it took part in the fit extrapolates.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,8 +109,27 @@ def held_out_errors(state: FittedState, whitening: Array | None = None) -> HeldO
     key = id(whitening)
     if key not in state.held_out:
         block, fold = blocks_of(state)
-        state.held_out[key] = whitening, _held_out_errors(state, whitening, block, fold)
+        state.held_out[key] = whitening, _held_out_errors(state, whitening, block, fold)[0]
     return state.held_out[key][1]
+
+
+def held_out_errors_without(
+    state: FittedState, coefficients: Sequence[Array], whitening: Array | None = None
+) -> list[HeldOutErrors]:
+    """Return the held-out errors of the model without some coefficients of its effects, once for each set of them, by linear fits about the state.
+
+    Nothing is refitted, so the errors are those of a refit where the model is linear and the noise and the weight of the priors stay the same.
+
+    Args:
+        state: Model and data at the joint optimum.
+        coefficients: The indices of the coefficients that are left out, among those of all effects.
+        whitening: ``(N, m, m)``, for a variance component of whole poses, or None.
+    """
+    block, fold = blocks_of(state)
+    parameters = np.flatnonzero(state.free)
+    first = len(state.free) - sum(len(effect.coefficients) for effect in state.effects)
+    columns = [np.flatnonzero(np.isin(parameters, first + np.asarray(left_out))) for left_out in coefficients]
+    return _held_out_errors(state, whitening, block, fold, columns)
 
 
 def held_out_regions(state: FittedState, whitening: Array | None = None) -> HeldOutErrors | None:
@@ -120,37 +140,64 @@ def held_out_regions(state: FittedState, whitening: Array | None = None) -> Held
         whitening: ``(N, m, m)``, for a variance component of whole poses, or None.
     """
     region = similar_poses(state.dataset.q[:, moving_joints(state)], REGIONS, LEAST_POSES)
-    return _held_out_errors(state, whitening, region, region) if region.any() else None
+    return _held_out_errors(state, whitening, region, region)[0] if region.any() else None
 
 
-def _held_out_errors(state: FittedState, whitening: Array | None, block: Array, fold: Array) -> HeldOutErrors:
-    """Return the errors of the poses of each fold ``(N,)`` by a fit without them; ``block`` ``(N,)`` is kept with the errors."""
+def _held_out_errors(
+    state: FittedState,
+    whitening: Array | None,
+    block: Array,
+    fold: Array,
+    left_out: Sequence[Array] = (np.zeros(0, dtype=int),),
+) -> list[HeldOutErrors]:
+    """Return the errors of the poses of each fold by a fit without them, for each set of columns that the model does without.
+
+    Args:
+        state: Model and data at the joint optimum.
+        whitening: ``(N, m, m)``, or None.
+        block: ``(N,)``, the block of each pose; it is kept with the errors.
+        fold: ``(N,)``, the fold of each pose.
+        left_out: Sets of indices of the F free parameters; these parameters are zero instead.
+    """
     residual, J = (whitened(whitening, rows) for rows in state.linearised())
     N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
     r_metric, J_metric = _in_metres(state)
     m_metric = len(r_metric) // N
-    whitened_squares, squares = np.zeros(N), np.zeros(N)
     scale = np.linalg.norm(J, axis=0)
     scale[scale == 0] = 1.0
     gram, projection = J.T @ J / np.outer(scale, scale), J.T @ residual / scale
+    whitened_squares, squares = np.zeros((len(left_out), N)), np.zeros((len(left_out), N))
+    # Steps [units of ``scale``] that set the parameters of each set to zero.
+    to_zero = [-(state.model.vector[state.free][columns]) * scale[columns] for columns in left_out]
+    kept = [np.setdiff1d(np.arange(len(scale)), columns) for columns in left_out]
     for f in np.unique(fold):
         out = fold == f
-        test = np.repeat(out, m)
+        test, test_metric = np.repeat(out, m), np.repeat(out, m_metric)
         J_test = J[: N * m][test]
         scaled = J_test / scale
         # The normal equations of the other folds, by subtraction.
-        step = _step(gram - scaled.T @ scaled, projection - scaled.T @ residual[: N * m][test])
-        if step is None:
-            train = np.r_[~test, np.ones(len(residual) - N * m, dtype=bool)]
-            step = -np.linalg.lstsq(J[train] / scale, residual[train], rcond=1e-8)[0]
-        step = step / scale
-        rest = (residual[: N * m][test] + J_test @ step).reshape(-1, m)
-        whitened_squares[out] = np.sum(rest**2, axis=1)
-        test = np.repeat(out, m_metric)
-        rest = (r_metric[test] + J_metric[test] @ step).reshape(-1, m_metric)
-        squares[out] = np.sum(rest**2, axis=1)
+        G = gram - scaled.T @ scaled
+        g = projection - scaled.T @ residual[: N * m][test]
+        for i, (columns, others) in enumerate(zip(left_out, kept, strict=True)):
+            step = np.zeros(len(scale))
+            step[columns] = to_zero[i]
+            rest = _step(G[np.ix_(others, others)], (g + G[:, columns] @ to_zero[i])[others])
+            if rest is None:
+                train = np.r_[~test, np.ones(len(residual) - N * m, dtype=bool)]
+                moved = residual[train] + (J[train][:, columns] / scale[columns]) @ to_zero[i]
+                rest = -np.linalg.lstsq(J[train][:, others] / scale[others], moved, rcond=1e-8)[0]
+            step[others] = rest
+            step = step / scale
+            errors = (residual[: N * m][test] + J_test @ step).reshape(-1, m)
+            whitened_squares[i, out] = np.sum(errors**2, axis=1)
+            errors = (r_metric[test_metric] + J_metric[test_metric] @ step).reshape(-1, m_metric)
+            squares[i, out] = np.sum(errors**2, axis=1)
     _, counts = state.residuals.squared_distances(state.model)
-    return HeldOutErrors(whitened_squares, squares / counts, counts, block, state.settings.hold_out)
+    settings = state.settings.hold_out
+    return [
+        HeldOutErrors(of_rows, in_metres / counts, counts, block, settings)
+        for of_rows, in_metres in zip(whitened_squares, squares, strict=True)
+    ]
 
 
 def _step(gram: Array, projection: Array) -> Array | None:

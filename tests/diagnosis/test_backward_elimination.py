@@ -5,6 +5,7 @@ import pytest
 
 from scalar.diagnosis.backward_elimination import eliminate_backward
 from scalar.diagnosis.fitted_state import FittedState, refit
+from scalar.diagnosis.hold_out import held_out_errors, held_out_errors_without, improvement
 from scalar.effects import Effect
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
@@ -50,3 +51,22 @@ def test_no_effect_is_kept_on_noise_alone():
     """If nothing was injected, all effects that the model is given are dropped."""
     effects = [JointScale(3), JointHarmonic(4, (3,)), JointHarmonic(6, (5,))]
     assert eliminate_backward(state_with(effects, Flaws(), 71)).effects == ()
+
+
+@pytest.mark.parametrize("seed", [81, 82])
+def test_errors_without_a_part_are_those_of_a_refit(seed):
+    """Held-out errors without one order of a gear, or without one of two effects, are predicted by linear fits as a refit gives them."""
+    state = state_with([JointHarmonic(2, (2, 7)), JointScale(5)], Flaws(joints=gear), seed)
+    refitted = [
+        (JointHarmonic(2, (7,)), JointScale(5)),
+        (JointHarmonic(2, (2,)), JointScale(5)),
+        (JointHarmonic(2, (2, 7)),),
+    ]
+    coefficients = [np.array([0, 1]), np.array([2, 3]), np.array([4])]
+    complete = held_out_errors(state)
+    predicted = held_out_errors_without(state, coefficients)
+    for effects, errors in zip(refitted, predicted, strict=True):
+        trial = held_out_errors(state.refitted(effects))
+        assert errors.rms == pytest.approx(trial.rms, rel=1e-3)
+        assert improvement(errors, complete) == pytest.approx(improvement(trial, complete), abs=0.02)
+    assert predicted[0].rms > 1.5 * complete.rms
