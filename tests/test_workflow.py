@@ -174,9 +174,9 @@ def test_figures_are_redrawn_from_tables_alone(built):
         (
             "scalar/baseline/fit.py",
             {"calibrate", "evaluate", "collect", "draw_errors"},
-            {"simulate", "observe"},
+            {"simulate", "tabulate_identifiability"},
         ),
-        ("scalar/geometry/se3.py", {"calibrate", "observe", "evaluate"}, set()),
+        ("scalar/geometry/se3.py", {"calibrate", "tabulate_identifiability", "evaluate"}, set()),
         ("scalar/simulation/noise.py", {"simulate", "calibrate", "evaluate", "draw_errors"}, set()),
         ("scalar/simulation/schemas/scene.schema.json", {"simulate"}, set()),
     ],
@@ -203,7 +203,7 @@ def test_the_modules_listed_are_those_that_are_imported(built):
         "simulate": "headline.simulate",
         "calibrate": "headline.calibrate",
         "evaluate": "headline.evaluate",
-        "observe": "headline.observe",
+        "tabulate_identifiability": "headline.identifiability",
         "sweep": "sweeps.run",
     }
     own = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(folder / "workflow")])}

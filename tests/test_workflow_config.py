@@ -76,6 +76,7 @@ def test_the_papers_config_is_sound():
         ("close_first_loop", "explain_published_curves"),
         pytest.param("draw_first_loop", "draw_published_curves", marks=pytest.mark.slow),
         pytest.param("example_floor", "example_control", marks=pytest.mark.slow),
+        pytest.param("tell_example", "tabulate_example", marks=pytest.mark.slow),
     ],
 )
 def test_former_names_of_targets_still_work(former, present):

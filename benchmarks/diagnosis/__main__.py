@@ -14,7 +14,7 @@ sys.path[:0] = [str(ROOT / "workflow")]
 from study.blind_trials.cases import Set, load_study  # noqa: E402
 from study.blind_trials.run import MatchedControl, injected_config, make_control  # noqa: E402
 from study.blind_trials.score import outcome, same  # noqa: E402
-from study.common.memory import dataset_in_memory  # noqa: E402
+from study.common.in_memory import dataset_in_memory  # noqa: E402
 
 from benchmarks.diagnosis.rivals import lasso, stepwise  # noqa: E402
 from scalar.diagnosis.diagnose import diagnose  # noqa: E402

@@ -22,10 +22,10 @@ sys.path[:0] = [str(ROOT / "workflow")]
 
 from study.blind_trials.run import errors  # noqa: E402
 from study.blind_trials.statistics import wilson  # noqa: E402
-from study.blind_trials.stratified import Design, Trial, load_design  # noqa: E402
-from study.blind_trials.trial_score import WORSE, trial_score  # noqa: E402
-from study.blind_trials.trials import ATTEMPTS, scenes, truth_of  # noqa: E402
-from study.common.memory import dataset_in_memory  # noqa: E402
+from study.blind_trials.stratified_design import Design, Trial, load_design  # noqa: E402
+from study.blind_trials.stratified_run import ATTEMPTS, scenes, truth_of  # noqa: E402
+from study.blind_trials.stratified_score import WORSE, trial_score  # noqa: E402
+from study.common.in_memory import dataset_in_memory  # noqa: E402
 from study.common.provenance import code_version  # noqa: E402
 from study.common.tables import write_table  # noqa: E402
 

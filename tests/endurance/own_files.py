@@ -146,7 +146,7 @@ def write_config_files(folder: Path) -> None:
 def read_config_files(folder: Path) -> Any:
     """Read every config and grid, also after one was refused; raise the first refusal if there is one."""
     from study.blind_trials.cases import load_study
-    from study.blind_trials.stratified import load_design
+    from study.blind_trials.stratified_design import load_design
     from study.common.grid import read_grid
     from study.common.schema_faults import schema_faults
     from study.common.yaml_numbers import with_numbers

@@ -43,7 +43,7 @@ def test_pictures_are_drawn_for_the_studies_and_import_none_that_computes():
 
 @pytest.mark.parametrize("name", MODULES)
 def test_a_file_has_one_idea(name):
-    """Below 300 lines, and its docstring says what the idea is."""
+    """Each file has fewer than 300 lines and a docstring."""
     text = MODULES[name].read_text(encoding="utf-8")
     assert len(text.splitlines()) < 300
     assert ast.get_docstring(ast.parse(text))

@@ -1,4 +1,4 @@
-# Former names of targets, kept: each asks for what the rule of its present name makes.
+# Former names of targets, which scripts may still use: each asks for what the rule of its present name makes.
 localrules:
     closed_loop,
     summarise_closed_loop,
@@ -8,6 +8,7 @@ localrules:
     close_first_loop,
     draw_first_loop,
     example_floor,
+    tell_example,
 
 
 rule closed_loop:
@@ -48,3 +49,8 @@ rule draw_first_loop:
 rule example_floor:
     input:
         rules.example_control.output,
+
+
+rule tell_example:
+    input:
+        rules.tabulate_example.output,

@@ -1,13 +1,16 @@
-# The blind trials: inject, diagnose blind, score. A target of its own, `snakemake blind_trials`, and about an hour on
-# two cores; a run that was stopped goes on where it was. Its summaries are small enough to be committed:
+# The blind trials: effects are injected into simulated workcells, the datasets are diagnosed without knowledge of them, and the answers are scored.
+# They are not part of the default target: `snakemake blind_trials` runs them, and goes on with a run that was stopped. The summaries are small
+# enough to be committed:
 #   cp results/blind_trials/summaries/* paper/summaries/blind_trials/
 from study.blind_trials.cases import load_study
-from study.blind_trials.stratified import load_design
+from study.blind_trials.stratified_design import load_design
 
 try:
-    TRIALS_CONFIG = named(config.get("blind_trials", "configs/blind_trials.yaml"))
+    TRIALS_CONFIG = config_path(config.get("blind_trials", "configs/blind_trials.yaml"))
     TRIALS = load_study(TRIALS_CONFIG)
-    STRATIFIED_CONFIG = named(config.get("blind_trials_stratified", "configs/blind_trials_stratified.yaml"))
+    STRATIFIED_CONFIG = config_path(
+        config.get("blind_trials_stratified", "configs/blind_trials_stratified.yaml")
+    )
     STRATIFIED = load_design(STRATIFIED_CONFIG)
 except InvalidInput as error:
     raise WorkflowError(str(error)) from None
@@ -54,7 +57,7 @@ rule run_blind_trials:
     params:
         config=local(TRIALS_CONFIG),
         root=local(ROOT),
-        # So that an edit of the config runs again what it changes, and nothing else.
+        # The sets of the job, so that an edit of the config runs again only the jobs whose sets it changes.
         sets=lambda w: repr(
             (
                 TRIALS.scene,
@@ -124,9 +127,10 @@ rule blind_trials:
         rules.draw_blind_trials.output,
 
 
-# The stratified trials: scanners, surfaces, effects, numbers of poses and robots crossed so that every pair occurs. Resumed job by job.
+# The stratified trials cross scanners, surfaces, effects, numbers of poses and robots so that every pair of their levels occurs. A run that was
+# stopped goes on with the jobs that are left.
 #   snakemake blind_trials_stratified --cores 2 --config blind_trials_stratified=MY_DESIGN.yaml
-# The paper reports the sealed ones, whose summaries are committed:
+# The paper reports the sealed ones, whose seed was drawn after the code was frozen; their summaries are committed:
 #   snakemake blind_trials_stratified --cores 2 --config blind_trials_stratified=configs/blind_trials_sealed.yaml
 #   cp results/blind_trials_stratified/summaries/* paper/summaries/stratified/
 STRATIFIED_DIR = f"{RESULTS}/blind_trials_stratified"
@@ -140,7 +144,7 @@ rule run_stratified_trials:
             for robot in STRATIFIED.content["robots"].values()
             for path in files_of_scene(ROOT / robot["scene"])
         ],
-        modules=modules("study.blind_trials.trials", "study.common.tables"),
+        modules=modules("study.blind_trials.stratified_run", "study.common.tables"),
     output:
         f"{STRATIFIED_DIR}/sets/{{numbers}}.csv",
     log:
@@ -151,7 +155,7 @@ rule run_stratified_trials:
     params:
         config=local(STRATIFIED_CONFIG),
         root=local(ROOT),
-        # So that an edit of the design runs again what it changes; more sets leave those that are there.
+        # The design without the number of sets: an edit of it runs all jobs again, but a larger number of sets adds jobs only.
         design=repr({k: v for k, v in STRATIFIED.content.items() if k != "sets"}),
     message:
         "Stratified blind trials: sets {wildcards.numbers}"
@@ -162,7 +166,7 @@ rule run_stratified_trials:
 rule summarise_stratified_trials:
     input:
         sets=[f"{STRATIFIED_DIR}/sets/{job}.csv" for job in STRATIFIED.jobs()],
-        modules=modules("study.blind_trials.trial_summaries", "study.common.tables"),
+        modules=modules("study.blind_trials.stratified_summaries", "study.common.tables"),
     output:
         **{name: f"{STRATIFIED_DIR}/summaries/{name}.csv" for name in STRATIFIED_TABLES},
         numbers=f"{STRATIFIED_DIR}/summaries/numbers.json",

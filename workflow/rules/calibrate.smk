@@ -42,10 +42,10 @@ rule estimate_linearly:
         "../scripts/estimate_linearly.py"
 
 
-rule observe:
+rule tabulate_identifiability:
     input:
         data=lambda w: f"{RESULTS}/{w.study}/data/{w.case}/{batches(w.study)[0]}",
-        modules=modules("study.headline.observe", "study.common.tables"),
+        modules=modules("study.headline.identifiability", "study.common.tables"),
     output:
         values=f"{RESULTS}/{{study}}/identifiability/{{case}}/singular_values.csv",
         directions=report(
@@ -55,11 +55,11 @@ rule observe:
             labels={"study": "{study}", "case": "{case}", "shows": "null directions"},
         ),
     log:
-        f"{RESULTS}/logs/observe/{{study}}/{{case}}.log",
+        f"{RESULTS}/logs/tabulate_identifiability/{{study}}/{{case}}.log",
     conda:
         ENVIRONMENT
     threads: 1
     message:
         "Finding what the poses of {wildcards.study} {wildcards.case} determine"
     script:
-        "../scripts/observe.py"
+        "../scripts/tabulate_identifiability.py"

@@ -11,7 +11,7 @@ from snakemake.utils import validate
 
 
 def checkout(rules):
-    """Return the root of the checkout that a folder of rules belongs to; rules of a remote repository (`github(...)`) get one below .snakemake."""
+    """Return the root of the checkout that contains a folder of rules; for rules of a remote repository (`github(...)`), clone it below .snakemake."""
     if not isinstance(rules, HostingProviderFile):
         return Path(rules.get_path_or_uri(secret_free=True)).parents[1]
     repository = rules.hosted_repo.repo
@@ -45,21 +45,21 @@ from study.common.yaml_numbers import with_numbers
 # Jobs import the checkout that the Snakefile stands in, and end with the Snakemake that started them.
 os.environ.update(job_environment(list(HOMES.values()), os.environ))
 os.environ[WORKFLOW_PROCESS] = str(os.getpid())
-if workflow.is_main_process:  # and no job of another
+if workflow.is_main_process:  # not in the process of a job
     with suppress(OSError):
         take_over(Path(".snakemake").absolute())
 
 
-def named(path):
-    """Return a file that the config names: of the working directory if it is there, else of the checkout."""
+def config_path(path):
+    """Return the path of a file that the config names: in the working directory if the file exists there, else in the checkout."""
     return Path(path).resolve() if Path(path).exists() else ROOT / path
 
 
 def checked_grids(studies):
-    """Return {study: {case: Case}}; a misspelt column or a bad cell stops the workflow, named."""
+    """Return {study: {case: Case}}; a misspelt column or a bad cell stops the workflow with a message that names it."""
     try:
         return {
-            name: {case.name: case for case in read_grid(named(study["grid"]))}
+            name: {case.name: case for case in read_grid(config_path(study["grid"]))}
             for name, study in studies.items()
         }
     except InvalidInput as error:
@@ -68,7 +68,7 @@ def checked_grids(studies):
 
 def scene_path(wildcards):
     """Return the scene that a case starts from."""
-    return named(CASES[wildcards.study][wildcards.case].scene or STUDIES[wildcards.study]["scene"])
+    return config_path(CASES[wildcards.study][wildcards.case].scene or STUDIES[wildcards.study]["scene"])
 
 
 def batches(study):
@@ -78,11 +78,11 @@ def batches(study):
 
 def case_of_figure(wildcards):
     """Return the case that a figure of the headline shows."""
-    return CASE_OF_FIGURE[wildcards.of]
+    return CASE_OF_FIGURE[wildcards.case_suffix]
 
 
 def evaluations(table):
-    """Return an input function: this table of every case and batch of a study."""
+    """Return an input function, which returns the files of a table of the evaluation (`errors`, `planes`, `parameters`) for all cases and batches of a study."""
     return lambda wildcards: expand(
         f"{RESULTS}/{wildcards.study}/evaluations/{{case}}/{{batch}}/{table}.csv",
         case=CASES[wildcards.study],
@@ -91,7 +91,7 @@ def evaluations(table):
 
 
 def resource(name):
-    """Return a file of published values."""
+    """Return the path of a file in workflow/resources, as jobs name it."""
     return local(ROOT / "workflow/resources" / name)
 
 
@@ -123,7 +123,10 @@ CASES = checked_grids(STUDIES)
 HEADLINE = f"{RESULTS}/headline"
 FIRST_CASE = next(iter(CASES["headline"].values()))  # what the paper, its numbers and its claims are about
 FURTHER_CASES = {f"_{name}": name for name in CASES["headline"] if name != FIRST_CASE.name}
-CASE_OF_FIGURE = {"": FIRST_CASE.name, **FURTHER_CASES}  # {end of a figure's name: the case it shows}
+CASE_OF_FIGURE = {
+    "": FIRST_CASE.name,
+    **FURTHER_CASES,
+}  # {end of the name of a figure: the case that it shows}
 
 
 wildcard_constraints:
@@ -132,4 +135,4 @@ wildcard_constraints:
     case=r"[A-Za-z0-9][A-Za-z0-9_.-]*",
     method="|".join(METHODS),
     batch=r"seeds-\d+-\d+",
-    of=f"({'|'.join(CASE_OF_FIGURE)})",
+    case_suffix=f"({'|'.join(CASE_OF_FIGURE)})",

@@ -1,12 +1,13 @@
-# The confidence: fitted to the answers of trials of several designs; each half of the trials is reported by the fit to the other half. A target of
-# its own, about half an hour of two cores; a run that was stopped goes on where it was. The fitted coefficients are part of the package, and the tables are committed:
+# The confidence is fitted to the answers of trials of several designs; what is reported of each half of the trials follows from the fit to the other
+# half. It is not part of the default target; a run that was stopped goes on where it was. The fitted coefficients are part of the package, and the
+# tables are committed:
 #   snakemake confidence --cores 2
 #   cp results/confidence/coefficients.json scalar/diagnosis/confidence_coefficients.json
 #   cp results/confidence/{answers.csv,reliability.csv,numbers.json} paper/summaries/confidence/
 CONFIDENCE_DIR = f"{RESULTS}/confidence"
 try:
     CONFIDENCE_CONFIGS = {
-        Path(path).stem: named(path)
+        Path(path).stem: config_path(path)
         for path in config.get(
             "confidence",
             [
@@ -19,7 +20,7 @@ try:
         )
     }
     CONFIDENCE_DESIGNS = {name: load_design(path) for name, path in CONFIDENCE_CONFIGS.items()}
-    CONFIDENCE_TRACKED_CONFIG = named(
+    CONFIDENCE_TRACKED_CONFIG = config_path(
         config.get("confidence_tracked", "configs/tracked_trials_first_exam.yaml")
     )
     CONFIDENCE_TRACKED = load_tracked(CONFIDENCE_TRACKED_CONFIG)
@@ -43,7 +44,7 @@ use rule run_stratified_trials as run_confidence_trials with:
     params:
         config=lambda w: local(CONFIDENCE_CONFIGS[w.design]),
         root=local(ROOT),
-        # So that an edit of the design runs again what it changes; more sets leave those that are there.
+        # The design without the number of sets: an edit of it runs all jobs again, but a larger number of sets adds jobs only.
         design=lambda w: repr({k: v for k, v in CONFIDENCE_DESIGNS[w.design].content.items() if k != "sets"}),
     message:
         "Trials for the confidence, {wildcards.design}: sets {wildcards.numbers}"
@@ -105,7 +106,7 @@ rule draw_confidence:
         ENVIRONMENT
     threads: 1
     message:
-        "Drawing how sure answers are, and how often they are right"
+        "Drawing how often answers are right, by their stated confidence"
     script:
         "../scripts/draw_confidence.py"
 

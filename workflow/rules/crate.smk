@@ -1,4 +1,4 @@
-# A finished run as an RO-Crate: workflow, config and results in one archive, with what made what. Not part of the default target.
+# A finished run as an RO-Crate: workflow, config and results in one archive, which states what made each file. Not part of the default target.
 DEFAULT_RESULTS = [
     *rules.figures.input,
     *rules.summarise_headline.output,

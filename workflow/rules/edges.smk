@@ -1,6 +1,7 @@
-# At which point the diagnosis fails: accuracy and answers against stray points, wrong labels, missing poses, a wrong statement of noise and poor initial guesses.
-# A target of its own. Nearly all of its time are diagnoses, 3 to 8 s each, 48 of a seed: with two seeds ten minutes of one core. A job is
-# a seed with all axes, since the set that nothing is wrong with is the same for all of them. Its summaries may be committed:
+# At which degree of a fault the diagnosis fails. The faults are stray points, wrong labels, missing poses, a wrong statement of the noise and poor
+# initial guesses. The study is not part of the default target. Nearly all of its time is spent on diagnoses, 48 for each seed, of 3 to 8 s: about ten
+# minutes of one core for two seeds. One job diagnoses all faults of a seed, since the dataset without a fault is the same for all of them. The
+# summaries may be committed:
 #   snakemake edges --cores 2
 #   cp results/edges/summaries/* paper/summaries/edges/
 from study.edges.axes import AXES as AXES_OF_EDGES
@@ -18,8 +19,8 @@ localrules:
 
 rule run_edges:
     input:
-        scene=local(named(EDGES["scene"])),
-        robot=lambda w: robot_of_scene(named(EDGES["scene"])),
+        scene=local(config_path(EDGES["scene"])),
+        robot=lambda w: robot_of_scene(config_path(EDGES["scene"])),
         modules=modules("study.edges.run", "study.common.tables"),
     output:
         f"{EDGES_DIR}/batches/{{batch}}.csv",

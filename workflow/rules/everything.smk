@@ -1,5 +1,5 @@
-# Everything by one version of the code: the default target, the studies that have targets of their own, and a second paper from their fresh
-# summaries instead of the committed ones. It takes many hours on two cores, and needs the files of the measured robots.
+# Everything by one version of the code: the default target, the studies that are not part of it, and a second paper, which takes its numbers from the
+# summaries of this run instead of the committed ones. It takes many hours on two cores, and needs the files of the measured robots.
 #   snakemake everything --cores 2
 FRESH_SUMMARIES = {
     "blind_trials": f"{TRIALS_DIR}/summaries",
@@ -36,7 +36,7 @@ localrules:
 use rule gather_numbers as gather_fresh_numbers with:
     input:
         parts=list(FRESH_NUMBERS.values()),
-        scene=local(named(STUDIES["headline"]["scene"])),
+        scene=local(config_path(STUDIES["headline"]["scene"])),
         tilted=local(ROOT / "configs/scenes/paper_tilted.yaml"),
         headline=resource("published_headline.csv"),
         planes=resource("published_plane_errors.csv"),

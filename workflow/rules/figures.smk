@@ -1,5 +1,4 @@
-# Figures from tables: each rule draws what it reads, and computes nothing. A figure is written as PNG, which the report shows,
-# and as SVG for print.
+# Figures from tables: each rule draws a table without further computation. A figure is written as PNG, which the report shows, and as SVG for print.
 rule draw_errors:
     input:
         errors=f"{HEADLINE}/errors.csv",
@@ -8,14 +7,14 @@ rule draw_errors:
         modules=modules("study.plots.errors", "study.common.tables"),
     output:
         **figure(
-            f"{HEADLINE}/figures/errors{{of}}",
+            f"{HEADLINE}/figures/errors{{case_suffix}}",
             "figure_errors",
             "Headline",
             case=case_of_figure,
             shows="errors before and after",
         ),
     log:
-        f"{RESULTS}/logs/draw_errors{{of}}.log",
+        f"{RESULTS}/logs/draw_errors{{case_suffix}}.log",
     conda:
         ENVIRONMENT
     threads: 1
@@ -50,14 +49,14 @@ rule draw_planes:
         modules=modules("study.plots.planes", "study.common.tables"),
     output:
         **figure(
-            f"{HEADLINE}/figures/planes{{of}}",
+            f"{HEADLINE}/figures/planes{{case_suffix}}",
             "figure_planes",
             "Headline",
             case=case_of_figure,
             shows="planes against the truth",
         ),
     log:
-        f"{RESULTS}/logs/draw_planes{{of}}.log",
+        f"{RESULTS}/logs/draw_planes{{case_suffix}}.log",
     conda:
         ENVIRONMENT
     threads: 1
@@ -74,14 +73,14 @@ rule draw_parameters:
         modules=modules("study.plots.parameters", "study.common.tables"),
     output:
         **figure(
-            f"{HEADLINE}/figures/parameters_{{method}}{{of}}",
+            f"{HEADLINE}/figures/parameters_{{method}}{{case_suffix}}",
             "figure_parameters",
             "Headline",
             case=case_of_figure,
             shows="parameters with standard errors, {method}",
         ),
     log:
-        f"{RESULTS}/logs/draw_parameters_{{method}}{{of}}.log",
+        f"{RESULTS}/logs/draw_parameters_{{method}}{{case_suffix}}.log",
     conda:
         ENVIRONMENT
     threads: 1
@@ -149,10 +148,10 @@ rule figures:
             f"{HEADLINE}/figures/{{name}}.{{suffix}}",
             name=[
                 "initial",
-                *(f"{name}{of}" for of in CASE_OF_FIGURE for name in ("errors", "planes")),
+                *(f"{name}{suffix}" for suffix in CASE_OF_FIGURE for name in ("errors", "planes")),
                 *(
-                    f"parameters_{method}{of}"
-                    for of in CASE_OF_FIGURE
+                    f"parameters_{method}{suffix}"
+                    for suffix in CASE_OF_FIGURE
                     for method in STUDIES["headline"]["methods"]
                 ),
                 *(f"singular_values_{case}" for case in CASES["headline"]),

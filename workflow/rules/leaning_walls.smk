@@ -1,6 +1,6 @@
-# The published curves again: with walls that lean by up to three degrees, with roots of negative numbers passed on as NaN, and with the run that
-# the config leaves out.
-# A target of its own, some ten minutes of processor time; its summaries are committed:
+# The published curves are explained again: with walls that lean by up to three degrees, with roots of negative numbers passed on as NaN, and with
+# the published run that the config leaves out. This is not part of the default target and takes some ten minutes of processor time. The summaries
+# are committed:
 #   cp results/leaning_walls/summaries/* paper/summaries/leaning_walls/
 from study.published_curves.leaning_walls import LEANS_DEG
 
@@ -58,7 +58,7 @@ rule weigh_leaning_walls:
     params:
         options=PUBLISHED_CURVES_OPTIONS,
     message:
-        "Weighing the readings of the root with leaning walls"
+        "Weighing the readings of the baseline's square root with leaning walls"
     script:
         "../scripts/weigh_leaning_walls.py"
 

@@ -1,5 +1,5 @@
-# Measured robots: get the originals, import, diagnose, compare. Nothing here is part of the default target. The
-# summaries hold no measured data and are small enough to be committed, for the paper:
+# The measured robots: the published files are fetched, imported and diagnosed, and models are compared on held-out poses. This is not part of the
+# default target. The summaries contain no measured data and are small enough to be committed, for the paper:
 #   cp results/measured/summaries/* paper/summaries/measured/
 from snakemake.logging import logger
 
@@ -29,7 +29,7 @@ rule get_originals:
     conda:
         ENVIRONMENT
     threads: 1
-    resources:  # not params, so that another folder runs nothing again: the files are known by their checksums
+    resources:  # not params: another folder must not run the job again, since the files are identified by their checksums
         folder=FOLDER,
     params:
         addresses=lambda w: ADDRESSES,
@@ -97,7 +97,7 @@ rule compare_measured:
         ENVIRONMENT
     threads: 1
     message:
-        "Holding out poses of {wildcards.set}: base and tool, geometry"
+        "Predicting held-out poses of {wildcards.set} by models without effects"
     script:
         "../scripts/compare_measured.py"
 
@@ -137,7 +137,7 @@ rule check_measured:
         ENVIRONMENT
     threads: 1
     message:
-        "Checking what was found in {wildcards.set}: a fresh split, shuffled angles"
+        "Checking what was found in {wildcards.set}, with another split and with shuffled angles"
     script:
         "../scripts/check_measured.py"
 

@@ -1,10 +1,12 @@
-# The paper: its numbers and figures from the results, its text from paper/. A part of the results that a config does
-# not ask for is left out, section and all, and the title says that it is a draft.
+# The paper takes its numbers and figures from the results, and its text from paper/. If a config does not ask for a part of the results, the
+# section of that part is left out, and the title says that the paper is a draft.
 from study.paper.reported import TABLES as REPORTED_TABLES
 
 PAPER = ROOT / "paper"
-PAPER_NUMBERS = {"headline": f"{HEADLINE}/numbers.json"}  # {part: file whose leaves the text quotes}
-PAPER_FIGURES = {  # {as the text calls it: file}
+PAPER_NUMBERS = {
+    "headline": f"{HEADLINE}/numbers.json"
+}  # {part: JSON file with the numbers that the text quotes}
+PAPER_FIGURES = {  # {path by which the text includes the figure: file}
     "headline/errors.svg": f"{HEADLINE}/figures/errors.svg",
     "headline/parameters.svg": f"{HEADLINE}/figures/parameters_proposed.svg",
     "headline/singular_values.svg": f"{HEADLINE}/figures/singular_values_{FIRST_CASE.name}.svg",
@@ -30,7 +32,7 @@ if PUBLISHED_CURVES:
     for name in PUBLISHED_CURVES_PICTURES:
         PAPER_FIGURES[f"published_curves/{name}.svg"] = f"{PUBLISHED_CURVES_DIR}/figures/{name}.svg"
 
-# Studies that take hours, or need files of others, have small committed summaries; figures are drawn from them here.
+# Studies that take hours, or need files that others published, have small committed summaries; their figures are drawn from these.
 TRIALS_SUMMARIES = PAPER / "summaries/blind_trials"
 if (TRIALS_SUMMARIES / "numbers.json").exists():
     PAPER_NUMBERS["blind_trials"] = local(TRIALS_SUMMARIES / "numbers.json")
@@ -44,7 +46,8 @@ STRATIFIED_SUMMARIES = PAPER / "summaries/stratified"
 STRATIFIED_REPORTED = []
 if (STRATIFIED_SUMMARIES / "numbers.json").exists():
     PAPER_NUMBERS["stratified"] = local(STRATIFIED_SUMMARIES / "numbers.json")
-    # The last sealed exam, and those before it in their order: a new one takes the place of table.csv, which becomes the last of exams/.
+    # table.csv is the last sealed exam, and exams/1.csv, exams/2.csv ... are those before it. The table of a further exam replaces table.csv, which
+    # is first moved to the end of exams/.
     STRATIFIED_REPORTED = [
         STRATIFIED_SUMMARIES / "table.csv",
         *sorted((STRATIFIED_SUMMARIES / "exams").glob("*.csv"), key=lambda path: int(path.stem)),
@@ -149,7 +152,7 @@ use rule draw_confidence as draw_committed_confidence with:
     log:
         f"{RESULTS}/logs/paper/draw_confidence.log",
     message:
-        "Drawing how sure answers are from the committed summary"
+        "Drawing how often answers are right from the committed summary"
 
 
 use rule draw_edges as draw_committed_edges with:
@@ -199,7 +202,7 @@ rule draw_sweep_overview:
 rule gather_numbers:
     input:
         parts=list(PAPER_NUMBERS.values()),
-        scene=local(named(STUDIES["headline"]["scene"])),
+        scene=local(config_path(STUDIES["headline"]["scene"])),
         tilted=local(ROOT / "configs/scenes/paper_tilted.yaml"),
         headline=resource("published_headline.csv"),
         planes=resource("published_plane_errors.csv"),

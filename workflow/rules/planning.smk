@@ -1,5 +1,5 @@
-# Do planned poses match twice as many random ones, and do further planned poses separate causes that a diagnosis could not distinguish? A
-# target of its own, half an hour or so; its summaries are committed:
+# Two questions about planned poses: are calibrations with them as accurate as with twice as many random ones, and do further planned poses separate
+# causes that a diagnosis could not distinguish? The study is not part of the default target and takes about half an hour. The summaries are committed:
 #   snakemake planning --cores 2
 #   cp results/planning/{summary.csv,numbers.json,separation.csv,separation.json} paper/summaries/planning/
 PLANNING = config.get("planning") or {
@@ -33,8 +33,8 @@ localrules:
 
 rule compare_plans:
     input:
-        scene=local(named(PLANNING["scene"])),
-        robot=lambda w: robot_of_scene(named(PLANNING["scene"])),
+        scene=local(config_path(PLANNING["scene"])),
+        robot=lambda w: robot_of_scene(config_path(PLANNING["scene"])),
         modules=modules("study.planning.compare", "study.common.tables"),
     output:
         f"{PLANNING_DIR}/batches/{{batch}}.csv",
@@ -82,14 +82,14 @@ rule collect_plans:
         "../scripts/collect_plans.py"
 
 
-rule separate_plans:
+rule separate_causes:
     input:
         scene=lambda w: files_of_scene(ROOT / TRIALS.workcells[w.workcell]["scene"]),
         modules=modules("study.planning.separate", "study.common.tables"),
     output:
         f"{PLANNING_DIR}/separation/{{case}}/{{workcell}}/{{repetitions}}.csv",
     log:
-        f"{RESULTS}/logs/separate_plans/{{case}}/{{workcell}}/{{repetitions}}.log",
+        f"{RESULTS}/logs/separate_causes/{{case}}/{{workcell}}/{{repetitions}}.log",
     conda:
         ENVIRONMENT
     threads: 1
@@ -102,9 +102,9 @@ rule separate_plans:
             "further": SEPARATION["further_poses"],
         },
     message:
-        "Separating confounded causes: {wildcards.case} in {wildcards.workcell}"
+        "Separating confounded causes by further poses: {wildcards.case} in {wildcards.workcell}"
     script:
-        "../scripts/separate_plans.py"
+        "../scripts/separate_causes.py"
 
 
 rule collect_separations:
@@ -125,7 +125,7 @@ rule collect_separations:
     params:
         further=SEPARATION["further_poses"],
     message:
-        "Collecting confounded causes"
+        "Counting the confounded causes that further poses separate"
     script:
         "../scripts/collect_separations.py"
 

@@ -1,11 +1,11 @@
-# Which figures of the headline depend on the processor. A target of its own, `snakemake processors`, some minutes; it
-# takes a machine with AVX-512, which can imitate the others. Its summary is committed:
+# Which numbers of the headline study depend on the processor. Not part of the default target: `snakemake processors` takes some minutes on a machine
+# with AVX-512, which can imitate the other processors. The summary is committed:
 #   cp results/processors/summaries/* paper/summaries/processors/
 from study.processors.kernels import KERNELS
 
 PROCESSORS_DIR = f"{RESULTS}/processors"
 PROCESSORS_CASE = FIRST_CASE.name
-# The methods of the headline, and the reading of the root whose results depend most on rounding.
+# The methods of the headline study, and the variant of the baseline whose results depend most on rounding.
 PROCESSORS_METHODS = list(dict.fromkeys([*STUDIES["headline"]["methods"], "baseline-abs-2018"]))
 
 
@@ -57,7 +57,7 @@ rule compare_processors:
     params:
         names=list(KERNELS),
     message:
-        "Comparing processors"
+        "Comparing the errors of calibrations between processors"
     script:
         "../scripts/compare_processors.py"
 

@@ -1,9 +1,10 @@
-# Explaining the published curves: which undeclared effect made the published curves go flat? A config without `published_curves` has none.
+# Explaining the published curves: which effect that the original paper does not mention made its curves go flat? A config without the key
+# `published_curves` omits this.
 PUBLISHED_CURVES = config.get("published_curves") or {}
 PUBLISHED_CURVES_OPTIONS = {"first_seed": config["first_seed"], **PUBLISHED_CURVES}
 PUBLISHED_CURVES_SWEEPS = {axis["published"]: name for name, axis in AXES.items() if "published" in axis}
 PUBLISHED_CURVES_DIR = f"{RESULTS}/published_curves"
-PUBLISHED_CURVES_SCENE = named(PUBLISHED_CURVES.get("scene") or STUDIES["headline"]["scene"])
+PUBLISHED_CURVES_SCENE = config_path(PUBLISHED_CURVES.get("scene") or STUDIES["headline"]["scene"])
 PUBLISHED_CURVES_TABLES = expand(
     f"{PUBLISHED_CURVES_DIR}/{{name}}",
     name=["candidates.csv", "predictions.csv", "recovery.csv", "coverage.csv", "numbers.json"],
@@ -37,7 +38,7 @@ rule predict_published_curves:
     params:
         options=PUBLISHED_CURVES_OPTIONS,
     message:
-        "Predicting the published curves under every candidate"
+        "Predicting the published curves under every candidate explanation"
     script:
         "../scripts/predict_published_curves.py"
 
@@ -73,7 +74,7 @@ rule explain_published_curves:
         options=PUBLISHED_CURVES_OPTIONS,
         sweeps=list(PUBLISHED_CURVES_SWEEPS),
     message:
-        "Weighing explanations of the flat published curves"
+        "Weighing the candidate explanations of the published curves"
     script:
         "../scripts/explain_published_curves.py"
 
@@ -101,6 +102,6 @@ rule draw_published_curves:
         ENVIRONMENT
     threads: 1
     message:
-        "Drawing explanations of the flat published curves"
+        "Drawing the candidate explanations of the published curves"
     script:
         "../scripts/draw_published_curves.py"

@@ -1,14 +1,15 @@
-# Which answers depend on each setting of the diagnosis, halved and doubled on blind sets. A target of its own, `snakemake sensitivity`, an hour or two; a run that was stopped goes on with the set where it was. Its summaries are committed:
+# Which answers depend on each setting of the diagnosis: every setting is halved and doubled on blind sets. Not part of the default target:
+# `snakemake sensitivity` takes an hour or two, and goes on with the sets that are left if it was stopped. The summaries are committed:
 #   cp results/sensitivity/summaries/* paper/summaries/sensitivity/
 from study.sensitivity.sets import load_sets
 
 try:
-    SENSITIVITY_CONFIG = named(config.get("sensitivity", "configs/sensitivity.yaml"))
+    SENSITIVITY_CONFIG = config_path(config.get("sensitivity", "configs/sensitivity.yaml"))
     SENSITIVITY = load_sets(SENSITIVITY_CONFIG)
 except InvalidInput as error:
     raise WorkflowError(str(error)) from None
 SENSITIVITY_DIR = f"{RESULTS}/sensitivity"
-SENSITIVITY_SET = f"{SENSITIVITY_DIR}/sets/{{blind_set}}.csv"
+SENSITIVITY_ROWS = f"{SENSITIVITY_DIR}/sets/{{blind_set}}.csv"
 
 
 wildcard_constraints:
@@ -21,7 +22,7 @@ localrules:
 
 rule screen_settings:
     input:
-        sets=expand(SENSITIVITY_SET, blind_set=SENSITIVITY.screened),
+        sets=expand(SENSITIVITY_ROWS, blind_set=SENSITIVITY.screened),
         modules=modules("study.sensitivity.summary", "study.common.tables"),
     output:
         f"{SENSITIVITY_DIR}/screened.json",
@@ -50,7 +51,7 @@ rule vary_settings:
         ),
         modules=modules("study.sensitivity.vary", "study.sensitivity.datasets", "study.common.tables"),
     output:
-        SENSITIVITY_SET,
+        SENSITIVITY_ROWS,
     log:
         f"{RESULTS}/logs/sensitivity/{{blind_set}}.log",
     conda:
@@ -59,7 +60,7 @@ rule vary_settings:
     params:
         config=local(SENSITIVITY_CONFIG),
         root=local(ROOT),
-        # So that an edit of the config runs again what it changes, and nothing else.
+        # What the config says of the set, so that an edit of the config runs again only the sets that it changes.
         wanted=lambda w: repr(
             (
                 SENSITIVITY.scene,
@@ -75,7 +76,7 @@ rule vary_settings:
 
 rule summarise_sensitivity:
     input:
-        sets=expand(SENSITIVITY_SET, blind_set=SENSITIVITY.sets),
+        sets=expand(SENSITIVITY_ROWS, blind_set=SENSITIVITY.sets),
         guards=resource("guarding_settings.csv"),
         modules=modules("study.sensitivity.summary", "study.common.tables"),
     output:

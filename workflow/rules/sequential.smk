@@ -1,4 +1,5 @@
-# Is it better to calibrate scanner and arm at once, or one after the other? The same data are fitted in every order; a config without `sequential` has none.
+# Is it better to calibrate scanner and arm at once, or one after the other? The same data are fitted in every order. A config without the key
+# `sequential` omits this comparison.
 SEQUENTIAL = config.get("sequential") or {**STUDIES["headline"], "seeds_per_job": 1, "alternate": []}
 SEQUENTIAL_CASES = checked_grids({"sequential": SEQUENTIAL})["sequential"]
 SEQUENTIAL_DIR = f"{RESULTS}/sequential"
@@ -14,8 +15,8 @@ for name in SEQUENTIAL["alternate"]:
 
 rule compare_sequential:
     input:
-        scene=local(named(SEQUENTIAL["scene"])),
-        robot=lambda w: robot_of_scene(named(SEQUENTIAL["scene"])),
+        scene=local(config_path(SEQUENTIAL["scene"])),
+        robot=lambda w: robot_of_scene(config_path(SEQUENTIAL["scene"])),
         modules=modules("study.sequential.compare", "study.common.tables"),
     output:
         f"{SEQUENTIAL_DIR}/batches/{{batch}}.csv",
@@ -58,7 +59,7 @@ rule collect_sequential:
         ENVIRONMENT
     threads: 1
     message:
-        "Collecting the comparison of orders"
+        "Collecting the errors of calibrations at once and one after the other"
     script:
         "../scripts/collect_sequential.py"
 

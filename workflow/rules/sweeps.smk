@@ -1,4 +1,5 @@
-# Sweeps: errors over one key of the scene, a figure for each sweep and kind of walls. A config without `sweeps` has none.
+# The sweeps: errors over the values of one key of the scene, with a figure for each sweep and kind of walls. A config without the key `sweeps` omits
+# them.
 from study.sweeps.cases import in_groups, most_poses, refuse_cases_off_the_axis, values_on_axis
 
 SWEEPS = config.get("sweeps") or {
@@ -10,7 +11,7 @@ SWEEPS = config.get("sweeps") or {
     "cases_per_job": 1,
 }
 AXES = SWEEPS["axes"]
-WALLS = {walls: named(scene) for walls, scene in SWEEPS["walls"].items()}  # {kind of walls: its scene}
+WALLS = {walls: config_path(scene) for walls, scene in SWEEPS["walls"].items()}  # {kind of walls: its scene}
 SWEEP_CASES = checked_grids(AXES)
 SWEEP_GROUPS = {sweep: in_groups(cases, SWEEPS["cases_per_job"]) for sweep, cases in SWEEP_CASES.items()}
 SWEEP_BATCHES = batch_names(config["first_seed"], SWEEPS["seeds"], SWEEPS["seeds_per_job"])
@@ -33,7 +34,7 @@ wildcard_constraints:
     group=r"[A-Za-z0-9][A-Za-z0-9_.-]*",
 
 
-# Priorities: the longest chain of jobs (plans, sweeps, the published curves, the paper) comes first; all other jobs fill the cores beside it.
+# Priorities: the jobs of the longest chain (plans, sweeps, the published curves, the paper) are started first; all others use the cores that are left.
 rule plan_sweeps:
     input:
         scene=lambda w: local(WALLS[w.walls]),

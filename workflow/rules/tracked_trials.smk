@@ -1,10 +1,10 @@
-# The tracked trials: arms before a tracker or with a probe, simulated without the estimator's formulas, diagnosed blind and scored. A target of
-# its own, `snakemake tracked_trials`: about ten minutes on two cores; a run that was stopped goes on where it was. Its summaries are committed:
+# The tracked trials: arms before a tracker or with a probe are simulated without the estimator's formulas, diagnosed blind and scored. They are not
+# part of the default target: `snakemake tracked_trials` runs them, and goes on with a run that was stopped. The summaries are committed:
 #   cp results/tracked_trials/summaries/* paper/summaries/tracked_trials/
 from study.tracked_trials.design import load_tracked
 
 try:
-    TRACKED_CONFIG = named(config.get("tracked_trials", "configs/tracked_trials.yaml"))
+    TRACKED_CONFIG = config_path(config.get("tracked_trials", "configs/tracked_trials.yaml"))
     TRACKED = load_tracked(TRACKED_CONFIG)
 except InvalidInput as error:
     raise WorkflowError(str(error)) from None
@@ -33,7 +33,7 @@ rule run_tracked_trials:
     threads: 1
     params:
         config=local(TRACKED_CONFIG),
-        # So that an edit of the design runs again what it changes; more sets leave those that are there.
+        # The design without the numbers of sets: an edit of it runs all jobs again, but a larger number of sets adds jobs only.
         design=repr({k: v for k, v in TRACKED.content.items() if k != "sets"}),
     message:
         "Tracked trials: {wildcards.sensor}, sets {wildcards.numbers}"

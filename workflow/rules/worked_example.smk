@@ -1,8 +1,8 @@
 # One diagnosis from scratch, by the command line: a workcell with a gear error that its dataset does not mention.
 EXAMPLE = f"{RESULTS}/worked_example"
 EXAMPLE_SCENE = "configs/scenes/worked_example.yaml"
-OF_CONDA = workflow.deployment_settings.deployment_method
-SCALAR = f"{'python' if OF_CONDA else sys.executable} -m scalar.cli"
+WITH_CONDA = workflow.deployment_settings.deployment_method  # empty without --sdm
+SCALAR = f"{'python' if WITH_CONDA else sys.executable} -m scalar.cli"
 
 
 rule simulate_example:
@@ -53,7 +53,7 @@ rule example_control:
     input:
         scene=local(ROOT / EXAMPLE_SCENE),
         robot=rules.simulate_example.input.robot,
-        modules=modules("study.worked_example.tell", "scalar.simulation"),
+        modules=modules("study.worked_example.tables", "scalar.simulation"),
     output:
         workcell=directory(f"{EXAMPLE}/control"),
         calibration=f"{EXAMPLE}/control.json",
@@ -66,7 +66,7 @@ rule example_control:
         "../scripts/example_control.py"
 
 
-rule tell_example:
+rule tabulate_example:
     input:
         workcell=rules.simulate_example.output[0],
         diagnosis=rules.diagnose_example.output.diagnosis,
@@ -74,7 +74,7 @@ rule tell_example:
         after=rules.diagnose_example.output.after,
         control=rules.example_control.output.calibration,
         control_workcell=rules.example_control.output.workcell,
-        modules=modules("study.worked_example.tell", "study.common.tables"),
+        modules=modules("study.worked_example.tables", "study.common.tables"),
     output:
         poses=f"{EXAMPLE}/poses.csv",
         curve=f"{EXAMPLE}/curve.csv",
@@ -82,23 +82,23 @@ rule tell_example:
         errors=f"{EXAMPLE}/errors.csv",
         numbers=f"{EXAMPLE}/numbers.json",
     log:
-        f"{RESULTS}/logs/worked_example/tell.log",
+        f"{RESULTS}/logs/worked_example/tabulate.log",
     conda:
         ENVIRONMENT
     threads: 1
     message:
         "Making the tables of the worked example"
     script:
-        "../scripts/tell_example.py"
+        "../scripts/tabulate_example.py"
 
 
 rule draw_example:
     input:
-        poses=rules.tell_example.output.poses,
-        curve=rules.tell_example.output.curve,
-        ranking=rules.tell_example.output.ranking,
-        errors=rules.tell_example.output.errors,
-        numbers=rules.tell_example.output.numbers,
+        poses=rules.tabulate_example.output.poses,
+        curve=rules.tabulate_example.output.curve,
+        ranking=rules.tabulate_example.output.ranking,
+        errors=rules.tabulate_example.output.errors,
+        numbers=rules.tabulate_example.output.numbers,
         modules=modules("study.plots.worked_example", "study.common.tables"),
     output:
         **figure(
@@ -118,6 +118,6 @@ rule draw_example:
 
 WORKED_EXAMPLE = [
     *rules.draw_example.output,
-    rules.tell_example.output.numbers,
+    rules.tabulate_example.output.numbers,
     rules.diagnose_example.output.page,
 ]

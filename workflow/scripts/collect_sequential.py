@@ -1,4 +1,4 @@
-"""Join the batches of the comparison of orders, and summarise them over the seeds."""
+"""Join the errors of calibrations at once and one after the other, and summarise them over the seeds."""
 
 from job import logged
 

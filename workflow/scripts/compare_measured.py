@@ -1,4 +1,4 @@
-"""Hold out poses of a measured set from models without effects."""
+"""Compute the errors of models without effects on held-out poses of a measured set."""
 
 from job import logged
 

@@ -1,4 +1,4 @@
-"""Diagnose a measured set, and repeat the diagnosis without each part of its poses for the errors on unseen poses."""
+"""Diagnose a measured set; for its errors on unseen poses, repeat the diagnosis without each part of the poses in turn."""
 
 from job import logged
 
@@ -14,6 +14,8 @@ with logged(snakemake.log):
         read_dataset(snakemake.input.dataset),
         progress=lambda stage: print(stage, flush=True),
         outer_folds=DEFAULTS.hold_out.folds,
-        on_fold=lambda done, total: print(f"{done} of {total} runs without a part of the poses", flush=True),
+        on_fold=lambda done, total: print(
+            f"{done} of {total} diagnoses without a part of the poses", flush=True
+        ),
     )
     write_diagnosis(found, Path(snakemake.output.diagnosis).parent)

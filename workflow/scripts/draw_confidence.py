@@ -1,4 +1,4 @@
-"""Draw the share of right answers over the stated confidence."""
+"""Draw the share of right answers against the stated confidence."""
 
 from job import logged
 

@@ -10,6 +10,6 @@ with logged(snakemake.log):
     given, case = snakemake.input, snakemake.params.case
     errors, summary = (of_case(read_table(path), case) for path in (given.errors, given.summary))
     figure = draw_errors(errors, summary, read_table(given.published))
-    if snakemake.wildcards.of:
+    if snakemake.wildcards.case_suffix:
         name_case(figure, case)
     save_figure(figure, [snakemake.output.png, snakemake.output.svg])

@@ -12,6 +12,6 @@ with logged(snakemake.log):
         of_case(read_table(path), params.case) for path in (given.parameters, given.summary)
     )
     figure = draw_parameters(parameters, summary, params.method)
-    if snakemake.wildcards.of:
+    if snakemake.wildcards.case_suffix:
         name_case(figure, params.case)
     save_figure(figure, [snakemake.output.png, snakemake.output.svg])

@@ -9,6 +9,6 @@ with logged(snakemake.log):
 
     given, case = snakemake.input, snakemake.params.case
     figure = draw_planes(of_case(read_table(given.planes), case), read_table(given.published))
-    if snakemake.wildcards.of:
+    if snakemake.wildcards.case_suffix:
         name_case(figure, case)
     save_figure(figure, [snakemake.output.png, snakemake.output.svg])

@@ -7,7 +7,7 @@ with logged(snakemake.log):
 
     from scalar.data.dataset import read_dataset
     from scalar.estimation.calibrate import calibrate
-    from study.worked_example.tell import write_control
+    from study.worked_example.tables import write_control
 
     workcell = Path(snakemake.output.workcell)
     write_control(Path(snakemake.input.scene), workcell)

@@ -5,8 +5,8 @@ from job import logged
 with logged(snakemake.log):
     from pathlib import Path
 
-    from study.blind_trials.stratified import load_design, numbers_of
-    from study.blind_trials.trials import run_trials
+    from study.blind_trials.stratified_design import load_design, numbers_of
+    from study.blind_trials.stratified_run import run_trials
     from study.common.tables import write_table
 
     design, numbers = load_design(snakemake.params.config), numbers_of(snakemake.wildcards.numbers)

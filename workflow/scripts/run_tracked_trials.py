@@ -3,7 +3,7 @@
 from job import logged
 
 with logged(snakemake.log):
-    from study.blind_trials.stratified import numbers_of
+    from study.blind_trials.stratified_design import numbers_of
     from study.common.tables import write_table
     from study.tracked_trials.design import load_tracked
     from study.tracked_trials.run import run_trials

@@ -1,4 +1,4 @@
-"""Choose the settings that are varied on the other blind sets too."""
+"""Choose the settings that are varied on the other blind sets too, by the results on the sets of the screening."""
 
 from job import logged
 

@@ -1,4 +1,4 @@
-"""Summarise the measured sets, with the checksums of the data they come from."""
+"""Summarise the measured sets, with the checksums of their original files."""
 
 from job import logged
 

@@ -4,7 +4,7 @@ from job import logged
 
 with logged(snakemake.log):
     from scalar.data.io.atomic import write_json
-    from study.blind_trials.trial_summaries import summarise_trials
+    from study.blind_trials.stratified_summaries import summarise_trials
     from study.common.tables import read_tables, write_table
 
     numbers, tables = summarise_trials(read_tables(snakemake.input.sets), snakemake.params.design)

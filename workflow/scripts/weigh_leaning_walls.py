@@ -1,4 +1,4 @@
-"""Weigh the readings of the root with leaning walls, and all explanations with the run that is left out."""
+"""Weigh the readings of the baseline's square root with leaning walls, and all explanations with the published run that the config leaves out."""
 
 from job import logged
 

@@ -1,4 +1,4 @@
-"""The blind trials: seeds that stay, a blind dataset, judgements and statistics by second opinion, the committed summaries."""
+"""The blind trials: seeds do not depend on the number of sets, the dataset is blind, judgements and statistics agree with a second opinion."""
 
 import json
 import re
@@ -52,7 +52,7 @@ which hysteresis is not looked for."""
 
 @pytest.mark.parametrize(("k", "n"), [(0, 200), (3, 10), (19, 20), (20, 20)])
 def test_an_interval_of_a_share_is_scipys(k, n):
-    """Wilson's, by another implementation."""
+    """Wilson's interval agrees with SciPy's implementation."""
     other = binomtest(k, n).proportion_ci(method="wilson")
     assert wilson(k, n) == pytest.approx((other.low, other.high), abs=1e-12)
 
@@ -74,7 +74,7 @@ def test_half_is_found_where_half_are():
 
 
 def test_half_is_nowhere_where_nothing_is_found():
-    """And below everything that was tried where all is found."""
+    """Without hits there is no half point; if everything is a hit, it lies below all values that were tried."""
     x = np.array([0.1, 0.1, 1.0, 1.0])
     assert np.isnan(half_point(x, np.zeros(4)))
     assert half_point(x, np.ones(4)) == 0.0
@@ -96,7 +96,7 @@ def test_half_is_nowhere_where_nothing_is_found():
     ],
 )
 def test_a_target_is_right_or_not(name, found, injected, right):
-    """Joint, order, target plane and moment all count."""
+    """A target is right only if joint, order, target plane and moment are those of the injected effect."""
     assert same_target({"name": name, "target": found}, {"name": name, "target": injected}) is right
 
 
@@ -115,7 +115,7 @@ def test_an_answer_is_judged_by_its_first_effect():
 
 
 def test_more_seeds_leave_those_that_are_there():
-    """No two workcells share a seed, and asking for more repetitions changes none of the first sets."""
+    """No two workcells share a seed, and with more repetitions the first sets stay the same."""
     study = load_study(CONFIG)
     case = study.cases["joint_scale"]
     longer = replace(
@@ -148,7 +148,7 @@ def test_the_config_tries_every_effect_often_enough():
 
 
 def test_a_misspelt_config_is_refused_by_name(tmp_path):
-    """Key and place are named."""
+    """The message names the misspelt key and its place."""
     path = tmp_path / "loop.yaml"
     path.write_text(SMOKE.read_text(encoding="utf-8").replace("natural: 1.0e-3", "naturel: 1.0e-3"))
     with pytest.raises(InvalidInput, match="naturel"):
@@ -164,7 +164,7 @@ def test_the_diagnosis_is_blind(tmp_path):
     """What is diagnosed is what a reader of the dataset's folder gets, and but for the measured points it is what the same
     scene gives with nothing injected.
     """
-    from study.common.memory import dataset_in_memory
+    from study.common.in_memory import dataset_in_memory
 
     from scalar.data.dataset import read_dataset
     from scalar.simulation import simulate, write_scene

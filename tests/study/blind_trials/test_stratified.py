@@ -1,4 +1,4 @@
-"""The stratified blind trials: every pair of conditions, seeds that stay, judgements, and a small run that resumes."""
+"""The stratified blind trials: every pair of conditions occurs, sets do not depend on their number, judgements, and a small run."""
 
 import json
 from collections import Counter
@@ -9,10 +9,17 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from study.blind_trials.stratified import FACTORS, Design, load_design, numbers_of, pairs_of, row_of
-from study.blind_trials.trial_score import FAIR, trial_score
-from study.blind_trials.trial_summaries import RATES, ROWS, confidence_bins, ratios, summarise_trials, table
-from study.blind_trials.trials import TRIAL_COLUMNS, run_trials, scenes
+from study.blind_trials.stratified_design import FACTORS, Design, load_design, numbers_of, pairs_of, row_of
+from study.blind_trials.stratified_run import TRIAL_COLUMNS, run_trials, scenes
+from study.blind_trials.stratified_score import FAIR, trial_score
+from study.blind_trials.stratified_summaries import (
+    RATES,
+    ROWS,
+    confidence_bins,
+    rate_table,
+    ratios,
+    summarise_trials,
+)
 
 from scalar.errors import InvalidInput
 from scalar.simulation.injected.causes import CAUSES
@@ -33,7 +40,7 @@ def design():
 
 @pytest.mark.parametrize("sets", [300, 3000])
 def test_every_pair_of_conditions_occurs(design, sets):
-    """And about as often as every other pair of its two factors."""
+    """Every pair of levels occurs, about as often as every other pair of the same two factors."""
     trials = design.trials(sets)
     counted = Counter(pair for trial in trials for pair in pairs_of(trial.conditions))
     levels = design.levels()
@@ -45,14 +52,14 @@ def test_every_pair_of_conditions_occurs(design, sets):
 
 
 def test_a_longer_design_begins_with_a_shorter_one(design):
-    """More sets leave those that are there, so a run that was stopped goes on; the same file gives the same sets."""
+    """More sets do not change the first ones, so that a run that was stopped can be resumed; the same file gives the same sets."""
     assert design.trials(40) == load_design(CONFIG).trials(60)[:40]
     assert len({trial.seed for trial in design.trials(200)}) == 200
 
 
 @pytest.mark.parametrize("name", ["../design.yaml", "/etc/hostname", "link.yaml", "a\0b"])
 def test_a_design_extends_files_of_its_own_folder_alone(name, tmp_path):
-    """A path upwards, an absolute one and a link that leads out are refused by the key; nothing of the file is read."""
+    """A path upwards, an absolute path and a link out of the folder are refused with the name of the key, and the file is not read."""
     (tmp_path / "design.yaml").write_text(CONFIG.read_text("utf-8"), "utf-8")
     (tmp_path / "in").mkdir()
     (tmp_path / "in/link.yaml").symlink_to(tmp_path / "design.yaml")
@@ -62,13 +69,13 @@ def test_a_design_extends_files_of_its_own_folder_alone(name, tmp_path):
 
 
 def test_jobs_hold_every_set_once(design):
-    """However many a job takes."""
+    """With any number of sets in a job, the jobs together have every set once."""
     small = Design(design.content | {"sets": 23, "sets_per_job": 10})
     assert [k for job in small.jobs() for k in numbers_of(job)] == list(range(23))
 
 
 def test_each_row_of_the_table_is_large_enough(design):
-    """Of 3,000 sets each row that has a figure to reach holds about 300 or more."""
+    """Of 3,000 sets, each row of the table for which a rate is required has about 300 or more."""
     rows = Counter(trial.row for trial in design.trials())
     assert set(rows) <= set(ROWS)
     for row in (
@@ -82,7 +89,7 @@ def test_each_row_of_the_table_is_large_enough(design):
 
 
 def test_causes_and_shapes_are_apart(design):
-    """What shares its formula with flexible shapes is a row of its own; the causes are the simulator's, ten or more."""
+    """Shapes whose formula the estimator has too are counted in a row of their own; the causes are ten or more of those of the simulator."""
     assert set(design.content["causes"]) == set(CAUSES) and len(CAUSES) >= 10
     assert set(design.content["shapes"]) == set(KINDS)
     assert set(FAIR) <= set(CAUSES)
@@ -91,7 +98,7 @@ def test_causes_and_shapes_are_apart(design):
 
 
 def test_a_trial_has_what_its_conditions_say(design):
-    """So many effects, poses and no effect twice; a Panda has no parallel axes; sizes lie between the stated multiples."""
+    """A trial has the numbers of effects and poses of its conditions, no effect twice, none that its robot cannot have, and sizes within bounds."""
     together = {"none": 0, "one": 1, "three": 3, "four": 4, "five": 5, "cause": 1, "shape": 1}
     robots = design.content["robots"]
     for trial in design.trials(120):
@@ -113,7 +120,7 @@ def test_a_trial_has_what_its_conditions_say(design):
 
 @pytest.mark.parametrize("robot", ["small_arm", "large_arm"])
 def test_arms_at_the_ends_of_size_see_their_planes(design, robot):
-    """Both made-up arms can be simulated with scanner, surface and an effect at once."""
+    """The smallest and the largest arm, both invented, can be simulated with an imperfect scanner, surfaces and an effect at once."""
     conditions = {"scanner": "speckle", "surface": "wavy", "injected": "one", "poses": 60, "robot": robot}
     simulated, floor = scenes(design, design.trial(0, conditions), ROOT)
     assert len(simulated.poses) == len(floor.poses) == 60
@@ -122,7 +129,7 @@ def test_arms_at_the_ends_of_size_see_their_planes(design, robot):
 
 
 def test_a_misspelt_key_is_refused(tmp_path):
-    """By its place."""
+    """The message names the place of the fault."""
     content = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
     content["scannners"] = content.pop("scanners")
     path = tmp_path / "design.yaml"
@@ -175,13 +182,13 @@ CASES = [
 
 @pytest.mark.parametrize(("truth", "found", "expected"), CASES)
 def test_a_set_is_judged(truth, found, expected):
-    """The columns of the table, which overlap; components of the scanner's noise are not looked at."""
+    """Each set counts to the expected rates, of which several may apply; components of the scanner's noise are not judged."""
     score = trial_score(truth, found, [], ERRORS)
     assert {name for name in RATES if score.get(name)} == expected
 
 
 def test_an_effect_that_cannot_be_seen_and_is_said_so_is_not_missed():
-    """Declared unobservable with its place."""
+    """An effect that is listed as unobservable with its target is not missed."""
     assert not trial_score(SCALE, [], SCALE["injected"], ERRORS)["missed"]
 
 
@@ -189,7 +196,7 @@ def test_an_effect_that_cannot_be_seen_and_is_said_so_is_not_missed():
     ("after", "worse", "much"), [(1.04, False, False), (1.1, True, False), (1.3, True, True)]
 )
 def test_after_is_held_against_before_and_floor(after, worse, much):
-    """By the mean error over the unseen poses; no answer counts as infinitely bad."""
+    """A correction is worse by the ratio of mean errors over the unseen poses; a missing answer counts as infinitely worse."""
     score = trial_score(NOTHING, [], [], {"before": 1.0, "after": after, "floor": 0.5})
     assert (score["worse"], score["much_worse"]) == (worse, much)
     assert score["after_over_floor"] == pytest.approx(2 * after)
@@ -197,21 +204,21 @@ def test_after_is_held_against_before_and_floor(after, worse, much):
 
 
 def test_intervals_hold_what_was_drawn():
-    """Of shares by Wilson, of quantiles by drawing scenes anew: near the truth with 400 sets, and ordered."""
+    """With 400 sets the intervals of shares and of quantiles lie near the true values, and their ends are ordered."""
     rng = np.random.default_rng(0)
     columns = {rate: rng.random(400) < 0.3 for rate in RATES}
     sets = pd.DataFrame(
         columns
         | {"row": "60 poses", "after_over_floor": rng.lognormal(0, 0.3, 400), "after_over_before": 1.0}
     )
-    for row in table(sets).to_dict("records"):
+    for row in rate_table(sets).to_dict("records"):
         assert row["low"] <= row["share"] <= row["high"] and row["low"] < 0.36 and row["high"] > 0.24
     middle = ratios(sets).query("ratio == 'after_over_floor' and quantile == 0.5").iloc[0]
     assert middle["low"] <= 1.0 <= middle["high"] and middle["high"] - middle["low"] < 0.15
 
 
 def test_answers_are_counted_by_what_they_state():
-    """Effects and components apart; an answer without a stated confidence is in no bin."""
+    """Effects and variance components are counted separately; an answer without a stated confidence is in no bin."""
     rows = [
         ("effect", 0.99, True),
         ("effect", 1.0, False),
@@ -227,7 +234,7 @@ def test_answers_are_counted_by_what_they_state():
 
 @pytest.mark.slow
 def test_a_small_run_is_scored():
-    """Two sets of the small design: all columns, the same twice, and summaries that have every row that occurs."""
+    """Two sets of the small design have all columns, are the same in a second run, and the summaries have every row that occurs."""
     small = load_design(SMOKE)
     sets = run_trials(small, range(1, 3), ROOT)
     assert list(sets.columns) == list(TRIAL_COLUMNS) and list(sets["number"]) == [1, 2]

@@ -1,4 +1,4 @@
-"""Verdicts on the paper's claims follow their rules, on both sides of every threshold, and are never typed."""
+"""Verdicts on the original paper's claims follow their rules on both sides of every threshold, and depend on the tables alone."""
 
 import numpy as np
 import pandas as pd
@@ -24,7 +24,7 @@ STEP = 1e-6
 
 
 def banded(value, low, high, least=None, most=None, **rest):
-    """Return what a way found, its range as wide as its band where none is stated."""
+    """Return what a way to calibrate found; without a stated range, the range is as wide as the band."""
     return Found(
         "proposed",
         value,
@@ -82,7 +82,7 @@ def banded(value, low, high, least=None, most=None, **rest):
     ],
 )
 def test_each_rule_on_both_sides_of_its_threshold(rule, published, found, verdict):
-    """The verdict turns where the rule says."""
+    """The verdict changes at the threshold that the rule states."""
     assert judge(rule, published, found)[0] == verdict
 
 
@@ -105,7 +105,7 @@ def sweep(value_errors, **counts):
 
 
 def test_claims_without_a_table_stay_open(published):
-    """A run that has nothing judges nothing, and says so of every claim."""
+    """Without any table, every claim is stated as absent from the run."""
     table = judge_claims(published, Results())
     assert list(table.columns) == list(CLAIM_COLUMNS)
     assert list(table["claim"]) == list(published["claim"])
@@ -114,7 +114,7 @@ def test_claims_without_a_table_stay_open(published):
 
 
 def test_verdicts_come_from_the_tables(published):
-    """Other tables, other verdicts: sweeps, counts and planes of made-up runs."""
+    """The verdicts change with the tables: sweeps, counts and planes of invented runs."""
 
     def verdicts(results):
         return {
@@ -162,7 +162,7 @@ def test_verdicts_come_from_the_tables(published):
 
 
 def test_at_once_is_judged_by_the_case_that_suits_it_least(published):
-    """Better in the headline alone is not better everywhere."""
+    """A claim that holds in the first case, but not in every case, differs."""
     common = {
         "stage": "one_pass",
         "alignment": "raw",
@@ -182,7 +182,7 @@ def test_at_once_is_judged_by_the_case_that_suits_it_least(published):
 
 
 def test_a_seed_without_a_calibration_has_no_plane_within_its_limits(published):
-    """Seeds are counted, and not the calibrations that happened to end."""
+    """The share is over all seeds, not only over those with a calibration."""
     planes = pd.DataFrame(
         {
             "method": ["initial", "initial", "proposed"],
@@ -196,7 +196,7 @@ def test_a_seed_without_a_calibration_has_no_plane_within_its_limits(published):
 
 
 def test_a_way_that_always_fails_confirms_nothing(published):
-    """That few poses do not suffice is shown by a way that succeeds with many."""
+    """A claim that few poses do not suffice is confirmed only by a method that succeeds with many."""
 
     def verdict(failed_with_many):
         few = sweep({15: 9.0}, failed=10)
@@ -209,6 +209,6 @@ def test_a_way_that_always_fails_confirms_nothing(published):
 
 
 def test_no_time_is_told(published):
-    """The table is the same on any machine that is fast enough."""
+    """No time is written to the table, so that it is the same on every machine that is fast enough."""
     one, two = (judge_claims(published, Results(seconds={"proposed": s})) for s in (0.1, 3.0))
     pd.testing.assert_frame_equal(one, two)

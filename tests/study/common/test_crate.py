@@ -1,4 +1,4 @@
-"""A run as an RO-Crate: what the archive says is what it holds, and another reader understands it."""
+"""A run as an RO-Crate: the metadata describe exactly the files in the archive, and another reader understands them."""
 
 import hashlib
 import json
@@ -34,7 +34,7 @@ def graph_of(archive: zipfile.ZipFile) -> dict[str, dict]:
 
 
 def test_every_file_it_names_is_in_the_archive(crate):
-    """And every file in the archive is named, by the root of the crate too, except the metadata itself."""
+    """The metadata name every file in the archive and no other, except the metadata themselves."""
     path, _ = crate
     with zipfile.ZipFile(path) as archive:
         names, graph = set(archive.namelist()), graph_of(archive)
@@ -80,7 +80,7 @@ def test_the_run_is_told(crate):
 
 
 def test_a_result_that_is_absent_leaves_no_archive(tmp_path: Path):
-    """Whole or not at all."""
+    """If a result is absent, no archive is written."""
     with pytest.raises(FileNotFoundError):
         write_crate(tmp_path / "crate.zip", root=ROOT, results=[tmp_path / "none.csv"], config=CONFIG)
     assert list(tmp_path.iterdir()) == []

@@ -15,7 +15,7 @@ def grid(folder: Path, text: str) -> Path:
 
 
 def test_each_row_is_a_case_with_values_of_their_types(tmp_path):
-    """Whole numbers stay whole beside empty cells, and 1e-4 is a number."""
+    """Whole numbers stay whole in a column with empty cells, and 1e-4 is read as a number."""
     text = "case,scene,poses_per_plane,noise.range_noise_std_m\nfine,,40,1e-4\nbare,other.yaml,,\n"
     fine, bare = read_grid(grid(tmp_path, text))
     assert (fine.name, fine.scene) == ("fine", None)
@@ -25,7 +25,7 @@ def test_each_row_is_a_case_with_values_of_their_types(tmp_path):
 
 
 def test_overrides_reach_into_a_copy(tmp_path):
-    """The given config stays as it was; blocks that it lacks are made."""
+    """The given config is not changed, and blocks that it lacks are added to the copy."""
     config = {"sensor": {"rays": 640}}
     changed = with_overrides(config, {"sensor.points_per_scan": 7, "noise.scan_bias_std_m": 1e-4})
     assert changed == {"sensor": {"rays": 640, "points_per_scan": 7}, "noise": {"scan_bias_std_m": 1e-4}}
@@ -49,7 +49,7 @@ def test_overrides_reach_into_a_copy(tmp_path):
     ],
 )
 def test_what_a_scene_does_not_know_is_refused_by_name(tmp_path, text, named):
-    """The message names row, column and word; nothing has run by then."""
+    """The message names the row, the column and the misspelt word, before anything has run."""
     with pytest.raises(InvalidInput) as caught:
         read_grid(grid(tmp_path, text))
     for word in named:
@@ -57,6 +57,6 @@ def test_what_a_scene_does_not_know_is_refused_by_name(tmp_path, text, named):
 
 
 def test_a_missing_grid_is_named(tmp_path):
-    """A wrong path is a fault of the input, without a traceback."""
+    """A wrong path is reported as a fault of the input, not by a traceback."""
     with pytest.raises(InvalidInput, match=r"none\.csv"):
         read_grid(tmp_path / "none.csv")

@@ -8,7 +8,7 @@ from study.common.job_environment import job_environment
 
 
 def test_the_checkout_comes_before_what_was_there(tmp_path):
-    """A Python that is started so looks in the folders in this order, and nowhere by accident."""
+    """Python searches modules in the checkout first, then in the folders that PYTHONPATH had, and nowhere else."""
     now = {**os.environ, "PYTHONPATH": str(tmp_path / "before")}
     environment = job_environment([tmp_path / "one", tmp_path / "two"], now)
     program = "import sys; print(*sys.path[1:4], sep='\\n')"
@@ -21,7 +21,7 @@ def test_the_checkout_comes_before_what_was_there(tmp_path):
 
 
 def test_every_library_gets_one_thread():
-    """Whatever the environment said before."""
+    """The numbers of threads that the environment had before are replaced."""
     found = job_environment([], {"OMP_NUM_THREADS": "8"})
     threads = {name: value for name, value in found.items() if name.endswith("_NUM_THREADS")}
     assert threads["OMP_NUM_THREADS"] == threads["OPENBLAS_NUM_THREADS"] == "1"

@@ -1,4 +1,4 @@
-"""A job's inputs hold a scene and the robot that it names, short where the repository is the working directory."""
+"""The inputs of a job contain a scene and the robot that it names, as relative paths if the repository is the working directory."""
 
 from pathlib import Path
 
@@ -19,12 +19,12 @@ def scene(tmp_path, monkeypatch):
 
 
 def test_a_scene_comes_with_the_robot_that_it_names(scene):
-    """The robot is looked for beside the scene, not beside the working directory."""
+    """The robot's path is relative to the folder of the scene, not to the working directory."""
     assert files_of_scene(scene) == ["scenes/cell.yaml", "robots/arm.yaml"]
 
 
 def test_a_scene_that_holds_its_robot_stands_alone(scene):
-    """There is no other file then."""
+    """A scene that describes its robot itself has no further file."""
     scene.write_text("robot:\n  joints: []\n")
     assert robot_of_scene(scene) == []
     assert files_of_scene(scene) == ["scenes/cell.yaml"]
@@ -39,6 +39,6 @@ def test_from_elsewhere_names_are_whole(scene, monkeypatch):
 
 
 def test_a_scene_that_is_not_there_is_named(tmp_path):
-    """And the message is no traceback of Snakemake's."""
+    """The message names the missing file and is no traceback of Snakemake."""
     with pytest.raises(InvalidInput, match=r"nothing\.yaml"):
         robot_of_scene(tmp_path / "nothing.yaml")

@@ -1,4 +1,4 @@
-"""A table says which code made it: a change of any source of the estimator or of the studies shows in the checksum."""
+"""The version of the code in a table: a change of any source of the estimator or of the studies changes the checksum."""
 
 import shutil
 from pathlib import Path
@@ -31,7 +31,7 @@ def test_the_checksum_is_that_of_a_copy(copies):
     ],
 )
 def test_a_change_in_either_package_changes_the_checksum(copies, file):
-    """Also one in a schema, and one in what only the paper needs."""
+    """Changes of a schema and of a module that only the paper needs count too."""
     before = sources_checksum(*copies)
     path = copies[0].parent / file
     path.write_text(path.read_text(encoding="utf-8") + "\n", encoding="utf-8")

@@ -17,7 +17,7 @@ SCHEMA = json.loads((ROOT / "workflow/schemas/config.schema.json").read_text(enc
 
 @pytest.mark.parametrize("old", RENAMED_KEYS)
 def test_a_former_key_is_answered_with_the_present_one(old):
-    """At any depth, with its place."""
+    """At any depth of the config, the message has the place of the key and its present name."""
     (message,) = renamed_faults({"studies": [{old: 1}]})
     assert message.startswith(f"studies[0].{old}: ") and f"{RENAMED_KEYS[old]!r}" in message
 
@@ -31,7 +31,7 @@ def test_a_former_method_is_answered_with_a_method_that_exists():
 
 
 def test_the_configs_of_the_repository_hold_no_former_name():
-    """Nothing that is shipped is refused."""
+    """No config of the repository is refused for a former name."""
     for path in (ROOT / "configs").glob("*.yaml"):
         assert renamed_faults(load_yaml(path)) == [], path.name
 
@@ -42,7 +42,7 @@ def test_a_config_may_name_every_method_and_no_other():
 
 
 def test_blind_trials_with_a_former_key_are_refused_by_name(tmp_path):
-    """A config of the former `cells` is not read."""
+    """A config with the former key `cells` is refused, and the message names it."""
     text = (ROOT / "configs/blind_trials_smoke.yaml").read_text(encoding="utf-8")
     path = tmp_path / "trials.yaml"
     path.write_text(text.replace("\nworkcells:", "\ncells:"), encoding="utf-8")

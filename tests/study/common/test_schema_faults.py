@@ -1,4 +1,4 @@
-"""What the schema of the workflow's configuration refuses is said in plain words."""
+"""The schema of the workflow's configuration refuses faults with messages in plain words."""
 
 from pathlib import Path
 
@@ -23,7 +23,7 @@ def test_every_fault_is_one_line():
     lines = schema_faults({**config, "first_seed": "one", "seeds_per_jobb": 2}, SCHEMA)
     assert sorted(line.split(":")[0] for line in lines) == ["first_seed", "seeds_per_jobb"]
     assert (
-        "first_seed: not a whole number ('one'); write a whole number at least 0 (seeds count up from here)"
+        "first_seed: not a whole number ('one'); write a whole number at least 0 (the first seed; the others follow it)"
         in lines
     )
     assert any(

@@ -8,7 +8,7 @@ from study.common.seeds import batch_names, batch_seeds, found_seeds, seed_name
 
 @given(st.integers(0, 2000), st.integers(1, 200), st.integers(1, 60))
 def test_batches_partition_the_seeds(first, count, per_batch):
-    """Every seed stands in one batch, in order, and no batch holds more than asked."""
+    """Every seed is in exactly one batch, in order, and no batch has more seeds than asked for."""
     batches = [batch_seeds(name) for name in batch_names(first, count, per_batch)]
     assert [seed for batch in batches for seed in batch] == list(range(first, first + count))
     assert max(map(len, batches)) <= per_batch

@@ -31,7 +31,7 @@ def test_imports_are_followed_from_module_to_module(tmp_path):
 
 
 def test_schemas_beside_a_module_come_with_it(tmp_path):
-    """They decide what it does, as its own text does."""
+    """The schemas in the folder of a module are listed with it, since the module's behaviour depends on them."""
     homes = checkout(tmp_path, **{"room/reader": ""})
     schema = tmp_path / "ours/room/schemas/table.schema.json"
     schema.parent.mkdir()

@@ -1,4 +1,4 @@
-"""What a killed Snakemake leaves is taken over from the dead, and not from the living."""
+"""The lock and the marks that a killed Snakemake has left are cleared away; those of a living one are not."""
 
 import base64
 import subprocess
@@ -60,7 +60,7 @@ def test_the_living_keep_what_they_have_and_the_dead_do_not(tmp_path: Path) -> N
 
 
 def test_locks_of_another_workflow_are_left_alone(tmp_path: Path) -> None:
-    """Where the last owner ended of itself, or there was none, a lock belongs to somebody else."""
+    """If the last owner was not killed, or there was none, a lock belongs to another workflow and is not removed."""
     folder = tmp_path / ".snakemake"
     owner(folder, "").communicate("")
     assert (folder / OWNER).read_text() == ""

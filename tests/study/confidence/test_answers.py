@@ -33,19 +33,19 @@ def answers(found, causes, repeatability=0.0, number=3):
 
 
 def test_a_name_is_right_if_it_is_a_cause_at_its_place():
-    """A gear is right with a further order, a scale of another joint is not."""
+    """A gear error is right even with a further order; a scale error of another joint is wrong."""
     causes = [{"name": "joint_harmonic", "target": {"joint": 4, "order": 2}}]
     assert list(answers([GEAR, SCALE], causes)["right"]) == [True, False]
 
 
 @pytest.mark.parametrize(("repeatability", "right"), [(0.0, False), (2e-5, True)])
 def test_a_jitter_is_right_where_joints_do_not_come_back(repeatability, right):
-    """And nowhere else."""
+    """A jitter of poses is right if the joints do not return exactly to a pose, and wrong otherwise."""
     assert list(answers([JITTER], [], repeatability)["right"]) == [right]
 
 
 def test_structure_is_right_where_a_cause_has_no_name():
-    """It is wrong where all causes are named."""
+    """Unattributed structure is right if a cause is not named, and wrong if all causes are."""
     structure = {"name": "unattributed", "target": {}, "most_like": []}
     causes = [SCALE, {"name": "unknown", "target": {"joint": 1}}]
     assert list(answers([SCALE, structure], causes)["right"]) == [True, True]
@@ -53,7 +53,7 @@ def test_structure_is_right_where_a_cause_has_no_name():
 
 
 def test_a_doubtful_name_counts_as_an_answer_with_its_own_grounds():
-    """An entry that only gathers doubtful names gives way to them, and the set's number decides its half."""
+    """An entry that only lists doubtful names is replaced by these names as answers; the number of the set decides its half."""
     gathered = {"name": "unattributed", "target": {}, "most_like": [SCALE | {"grounds": GROUNDS}]}
     found = answers([gathered], [SCALE], number=4)
     assert list(found["name"]) == ["joint_scale"] and list(found["kind"]) == ["effect"]

@@ -1,4 +1,4 @@
-"""Where it breaks: spoiling does what its axis says and no more, answers are judged by name and joint, edges are found in the curves."""
+"""The study of spoiled data: each axis adds its own fault only, answers are judged by name and joint, and edges are found in the curves."""
 
 from pathlib import Path
 
@@ -31,7 +31,7 @@ def same_poses(one, other):
 
 @pytest.mark.parametrize("axis", AXES)
 def test_nothing_is_changed_where_nothing_is_wrong(axis, dataset):
-    """At the sound value the dataset is the one that was given, and the errors of the guesses are those of the scene."""
+    """At the scene's own value the dataset is not changed, and the errors of the guesses are those of the scene."""
     wrong = AXES[axis]
     assert wrong.scene_value in wrong.values
     same = wrong.spoil(dataset, wrong.scene_value, np.random.default_rng(0))
@@ -42,7 +42,7 @@ def test_nothing_is_changed_where_nothing_is_wrong(axis, dataset):
 
 
 def test_what_nothing_is_wrong_with_is_diagnosed_once(monkeypatch, capsys):
-    """Its answer is a row of every axis; each other degree is a set of its own."""
+    """The dataset without a fault is diagnosed once, and has a row in every axis; each other degree is diagnosed by itself."""
     pytest.importorskip("pybullet")
     made = []
     monkeypatch.setattr(
@@ -58,7 +58,7 @@ def test_what_nothing_is_wrong_with_is_diagnosed_once(monkeypatch, capsys):
 
 
 def test_each_axis_spoils_what_it_names(dataset):
-    """So many points stray, so many labels differ, so many poses are gone, and the statement is that much off."""
+    """The shares of stray points, wrong labels and missing poses, and the ratio of the stated noise, are those of the axis."""
     rng = np.random.default_rng
     strayed = AXES["outliers"].spoil(dataset, 30.0, rng(0))
     moved = np.any(strayed.points != dataset.points, axis=1)
@@ -84,7 +84,7 @@ def test_an_answer_is_right_by_name_and_joint():
 
 
 def test_a_refusal_keeps_its_reason_and_a_crash_is_counted(capsys):
-    """What cannot be diagnosed does not stop the others."""
+    """A refusal has its reason in the row, a crash is counted, and neither stops the other sets."""
 
     def refuse():
         raise Undetermined(["no plane: measure one", "and more"])

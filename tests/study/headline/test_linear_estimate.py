@@ -1,4 +1,4 @@
-"""The linear estimate of the scanner's pose is compared with the truth, beside the declared one."""
+"""The linear estimate of the scanner's pose, and the declared pose, are compared with the truth."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def scene(request):
 
 
 def test_with_a_perfect_model_the_estimate_is_the_truth(scene, tmp_path):
-    """True arm, true plane and no noise: nine linear equations in nine unknowns have one solution."""
+    """With the true arm, the true plane and no noise, the estimate is the true pose."""
     simulate_seeds(scene, PERFECT, [1], tmp_path)
     table = linear_estimates([tmp_path]).set_index("start")
     assert table.loc[LINEAR, "position_mm"] < 1e-6
@@ -33,7 +33,7 @@ def test_with_a_perfect_model_the_estimate_is_the_truth(scene, tmp_path):
 
 
 def test_errors_of_the_arm_and_the_plane_go_into_the_estimate(scene, tmp_path):
-    """A row a seed and start; the numbers are statistics of these rows."""
+    """There is a row for each seed and start; the numbers are statistics of these rows."""
     simulate_seeds(scene, {key: PERFECT[key] for key in list(PERFECT)[:3]}, [1, 2], tmp_path)
     table = linear_estimates([tmp_path])
     assert sorted(zip(table["start"], table["seed"], strict=True)) == [

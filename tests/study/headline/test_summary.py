@@ -1,4 +1,4 @@
-"""Summaries over seeds say what the rows say."""
+"""Summaries over seeds agree with the rows from which they are made."""
 
 import numpy as np
 import pandas as pd
@@ -30,7 +30,7 @@ def test_a_failed_fit_is_counted_and_does_not_move_the_mean():
 
 
 def test_the_initial_model_is_no_failure():
-    """It never ran, so it cannot have failed to converge."""
+    """The initial model is not fitted, so it does not count as a fit that failed to converge."""
     row = summarise_errors(errors_of("initial", [1.0, 2.0], status="initial")).iloc[0]
     assert row["not_converged"] == 0
 
@@ -44,7 +44,7 @@ def test_the_order_of_rows_does_not_matter_to_a_summary():
 
 
 def test_published_values_fall_where_they_are_counted():
-    """The percentile is the share of our seeds below, for the initial model and the calibrated apart."""
+    """The percentile is the share of the seeds below the published value, separately for the initial and the calibrated models."""
     ours = pd.concat([errors_of("initial", [1, 2, 3, 4], "initial"), errors_of("proposed", [1, 2, 3, 4])])
     stated = pd.DataFrame({"state": ["initial", "calibrated"], **{q: [2.5, 9.0] for q in QUANTITIES}})
     placed = place_published(ours, stated).groupby("method")["percentile"].first()
@@ -66,13 +66,13 @@ def test_unit_normal_errors_have_unit_spread():
 
 
 def test_held_parameters_have_no_row():
-    """Nothing was estimated, so there is no error to summarise."""
+    """A parameter that was not estimated has no row in the summary."""
     table = pd.DataFrame({"parameter": ["d_1"], "std": [np.nan], "case": "a", "method": "proposed"})
     assert summarise_parameters(table.reindex(columns=list(PARAMETER_COLUMNS))).empty
 
 
 def test_a_plane_is_within_what_is_stated_in_both_figures_or_not():
-    """Distance and normal both count, and signs do not."""
+    """A plane is within the published bounds only if both errors are; their signs do not count."""
     table = pd.DataFrame({"distance_error_mm": [-0.05, 0.05, 0.2], "normal_error_deg": [0.005, 0.02, 0.005]})
     table = table.assign(case="a", method="proposed", plane="floor").reindex(columns=list(PLANE_COLUMNS))
     stated = pd.DataFrame({"distance_error_mm": [0.1], "normal_error_deg": [0.01]})

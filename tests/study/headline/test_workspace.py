@@ -1,4 +1,4 @@
-"""Correlations and the map of errors: what is claimed is the covariance, every pose is in one cell of each view."""
+"""Correlations and the map of errors: the correlations are those of the covariance, and every pose is in one cell of each view."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def batch(tmp_path_factory, request):
 
 
 def test_correlations_are_those_of_the_covariance(batch):
-    """Symmetric, one on the diagonal, none beyond one, and the covariance comes back with the standard errors."""
+    """The matrix is symmetric with ones on the diagonal and no value beyond one; with the standard errors it gives the covariance."""
     calibration = calibrate(read_dataset(batch[0] / "seed-001" / "dataset"))
     table = correlation(calibration)
     matrix = table.drop(columns="parameter").to_numpy()

@@ -1,4 +1,4 @@
-"""Measured sets are studied as far as their files go, and what is missing is said once, with what to do."""
+"""The measured sets whose files are at hand are studied, and one warning names the missing files and what to do."""
 
 import pytest
 from study.measured.at_hand import SetsAtHand
@@ -23,7 +23,7 @@ def at_hand(tmp_path):
 
 
 def test_without_files_and_network_nothing_is_at_hand_and_it_is_said_once(at_hand):
-    """Every rule asks; one warning names the files, the sets and the way out."""
+    """Several rules ask for the sets, but there is one warning, with the files, the sets and what to do."""
     look, said = at_hand
     sets = look()
     assert sets.names == sets.names == []
@@ -57,7 +57,7 @@ def test_a_set_is_at_hand_by_its_folder_or_because_it_was_fetched_before(at_hand
 
 
 def test_all_sets_are_at_hand_where_an_address_answers(at_hand, tmp_path):
-    """They are fetched when their job runs."""
+    """If an address answers, all sets are at hand; their files are fetched when their jobs run."""
     look, said = at_hand
     (tmp_path / "one.csv").write_text("1")
     assert look(address=tmp_path.as_uri() + "/{path}").names == ["one", "two"]

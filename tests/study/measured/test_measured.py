@@ -1,4 +1,4 @@
-"""Measured sets: what guards the diagnosis, and where two campaigns agree on a gear."""
+"""Measured sets: the checks of the diagnosis, and the agreement of two campaigns on a gear."""
 
 import json
 from dataclasses import replace
@@ -32,12 +32,12 @@ def campaign(seed, landscape=5):
 
 @pytest.fixture(scope="module")
 def one():
-    """One campaign."""
+    """Return one campaign: a set of a tracked arm and its calibration."""
     return campaign(1)
 
 
 def test_a_fresh_split_bears_a_true_effect_out(one):
-    """Poses drawn anew are predicted to nearly the tracker's noise with the effect, and not without."""
+    """With the effect, poses of another split are predicted nearly to the tracker's noise; without it they are not."""
     found = on_a_fresh_split(*one)
     assert 0.2 * one[0].n_poses < found["poses"] < 0.4 * one[0].n_poses
     assert found["after_rms_mm"] < 2 * np.sqrt(3) * TRACKER_NOISE / MM < 0.5 * found["before_rms_mm"]
@@ -66,7 +66,7 @@ def test_the_error_of_a_gear_is_the_one_injected(one):
 
 
 def test_campaigns_of_one_arm_agree_and_of_two_do_not(one):
-    """The same landscape found twice correlates; that of another arm does not."""
+    """The gear errors that two campaigns find on the same arm correlate; those of another arm do not."""
     again, other = campaign(2), campaign(3, landscape=9)
     mine = gear_errors(one[1], one[0])
     (same,) = agreement(mine, gear_errors(again[1], again[0]))

@@ -1,4 +1,4 @@
-"""Original files are taken only if they are what was published, from wherever they can be had."""
+"""Original files are accepted from any place, but only if they are the published ones."""
 
 import hashlib
 import shutil
@@ -25,7 +25,7 @@ def published(folder: Path, content: bytes = CONTENT) -> str:
 
 
 def test_the_second_address_serves_where_the_first_fails_or_is_wrong(tmp_path):
-    """The checksum decides, not who answers first."""
+    """A file with the wrong checksum is not accepted, and the next address is tried."""
     wrong = published(tmp_path / "wrong", b"moved")
     right = published(tmp_path / "right")
     nothing = (tmp_path / "none").as_uri() + "/{path}"
@@ -40,7 +40,7 @@ def test_the_second_address_serves_where_the_first_fails_or_is_wrong(tmp_path):
     "place", ["data.csv", "some-data/data.csv", "some-data/Series/data.csv", "Series/data.csv"]
 )
 def test_a_local_folder_may_be_flat_by_repository_or_a_clone(tmp_path, place):
-    """And no address is asked then."""
+    """A file in a local folder is found in all three arrangements, and no address is asked for it."""
     path = tmp_path / "local" / place
     path.parent.mkdir(parents=True)
     path.write_bytes(CONTENT)
@@ -49,7 +49,7 @@ def test_a_local_folder_may_be_flat_by_repository_or_a_clone(tmp_path, place):
 
 
 def test_another_file_of_that_name_is_refused_and_nothing_is_left(tmp_path):
-    """Local or fetched: the message names file, what was found and what to do."""
+    """Whether the file is local or fetched, the message names it, the checksum found and what to do, and no file is left behind."""
     (tmp_path / "local").mkdir()
     (tmp_path / "local/data.csv").write_bytes(b"edited")
     with pytest.raises(InvalidInput, match="not the file that was published"):

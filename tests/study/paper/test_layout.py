@@ -1,4 +1,4 @@
-"""Nothing in the paper hides anything else or reaches over an edge: by the boxes of the typesetter, and on small pages made to fail."""
+"""No parts of the paper overlap or reach over a margin, by the boxes of the typesetter; small pages with a fault are found."""
 
 import pytest
 from study.paper.layout import boxes, layout_faults
@@ -20,7 +20,7 @@ def corners(what, page, left, top, right, bottom, last_page=None, height=0.0):
 
 
 def test_boxes_side_by_side_are_no_fault():
-    """Edges may touch, and what stands on other pages is no neighbour."""
+    """Boxes that touch, and boxes on different pages, do not overlap."""
     marks = [PAGE, *corners("a", 1, 50, 50, 300, 400), *corners("b", 1, 300, 50, 550, 400)]
     marks += corners("c", 1, 50, 400, 550, 780) + corners("d", 2, 50, 50, 550, 780)
     assert layout_faults(marks) == []
@@ -38,13 +38,13 @@ def test_boxes_side_by_side_are_no_fault():
     ],
 )
 def test_each_fault_is_found(marks, words):
-    """One fault, one sentence, with its page."""
+    """Each fault gives one sentence, which names the page."""
     (fault,) = layout_faults([PAGE, *marks])
     assert words in fault and fault.startswith("page ")
 
 
 def test_equal_names_pair_with_their_own_corners():
-    """Tables have one name: each box ends where it began."""
+    """Boxes with the same name, as all tables have, are made of the corners that belong together."""
     marks = corners("a table", 1, 50, 50, 100, 100) + corners("a table", 1, 50, 200, 100, 300)
     assert [(box.top, box.bottom) for box in boxes(marks)] == [(50, 100), (200, 300)]
 

@@ -35,7 +35,7 @@ def test_every_number_in_the_text_has_its_key(path):
 
 @pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
 def test_no_semicolon_is_swallowed(path):
-    """Behind a call in prose Typst takes a semicolon as its end, and prints none."""
+    """No semicolon follows a call in prose, because Typst would take it as the end of the call and not print it."""
     assert not re.search(r"#\w+\([^()]*\);(?!;)", path.read_text(encoding="utf-8"))
 
 
@@ -80,7 +80,7 @@ def test_a_typed_number_is_found(text):
     ],
 )
 def test_what_is_no_number_is_left_alone(text):
-    """Keys, labels, names of things, exponents and sizes of type are no results."""
+    """The check accepts keys, labels, names, exponents and font sizes, which are no results."""
     assert typed_numbers(text) == []
 
 
@@ -104,7 +104,7 @@ def test_rounding_agrees_with_decimal_arithmetic(size, digits, negative):
      (12345.0, 5, "12,345"), (3.14e-6, 2, "3.1×10^−6"), (-0.5, 1, "−0.5"), (9.96e-6, 2, "1.0×10^−5")],
 )  # fmt: skip
 def test_numbers_look_as_in_print(value, digits, text):
-    """Zeros at the end stay, thousands are apart, the minus is a minus."""
+    """Trailing zeros are kept, thousands are separated, and negative numbers have a minus sign, not a hyphen."""
     assert rounded(value, digits) == text
 
 
@@ -129,7 +129,7 @@ def test_units_come_from_names():
 
 
 def test_lists_have_a_length_and_items():
-    """Words of a list are reached by their place, counted from one."""
+    """The length of a list has a key, and its items have keys with their places, counted from one."""
     numbers = gather({"a": {"held": ["d_6", "theta_6"]}})["numbers"]
     assert (numbers["a.held.count"]["text"], numbers["a.held.2"]["text"]) == (["2"], ["theta_6"])
 
@@ -259,7 +259,7 @@ print(hashlib.sha256(typeset(PAPER, *invented(Path({str(tmp_path)!r})))[0]).hexd
 
 
 def test_the_text_needs_no_network():
-    """Nothing is imported from Typst's package server."""
+    """The text imports no package from Typst's server."""
     for path in [*TEXTS, PAPER / "style.typ"]:
         assert "@preview" not in path.read_text(encoding="utf-8")
 

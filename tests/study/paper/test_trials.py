@@ -1,4 +1,4 @@
-"""What the paper quotes of the blind trials: intervals by second opinion, counts that add up, bad cases not left out."""
+"""The numbers of the blind trials that the paper quotes: intervals agree with a second opinion, counts add up, and no bad case is left out."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from study.blind_trials.statistics import clustered, wilson
+from study.blind_trials.statistics import clustered_interval, wilson
 from study.common.tables import read_table
 from study.paper.reported import TABLES
 from study.paper.trials import reported_stratified, reported_trials, with_ratios
@@ -26,23 +26,27 @@ def reported():
 def test_copies_within_a_scene_add_nothing(hits, copies):
     """A scene that is diagnosed several times with the same end is one trial: the interval stays as it is."""
     scenes = list(range(len(hits)))
-    once = clustered(np.array(hits, float), scenes)
-    repeated = clustered(np.repeat(np.array(hits, float), copies), np.repeat(scenes, copies).tolist())
+    once = clustered_interval(np.array(hits, float), scenes)
+    repeated = clustered_interval(
+        np.repeat(np.array(hits, float), copies), np.repeat(scenes, copies).tolist()
+    )
     assert repeated == pytest.approx(once, abs=1e-12)
     low, high = once
     assert 0.0 <= low <= np.mean(hits) + 1e-12 and np.mean(hits) - 1e-12 <= high <= 1.0
 
 
 def test_where_all_scenes_are_alike_the_interval_is_wilsons():
-    """Draws that cannot differ would give no interval at all."""
-    assert clustered(np.ones(40), [k % 8 for k in range(40)]) == wilson(8, 8)
-    assert clustered(np.zeros(40), [k % 8 for k in range(40)]) == wilson(0, 8)
+    """If all scenes are hits or none is, the interval is Wilson's for one trial per scene."""
+    assert clustered_interval(np.ones(40), [k % 8 for k in range(40)]) == wilson(8, 8)
+    assert clustered_interval(np.zeros(40), [k % 8 for k in range(40)]) == wilson(0, 8)
 
 
 def test_independent_scenes_have_the_interval_of_independent_trials():
     """With one set a scene the bootstrap agrees with Wilson's interval to its own accuracy."""
     hits = np.arange(200) % 10 > 0
-    assert clustered(hits.astype(float), list(range(200))) == pytest.approx(wilson(180, 200), abs=0.012)
+    assert clustered_interval(hits.astype(float), list(range(200))) == pytest.approx(
+        wilson(180, 200), abs=0.012
+    )
 
 
 def test_every_set_is_counted_once(reported):
@@ -66,7 +70,7 @@ def test_every_set_is_counted_once(reported):
 
 
 def test_the_committed_scenes_agree_with_the_committed_workcells():
-    """The same sets, counted by scene and by workcell."""
+    """The committed tables by scene and by workcell count the same sets."""
     scenes = read_table(SUMMARIES / "blind_trials/by_scene.csv").groupby(["case", "workcell"])["right"]
     cells = read_table(SUMMARIES / "blind_trials/by_workcell.csv").set_index(["case", "workcell"])
     assert scenes.sum().to_dict() == cells["right"].to_dict()

@@ -1,4 +1,4 @@
-"""The comparison of planned and random poses: what its numbers say of a table that is known."""
+"""The comparison of planned and random poses: its numbers for a table whose ratios are known."""
 
 import pandas as pd
 import pytest
@@ -30,7 +30,7 @@ def test_ratios_are_taken_in_the_same_seed(ratio):
 
 
 def test_failures_are_counted_and_left_out():
-    """A seed that could not be calibrated is no error of zero."""
+    """A seed that could not be calibrated is counted as failed, and enters no median."""
     summary = summarise_planning(table(0.5)).set_index("way")
     assert summary.loc[PLANNED, "failed"] == 1
     assert summary.loc[PLANNED, "position_mean_mm_median"] == pytest.approx(0.725)

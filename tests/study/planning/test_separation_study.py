@@ -13,7 +13,7 @@ from scalar.planning.separation import Question, noncentralities, separating_pos
 
 
 def problem(seed):
-    """Return a question, what is known, and 40 candidates."""
+    """Return a question, the information of the measured poses, and the rows of 40 candidates."""
     rng = np.random.default_rng(seed)
     rows = rng.standard_normal((40, 2, 5)) * rng.uniform(0.1, 2.0, (40, 1, 1))
     return Question("q", np.array([3, 4]), np.array([0, 1, 2]), np.array([1.0, -0.5])), 0.1 * np.eye(5), rows
@@ -34,7 +34,7 @@ def test_no_poses_exceed_the_bound(seed):
 
 
 def test_with_all_candidates_the_bound_is_what_they_give():
-    """There is one choice of all, and nothing to gain."""
+    """With all candidates chosen, the bound equals the noncentrality that they give."""
     question, start, rows = problem(7)
     assert best_noncentrality(question, start, rows, 40) == pytest.approx(
         noncentralities([question], start, rows)[0]
@@ -42,7 +42,7 @@ def test_with_all_candidates_the_bound_is_what_they_give():
 
 
 def effect(name, joint):
-    """Return something with the name and target of an effect."""
+    """Return an object with the name and target of an effect."""
     return SimpleNamespace(name=name, target={"joint": joint})
 
 
@@ -62,7 +62,7 @@ def test_a_pair_is_distinguished_where_neither_is_named_with_the_other_listed():
 
 
 def test_the_first_poses_of_each_plane_are_taken():
-    """As many of each, in the order of acquisition."""
+    """The same number of poses is taken of each plane, the first ones in the order of acquisition."""
     plane = np.array([1, 0, 0, 1, 0, 1])
     assert first_of_each_plane(plane, 2).tolist() == [0, 1, 2, 3]
 

@@ -40,7 +40,7 @@ def words(figure) -> str:
 
 
 def test_parameters_are_grouped_and_none_is_lost():
-    """Arm, scanner, planes; what belongs to none comes last."""
+    """The parameters are ordered by arm, scanner and planes; names that belong to none of these come last."""
     order, sizes = grouped(NAMES)
     assert sorted(order) == sorted(NAMES)
     assert list(sizes.values()) == [2, 1, 1, 2, 1]
@@ -48,7 +48,7 @@ def test_parameters_are_grouped_and_none_is_lost():
 
 
 def test_strong_correlations_have_their_number():
-    """The one that is strong, and once."""
+    """The only strong correlation is written as a number, once."""
     text = words(draw_correlation(correlations()))
     assert text.count(".93") == 1
     assert all(symbol(name) in text for name in NAMES)

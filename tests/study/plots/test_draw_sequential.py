@@ -53,7 +53,7 @@ def test_every_way_and_case_has_its_name(most):
 
 
 def test_the_same_table_gives_the_same_bytes(tmp_path):
-    """No date, no version, no random id in a file."""
+    """Files contain no date, no version and no random identifier."""
     errors = table(3)
     for name in ("one", "two"):
         figure = draw_sequential(errors, summarise_sequential(errors))

@@ -75,7 +75,7 @@ def words(figure: Figure) -> str:
 
 @pytest.mark.slow
 def test_the_same_tables_give_the_same_bytes(tmp_path):
-    """No date, no version, no random id in a file."""
+    """Files contain no date, no version and no random identifier."""
     for name in ("one", "two"):
         for stem, figure in figures().items():
             save_figure(figure, [tmp_path / name / f"{stem}.{suffix}" for suffix in ("png", "svg", "pdf")])
@@ -96,7 +96,7 @@ def test_every_axis_names_its_quantity_and_unit():
 
 
 def test_the_papers_values_stand_in_the_figures():
-    """What is compared with is written out, with its number."""
+    """The published values are written as numbers into the figures that compare with them."""
     drawn = figures()
     assert {"14.6", "published 0.0887"} <= {
         t.get_text() for t in drawn["errors"].findobj() if hasattr(t, "get_text")
@@ -122,7 +122,7 @@ def test_a_plane_that_never_moved_is_still_drawn():
 
 
 def test_every_method_has_a_look_of_its_own():
-    """Colour or marker alone tells methods apart: for the colour-blind, and on grey paper."""
+    """Methods have different colours and different markers, so that either is enough to distinguish them."""
     looks = [LOOKS[name] for name in (INITIAL, *METHODS)]
     for part in ("label", "colour", "marker"):
         assert len({getattr(look, part) for look in looks}) == len(looks)
@@ -155,6 +155,6 @@ def test_numerals_are_short_and_readable(value, text):
 
 
 def test_units_come_from_the_columns_name():
-    """Millimetres and degrees, as the name says."""
+    """The unit, mm or °, is that at the end of the column's name."""
     assert with_unit(14.6, "position_mean_mm") == "14.6 mm"
     assert with_unit(4.05, "orientation_mean_deg") == "4.05°"

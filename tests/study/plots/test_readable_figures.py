@@ -52,7 +52,7 @@ def test_the_widths_are_those_of_the_page():
 
 
 def test_a_width_is_read_from_the_text():
-    """Over the page, over a share of it, and in a column."""
+    """The width is read for a figure over the whole page, over a share of it, and in a column."""
     text = '#picture("a.svg", [x])\n#picture("b.svg", width: 50%, [x])\n#picture(\n  "c.svg", in-column: true,\n  [x])'
     assert picture_widths(text, 8.0, 3.0) == {"a.svg": 8.0, "b.svg": 4.0, "c.svg": 3.0}
 

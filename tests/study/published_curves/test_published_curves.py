@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.stats import multivariate_normal
-from study.common.memory import dataset_in_memory
+from study.common.in_memory import dataset_in_memory
 from study.common.statistics import QUANTITIES
 from study.published_curves.candidates import Candidate, Prediction, predict
 from study.published_curves.curves import Setting, read_curves
@@ -84,7 +84,7 @@ def test_errors_scale_with_everything_that_makes_them(ensemble):
 
 
 def test_shares_are_parts_of_a_whole(ensemble):
-    """They sum to one, and an effect alone has all."""
+    """The shares of the effects sum to one, and a single effect has the share one."""
     assert ensemble.shares(BASE, Sizes(scan=1e-4, joint=1e-4, step=STEP)).sum() == pytest.approx(1.0)
     assert ensemble.shares(BASE, Sizes(noise=0.0, joint=1e-4)).tolist() == [0.0, 0.0, 1.0]
 
@@ -146,7 +146,7 @@ def test_the_likelihood_is_the_normal_law():
 
 
 def test_the_offset_found_is_the_conditional_mean():
-    """Of a joint normal law, written out."""
+    """It agrees with the conditional mean of the joint normal distribution, written out."""
     rng = np.random.default_rng(6)
     refined = refine(synthetic(rng, runs=4))
     root = rng.normal(size=(12, 12)) * 0.2
@@ -198,7 +198,7 @@ def test_a_candidate_that_is_not_there_is_not_found():
 
 
 def test_curves_held_out_one_by_one_are_probabilities_given_the_rest():
-    """Two curves: p(a | b) p(b) is p(a, b)."""
+    """For two curves, p(a | b) p(b) is p(a, b)."""
     rng = np.random.default_rng(9)
     refined, offset = refine(synthetic(rng, runs=6)), 0.04 * np.eye(12)
     y, groups = rng.normal(size=(6, 4)), np.array(["a"] * 3 + ["b"] * 3)
@@ -208,7 +208,7 @@ def test_curves_held_out_one_by_one_are_probabilities_given_the_rest():
 
 
 def test_every_published_point_is_weighed_or_left_out_for_a_reason():
-    """None is lost, the run that two sweeps share counts once, and fifteen poses are too few."""
+    """No published point is lost, the run that two sweeps share counts once, and runs with fifteen poses are left out."""
     table = pd.read_csv(SCENES.parents[1] / "workflow/resources/published_curves.csv")
     base = Setting(120, 100, 1e-4, 0.01, 1.0)
     curves = read_curves(table, base, {"poses": [18]}, 16)
@@ -221,7 +221,7 @@ def test_every_published_point_is_weighed_or_left_out_for_a_reason():
 
 
 def test_the_same_seeds_give_the_same_predictions(ensemble):
-    """To the last bit, whatever was asked before."""
+    """The predictions are the same to the last bit, whatever was computed before."""
     candidates = [Candidate("scan", "scan", ("scan",)), Candidate("stated", "stated")]
     settings = [BASE, Setting(**{**BASE.__dict__, "sigma": 5e-5})]
     again = build_ensemble(scene_config(), SCENES, [1, 2, 3], 4, settings, [STEP], 2)

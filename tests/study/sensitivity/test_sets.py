@@ -56,7 +56,7 @@ def test_a_fault_in_the_config_is_named(tmp_path, old, new, says):
 
 @pytest.mark.parametrize("sensor", ["tracker", "probe"])
 def test_another_sensor_measures_the_same_arm(sensor):
-    """With nothing injected, the rigid model explains what it measures to its noise, less what the fit takes up."""
+    """With nothing injected, the rigid model explains the measurements of each sensor to their noise, less what the fit absorbs."""
     scene = {"poses_per_plane": 40, "noise.range_noise_std_m": NOISE, "truth_poses": 5}
     sets = Sets(scene, {"panda": {"scene": "configs/scenes/panda.yaml", "overrides": {}}}, 1, {})
     dataset, truth_poses = make_dataset(BlindSet("one", "panda", 5, sensor), sets, ROOT)

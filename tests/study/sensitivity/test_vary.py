@@ -29,7 +29,7 @@ ANSWER = {
     "unseen_mm": 0.05,
     "stated_mm": 0.04,
 }
-"""What a diagnosis might say."""
+"""An answer as a diagnosis might give it."""
 NAMES = [
     "selection.swap_margin",
     "selection.max_effects",
@@ -98,7 +98,7 @@ def test_what_changed_is_told_by_kind_the_gravest_first(rows):
 
 
 def test_a_diagnosis_that_cannot_be_traced_is_run_for_every_variant():
-    """Whatever fails with traced numbers and not with plain ones costs runs, never an answer."""
+    """If tracing fails, every variant is run, and the answers are the same."""
 
     def stubborn(settings):
         if not isinstance(settings.selection.swap_margin, float):
@@ -156,7 +156,7 @@ def test_the_table_counts_sets_and_names_the_gravest_first(rows):
 
 
 def test_more_sets_are_for_settings_that_changed_or_were_never_run(rows):
-    """What was run without a change is settled; what changed, or nothing exercised, is not."""
+    """A setting that was run without a change is not varied on more sets; one that changed an answer, or that no run tested, is."""
     assert set(still_open(rows)) == {
         "selection.swap_margin",
         "selection.change_margin",

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from study.common.grid import with_overrides
-from study.common.memory import dataset_in_memory
+from study.common.in_memory import dataset_in_memory
 from study.common.statistics import QUANTITIES
 from study.sequential.compare import (
     AT_ONCE,
@@ -56,7 +56,7 @@ def scene_of(base, **overrides):
 
 @pytest.fixture(scope="module")
 def fitted(base):
-    """Return (dataset, prepared, blocks, optimum, residuals) of the small scene."""
+    """Return ``(dataset, prepared, blocks, optimum, residuals)`` of the small scene."""
     dataset = dataset_in_memory(scene_of(base))
     prepared = prepare(dataset)
     optimum, residuals = fit_from(dataset, prepared.initial.model, prepared.free)
@@ -64,7 +64,7 @@ def fitted(base):
 
 
 def test_blocks_overlap_in_the_planes_alone(fitted):
-    """Together they free what all at once frees, and nothing that it holds."""
+    """The two blocks together free exactly the coordinates of the fit at once, and share those of the planes."""
     _, prepared, blocks, _, _ = fitted
     assert np.array_equal(blocks.scanner | blocks.robot, prepared.free)
     assert np.array_equal(blocks.scanner & blocks.robot, blocks.planes)
@@ -86,7 +86,7 @@ def test_a_step_moves_its_own_block_only(fitted):
 
 @pytest.mark.parametrize("way", ORDERS)
 def test_alternating_ends_at_the_joint_optimum(fitted, way):
-    """Whatever comes first, the sum of squares falls to that of all at once, and never below."""
+    """In every order the sum of squares falls to that of the fit at once, and not below it."""
     dataset, prepared, blocks, optimum, residuals = fitted
     start, order = ORDERS[way]
     first = starts(dataset, prepared)[start]

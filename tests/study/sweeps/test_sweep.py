@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from study.common.bound import bound_errors
 from study.common.grid import with_overrides
-from study.common.memory import dataset_in_memory
+from study.common.in_memory import dataset_in_memory
 from study.sweeps.plans import read_plans, serves, write_plans
 from study.sweeps.run import SWEEP_COLUMNS, sweep_cases
 from study.sweeps.summary import join_cases, place_published_curve, summarise_sweep
@@ -40,7 +40,7 @@ def small_scene(repository, **overrides):
 
 
 def test_the_dataset_in_memory_is_the_one_that_is_read_back(tmp_path, repository):
-    """All that a calibration sees is the same, with and without the folder."""
+    """The dataset in memory equals the one that is written and read back, in everything that a calibration uses."""
     _, scene = small_scene(repository)
     write_scene(scene, tmp_path, table_format="parquet")
     there, here = read_dataset(tmp_path / "dataset"), dataset_in_memory(scene)
@@ -92,7 +92,7 @@ def test_shared_scans_change_no_bit(plans, repository, monkeypatch, overrides, c
 
 
 def test_the_bound_is_proportional_to_the_noise(repository):
-    """It is the noise carried through the derivatives: linear, zero noise having none."""
+    """The bound is proportional to the noise, and without noise there is none."""
     held = load_config(repository / SCENE)["initial_model"]["exact"]
     found = []
     for noise in (1e-6, 1e-5):
@@ -143,7 +143,7 @@ def test_a_fit_that_fails_is_a_row_and_is_counted(plans, repository):
 
 
 def test_a_published_point_is_placed_among_the_seeds_of_its_own_case():
-    """Inside means within our range; points without a case of ours have no row."""
+    """A published point lies inside if it is within the simulated range; points without a simulated case have no row."""
     names = ("position_mean_mm", "position_max_mm", "orientation_mean_deg", "orientation_max_deg")
     ours = [
         {

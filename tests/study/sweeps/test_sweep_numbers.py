@@ -53,7 +53,7 @@ def test_the_edge_is_the_last_value_at_which_every_seed_succeeds():
 
 
 def test_failures_are_counted_once_and_are_no_successes():
-    """Refused, raised and capped fits are failures of their kind."""
+    """Refused, raised and capped fits are counted once, each by its kind, and none as a success."""
     kinds = ["converged", "refused", "raised", "capped", "converged", "converged"]
     table = table_of([1.0], lambda value, seed: 0.02, status_at=lambda value, seed: kinds[seed])
     ends = numbers_of(points=table)["failures"]["upright"]["proposed"]
@@ -72,14 +72,14 @@ def test_a_way_with_the_errors_of_the_yardsticks_is_at_the_bound():
 
 
 def test_what_is_enough_is_a_ratio_of_mean_errors():
-    """The error at the first value over that at the second."""
+    """The ratio is the mean error at the first value divided by that at the second."""
     table = table_of([20.0, 100.0], lambda value, seed: 3.0 / value**0.5)
     found = numbers_of(points=table)["enough"]["points"]["walls"]["upright"]["proposed"]
     assert found["position_mean_mm"] == pytest.approx(5**0.5)
 
 
 def test_published_values_are_counted_point_by_point():
-    """Inside and outside add up to all, by sweep and as a whole."""
+    """Published values inside, below and above the band add up to all of them, for each sweep and for all."""
     table = table_of([1.0, 2.0], lambda value, seed: value + 0.1 * seed)
     curve = pd.DataFrame([{"value": v, **dict.fromkeys(QUANTITIES, 1.25)} for v in (1.0, 2.0)])
     placed = {"noise": place_published_curve(table, curve)}

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from study.blind_trials.stratified import numbers_of
+from study.blind_trials.stratified_design import numbers_of
 from study.common import kinematics
 from study.tracked_trials.design import SENSORS, STATED, Design, load_tracked
 from study.tracked_trials.flawed_arm import Acquisition, FlawedArm
@@ -39,26 +39,26 @@ def arm():
 
 
 def cause(name, target=None, **more):
-    """Return a cause."""
+    """Return an injected cause."""
     return {"name": name, "target": target or {}, "size": SIZES.get(name, 1e-5), **more}
 
 
 def acquisition(n, rng, jitter=0.0):
-    """Return one of n poses of six joints."""
+    """Return an acquisition of n poses of an arm with six joints."""
     time = np.arange(n) * 30.0
     approach = np.sign(rng.normal(size=(n, 6)))
     return Acquisition(time, max(time[-1], 1.0) / 3, approach, jitter * rng.normal(size=(n, 6)))
 
 
 def test_jobs_hold_every_set_once(design):
-    """Of every kind of sensor."""
+    """The jobs have every set of every kind of sensor once."""
     small = Design(design.content | {"sets": {"probe": 23, "tracker": 5}, "sets_per_job": 10})
     held = [(sensor, k) for sensor, job in small.jobs() for k in numbers_of(job)]
     assert held == [("probe", k) for k in range(23)] + [("tracker", k) for k in range(5)]
 
 
 def test_a_set_follows_from_the_seed_its_sensor_and_its_number(design):
-    """Whatever else is drawn; no two sets have a seed in common, and another seed gives other sets."""
+    """A set is the same whichever other sets are drawn; no two sets share a seed, and another seed of the design gives other sets."""
     trials = [design.trial(sensor, k) for sensor in SENSORS for k in range(30)]
     assert trials == [load_tracked(CONFIG).trial(sensor, k) for sensor in SENSORS for k in range(30)]
     assert len({trial.seed for trial in trials}) == 90
@@ -92,7 +92,7 @@ def test_sets_have_what_the_design_says(design):
     [("senors", 1), ("stated", ["twice"]), ("sets", {"scanner": 3}), ("poses", {"probe": [80]})],
 )
 def test_a_fault_of_the_config_is_refused(key, value, tmp_path):
-    """By its place."""
+    """The message names the place of the fault."""
     (tmp_path / "design.yaml").write_text(
         yaml.safe_dump(load_tracked(CONFIG).content | {key: value}), "utf-8"
     )
@@ -101,7 +101,7 @@ def test_a_fault_of_the_config_is_refused(key, value, tmp_path):
 
 
 def test_an_arm_without_causes_is_rigid(arm):
-    """And at rest, so is one whose causes belong to an acquisition."""
+    """An arm without causes is rigid; so is, at rest, an arm whose causes act only during an acquisition."""
     rng = np.random.default_rng(2)
     q = arm.poses(20, rng)
     rigid = kinematics.chain(arm.geometry, q) @ arm.T_n_flange
@@ -112,7 +112,7 @@ def test_an_arm_without_causes_is_rigid(arm):
 
 
 def test_a_loaded_arm_gives_way_downwards(arm):
-    """By soft joints or a soft base, the potential energy falls, and in proportion to the softness."""
+    """With compliant joints or a compliant base the potential energy falls, in proportion to the compliance."""
     q = arm.poses(50, np.random.default_rng(3))
     for name, target in (("joint_compliance", {"joints": [2, 3]}), ("base_compliance", {})):
         rigid = FlawedArm(arm, []).flange(q)[:, 2, 3]
@@ -165,7 +165,7 @@ def test_a_dataset_states_and_records_what_was_drawn(design, sensor):
 
 
 def test_an_error_is_taken_after_base_and_scale_are_placed():
-    """A moved base costs nothing; a scale costs nothing if it is free."""
+    """A moved base adds no error, nor does a scale if it is free."""
     rng = np.random.default_rng(6)
     truth = np.stack([kinematics.random_transform(rng, 1.0, 1.0) for _ in range(30)])
     moved = kinematics.random_transform(rng, 2.0, 1.5) @ truth
@@ -203,7 +203,7 @@ JUDGED = [
 
 @pytest.mark.parametrize(("causes", "found", "expected"), JUDGED)
 def test_a_set_is_judged(causes, found, expected):
-    """The columns of the table, which overlap."""
+    """Each set counts to the expected rates, of which several may apply."""
     score = tracked_score(causes, True, found, [], {"before": 1.0, "after": 0.5})
     assert set(score) == set(RATES)
     assert {name for name in RATES if score[name]} == expected

@@ -1,4 +1,6 @@
-"""The blind trials: workcells with something injected in them, diagnosed blind, and scored against what was injected.
+"""The blind trials: effects and gross errors are injected into simulated workcells, which are diagnosed blind; the answers are scored.
 
-The simulator injects by its own physics (``scalar.simulation``); the diagnosis sees a ``Dataset`` and nothing else.
+The simulator injects by its own physics (``scalar.simulation``); the diagnosis is given a ``Dataset`` and nothing else. There are two designs. In
+the first (``cases``, ``run``, ``score``, ``summaries``, ``benefit``, ``numbers``), each effect is injected in several sizes. In the second, the
+stratified one (modules ``stratified_*``), sets cross scanners, surfaces, effects, numbers of poses and robots.
 """

@@ -1,4 +1,8 @@
-"""What answers are worth: errors after the diagnosis against the matched control, shares of right answers, unobservable effects, wrong answers."""
+"""Tabulate what the answers of the blind trials are worth to a user.
+
+The tables compare the errors after the diagnosis with those of the matched control, and state how often answers are right, whether unobservable
+effects are declared as such, and which answers are wrong.
+"""
 
 from __future__ import annotations
 
@@ -13,21 +17,23 @@ import pandas as pd
 from study.blind_trials.score import same_target
 from study.blind_trials.summaries import NATURAL, Frame, in_words, median, of_kind, quantile, share
 
-HIDDEN = 0.02  # of the noise: a residual that is too small to be found in some hundred scans
-EDGES_P = (
-    0.0,
-    1e-12,
-    1e-6,
-    1e-4,
-    1.0,
-)  # edges of the bins of p values for which shares of right answers are counted
+HIDDEN = 0.02
+"""Signal over noise below which the residual of an effect is too small to be found in some hundred scans."""
+EDGES_P = (0.0, 1e-12, 1e-6, 1e-4, 1.0)
+"""Edges of the bins of p values for which shares of right answers are counted."""
 EDGES_CONFIDENCE = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 0.999, 1.0)
+"""Edges of the bins of the stated confidence."""
 MEANS = ("before", "after", "control")
+"""Calibrations whose errors over the evaluation poses are compared."""
 HELD_OUT = ("before", "after", "noise_floor")
+"""What the RMS errors over held-out poses are stated for."""
 
 
 def position_errors(judged: Frame) -> pd.DataFrame:
-    """Return a row for each case and size: mean position errors over the evaluation poses, medians over the sets named right."""
+    """Return a row for each case and size: position errors [mm] over the evaluation poses, and their ratios, as medians over sets.
+
+    The sets are those whose answer is right: of pairs those of which both effects are named, and of cases without an effect all.
+    """
     rows = []
     by: Any = ["case", "size"]
     for (case, size), group in judged[judged["status"] == "diagnosed"].groupby(by, sort=False):
@@ -51,10 +57,10 @@ def position_errors(judged: Frame) -> pd.DataFrame:
 
 
 def reliability(found: Frame) -> pd.DataFrame:
-    """Return the share of the named effects that were injected, grouped by what the diagnosis says of them.
+    """Return the share of the named effects that were injected, in groups by what the diagnosis states of each.
 
-    ``by`` is what they are grouped by: the p value, the stated confidence, whether other effects are listed as
-    confounded. ``listed`` counts those not injected whose list of confounded effects holds an injected one.
+    ``by`` says how they are grouped: by the p value or the stated confidence between ``low`` and ``high``, or by whether other effects are listed as
+    confounded (``alone``, ``with alternatives``). ``listed`` counts named effects that were not injected, but list an injected one as confounded.
     """
     names: Any = found[found["name"] != "unattributed"]
     rows = []
@@ -70,15 +76,16 @@ def reliability(found: Frame) -> pd.DataFrame:
 
 
 def _right(group: Any, by: str) -> dict[str, Any]:
-    mean = group[by].to_numpy(dtype=float)
+    """Return the mean of the column ``by`` over a group of named effects, and how many of them are right."""
+    stated = group[by].to_numpy(dtype=float)
     counted = share(group["right"].to_numpy(dtype=bool), "right_")
     counted = {key.replace("right_sets", "answers"): value for key, value in counted.items()}
-    mean_stated = float(np.mean(mean)) if len(mean) and np.isfinite(mean).all() else None
+    mean_stated = float(np.mean(stated)) if len(stated) and np.isfinite(stated).all() else None
     return {"mean_stated": mean_stated} | counted | {"listed": int((group["listed"] & ~group["right"]).sum())}
 
 
 def wrong_answers(judged: Frame) -> pd.DataFrame:
-    """Return every set whose answer names what is not injected, with its seed, to be looked into."""
+    """Return a row for each set whose answer names something that was not injected, with its seed, so that it can be examined."""
     rows: Any = judged[judged["outcome"].isin(["wrong", "elsewhere", "listed"]) | judged["alarm"]]
     table = []
     for row in rows.to_dict("records"):
@@ -95,10 +102,11 @@ def wrong_answers(judged: Frame) -> pd.DataFrame:
 
 
 def unobservable(judged: Frame) -> pd.DataFrame:
-    """Return a row for each case: effects of the natural size that leave no residual, and whether the diagnosis says so.
+    """Return a row for each case: how many sets with an effect of the natural size leave no residual, and whether the diagnosis says so.
 
-    ``hidden`` sets are those whose signal is below ``HIDDEN`` of the noise; ``declared`` of them list the effect and
-    its target as unobservable. ``seen_declared`` counts sets that do leave a residual and are declared unobservable all the same.
+    ``hidden`` counts the sets whose signal over noise is below ``HIDDEN``, ``declared`` those among them in which the diagnosis lists the effect and
+    its target as unobservable. ``seen`` counts the other sets, which do leave a residual, and ``seen_declared`` those among them in which the effect
+    is listed as unobservable nevertheless.
     """
     rows = []
     sets = of_kind(judged, "single")
@@ -125,6 +133,7 @@ def unobservable(judged: Frame) -> pd.DataFrame:
 
 
 def _declared(row: Mapping[str, Any]) -> bool:
+    """Return whether the diagnosis of a set lists the injected effect as unobservable."""
     injected = json.loads(row["injected"])[0]
     return any(
         e["name"] == injected["name"] and same_target(e, injected) for e in json.loads(row["unobservable"])

@@ -1,8 +1,8 @@
-"""What the blind trials run: its config, checked, and for every case and workcell the sets to make.
+"""Read and check the config of the blind trials, and list the sets to simulate for every case and workcell.
 
-A case is one thing to try (an effect over its sizes, gross errors or noise without a systematic effect, pairs of effects, an effect of no
-known name); a workcell is a robot with a scanner among target planes; a set is one dataset of a case in a workcell, with a seed
-and a size of its own.
+A *case* is one experiment: an effect in several sizes, gross errors or noise without a systematic effect, pairs of effects, or an effect that has no
+name in the catalogue. A *workcell* is a robot with a scanner among target planes. A *set* is one dataset of a case in a workcell, with a seed and a
+size of its own.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ SCHEMA = Path(__file__).parent / "schemas/blind_trials.schema.json"
 
 @dataclass(frozen=True)
 class Choice:
-    """Something that may be injected.
+    """An effect that may be injected.
 
     Attributes:
-        entry: An entry for the scene's ``injected``, its size left out.
-        natural: Size [unit] that the multiple 1 stands for.
-        workcells: Where it can be injected.
+        entry: Its entry for the scene's key ``injected``, without the size.
+        natural: Its natural size, in the unit that the config states.
+        workcells: Names of the workcells into which it can be injected.
     """
 
     entry: Mapping[str, Any]
@@ -39,18 +39,18 @@ class Choice:
 
 @dataclass(frozen=True)
 class Case:
-    """One thing to try.
+    """One experiment of the blind trials.
 
     Attributes:
-        name: Usable in a file name: the key in the config, prefixed by ``null-`` or ``unknown-`` for these kinds, or ``pairs``.
+        name: The key in the config, prefixed by ``null-`` or ``unknown-`` for these kinds, or ``pairs``; part of names of files.
         kind: ``single``, ``null``, ``pair`` or ``unknown``.
-        choices: What may be injected.
-        together: How many of them a set injects; drawn from its seed where there are more.
-        sizes: Multiples of the natural size; a set each.
+        choices: The effects that may be injected.
+        together: Number of effects that a set injects; if there are more choices, the seed of the set decides which.
+        sizes: Multiples of the natural size; there is a set for each.
         first_seed: Seed of repetition 0 in the first workcell.
-        repetitions: How many seeds each workcell has, one a repetition.
-        gross_errors: Shares of stray points, corrupted poses and wrong labels.
-        overrides: ``{dotted key: value}`` of the scene, for this case alone.
+        repetitions: Number of repetitions in each workcell, each with a seed of its own.
+        gross_errors: Shares of stray points (``points``), corrupted poses (``poses``) and wrong labels (``labels``).
+        overrides: ``{dotted key: value}``, keys of the scene that this case replaces.
     """
 
     name: str
@@ -73,11 +73,14 @@ class Set:
     """One dataset to make and to diagnose.
 
     Attributes:
-        case, kind, workcell: As above, by name.
-        seed: Of all random draws in it.
+        case: Name of the case.
+        kind: Kind of the case.
+        workcell: Name of the workcell.
+        seed: Seed of all random draws in the set.
         size: Multiple of the natural size.
-        injected: Entries of the scene's ``injected``, sizes included.
-        gross_errors, overrides: As above.
+        injected: Entries of the scene's key ``injected``, sizes included.
+        gross_errors: As in ``Case``.
+        overrides: As in ``Case``.
     """
 
     case: str
@@ -95,11 +98,11 @@ class Study:
     """All blind trials of a config.
 
     Attributes:
-        scene: ``{dotted key: value}`` of every scene.
+        scene: ``{dotted key: value}``, keys that are replaced in every scene.
         workcells: ``{name: {"scene": file, "overrides": {dotted key: value}}}``.
-        cases: By name, in the order of the config.
+        cases: ``{name: case}``, in the order of the config.
         units: ``{case of a single effect: unit of its size}``.
-        seeds_per_job: How many seeds one job takes; changes no result.
+        seeds_per_job: Number of seeds that one job runs; no result depends on it.
     """
 
     scene: Mapping[str, Any]
@@ -109,7 +112,7 @@ class Study:
     seeds_per_job: int
 
     def jobs(self) -> list[tuple[str, str, str]]:
-        """Return (case, workcell, repetitions) of every job; repetitions as ``repetitions_of`` reads them, ``001-002``."""
+        """Return (case, workcell, repetitions) of every job; the repetitions are a text that ``repetitions_of`` reads, such as ``001-002``."""
         return [
             (case.name, workcell, f"{k + 1:03d}-{min(k + self.seeds_per_job, case.repetitions):03d}")
             for case in self.cases.values()
@@ -136,13 +139,13 @@ class Study:
 
 
 def repetitions_of(name: str) -> range:
-    """Return the repetitions, from 0, of a job's name: ``001-002`` is the first and the second."""
+    """Return the repetitions, counted from 0, that a job's name states counted from 1: 0 and 1 for ``001-002``."""
     first, last = map(int, name.split("-"))
     return range(first - 1, last)
 
 
 def _drawn(n: int, together: int, seed: int) -> Sequence[int]:
-    """Return which of n choices a seed injects, in the order of injecting."""
+    """Return the indices of the choices, ``together`` of n, that are injected with a seed, in the order in which they are injected."""
     if together >= n:
         return range(n)
     return np.random.default_rng([seed, n, together]).permutation(n)[:together].tolist()
@@ -152,7 +155,8 @@ def load_study(path: str | Path) -> Study:
     """Return the blind trials that a YAML file describes.
 
     Raises:
-        InvalidInput: With every fault of the first check that fails: renamed keys, schema, undefined names.
+        InvalidInput: The file is at fault. Renamed keys, the schema and undefined names are checked in turn; every fault of the first check that
+            fails is listed.
     """
     content, file = load_yaml(Path(path)), Path(path).name
     if renamed := renamed_faults(content):

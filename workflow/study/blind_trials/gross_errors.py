@@ -1,6 +1,6 @@
-"""Gross errors that measured sets have: stray points, poses whose joint angles are wrong, wrong labels.
+"""Add gross errors to a dataset, as measured sets have them: stray points, poses whose joint angles are wrong, and wrong labels of planes.
 
-None of them is an effect; a diagnosis is to set them aside and to name nothing because of them.
+None of them is an effect: a diagnosis should set them aside, and name no effect because of them.
 """
 
 from __future__ import annotations
@@ -16,19 +16,22 @@ from scalar.units import MM
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-STRAY = (2 * MM, 30 * MM)  # how far a stray point is off, either way
-CORRUPTED_RAD = (0.05, 0.5)  # how far each joint of a corrupted pose is off, either way
+STRAY = (2 * MM, 30 * MM)  # [m], least and greatest error of a stray point's range, of either sign
+CORRUPTED_RAD = (
+    0.05,
+    0.5,
+)  # [rad], least and greatest error of each joint of a corrupted pose, of either sign
 
 
 def with_gross_errors(
     dataset: Dataset, gross_errors: Mapping[str, float], rng: np.random.Generator
 ) -> tuple[Dataset, list[int]]:
-    """Return a dataset with gross errors, and the ids of the poses that are wrong as a whole.
+    """Return a dataset with gross errors, and the ids of the poses that are wrong as a whole (wrong joint angles or a wrong label), ascending.
 
     Args:
-        dataset: Of a line laser; stays as it is.
-        gross_errors: Shares of ``points``, ``poses`` and ``labels``.
-        rng: Chooses.
+        dataset: A dataset of a line laser; it is not changed.
+        gross_errors: Shares of the points (``points``), poses (``poses``) and labels (``labels``) that become wrong; a missing one is zero.
+        rng: Draws which of them become wrong, and by how much.
     """
     N = dataset.n_poses
     n_corrupted, n_labels = (round(gross_errors.get(key, 0.0) * N) for key in ("poses", "labels"))

@@ -1,4 +1,4 @@
-"""The numbers of the blind trials in one mapping, for the paper."""
+"""Compute the tables of the blind trials, and the numbers that the paper quotes."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from study.blind_trials.summaries import NATURAL, Frame, of_kind, share
 from study.common.provenance import code_version
 
 FORMAT = "scalar-blind-trials/1"
-UNOBSERVABLE = ("range_scale",)  # leaves no residual with any poses, and is left out of rates of right names
+UNOBSERVABLE = ("range_scale",)
+"""Cases whose effect leaves no residual at any poses; they are left out of the rates of right names."""
 
 
 def summarise(sets: Frame, study: Study) -> tuple[dict[str, Any], dict[str, Frame]]:
-    """Return the content of ``numbers.json`` and the tables by name.
+    """Return the content of ``numbers.json``, and ``{name: table}``.
 
     Args:
-        sets: All of them, as ``run.run_sets`` gives them.
-        study: What was run.
+        sets: The rows of all sets, as ``run.run_sets`` returns them.
+        study: The blind trials that were run.
     """
     every, found = judged(sets), findings(sets)
     tables = {
@@ -49,12 +50,14 @@ def numbers(
     study: Study,
     code: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return the content of ``numbers.json``.
+    """Return the content of ``numbers.json``; units are in the names.
 
     Args:
-        every: All sets, judged. found: ``score.findings`` of them.
-        tables: ``nulls`` as ``summaries`` gives it.
-        study: What was run. code: ``provenance.code_version()``.
+        every: All sets, as ``score.judged`` returns them.
+        found: All findings, as ``score.findings`` returns them.
+        tables: Contains the table ``nulls``, as ``summaries.nulls`` returns it.
+        study: The blind trials that were run.
+        code: Version of the code, as ``provenance.code_version`` returns it.
     """
     single = of_kind(every, "single")
     natural = single[single["size"] == NATURAL]
@@ -125,16 +128,18 @@ def numbers(
 
 
 def _seeds(sets: Frame, case: str) -> list[int]:
-    """Return the first and the last seed of a case."""
+    """Return the smallest and the largest seed of a case; an empty list without sets."""
     seeds = sets["seed"][sets["case"] == case]
     return [int(seeds.min()), int(seeds.max())] if len(seeds) else []
 
 
 def _ratio(sets: Frame, q: float) -> float | None:
+    """Return a quantile over sets of the error after the diagnosis divided by that of the matched control; None without any ratio."""
     ratio = (sets["position_after_mm"] / sets["position_control_mm"]).to_numpy(dtype=float)
     return float(np.nanquantile(ratio, q)) if np.isfinite(ratio).any() else None
 
 
 def _gain(sets: Frame) -> float | None:
+    """Return the median over sets of the error before the diagnosis divided by that after it; None without any ratio."""
     gain = (sets["position_before_mm"] / sets["position_after_mm"]).to_numpy(dtype=float)
     return float(np.nanmedian(gain)) if np.isfinite(gain).any() else None

@@ -1,7 +1,7 @@
-"""Inject, diagnose blind, compare with the truth: a row for each set, in memory.
+"""Simulate the sets of the blind trials, diagnose them blind, and compare the answers with the truth: a row for each set. No dataset is written.
 
-The diagnosis is given the ``Dataset`` that its folder would be read as, and nothing else. Beside it stands a matched control:
-the same scene, seeds and noise without what was injected, calibrated; its error is what a perfect diagnosis would reach.
+The diagnosis is given the same ``Dataset`` as a user's, and nothing else. For comparison, a *matched control* is calibrated: the same scene with the
+same poses and draws of noise, but without what was injected. Its error is the one that a perfect diagnosis would reach.
 """
 
 from __future__ import annotations
@@ -27,47 +27,52 @@ from scalar.units import MM
 from study.blind_trials.cases import Set, Study
 from study.blind_trials.gross_errors import with_gross_errors
 from study.common.grid import with_overrides
-from study.common.memory import dataset_in_memory
+from study.common.in_memory import dataset_in_memory
 from study.common.scene_config import scene_config
 
 if TYPE_CHECKING:
     from scalar.simulation.plan import PosePlan
 
 SET_COLUMNS = {
-    "case": "of configs/blind_trials.yaml",
+    "case": "name of the case, from configs/blind_trials.yaml",
     "kind": "single, null, pair or unknown",
-    "workcell": "robot, scanner and target planes",
-    "seed": "of all random draws in the scene",
+    "workcell": "name of the workcell: robot, scanner and target planes",
+    "seed": "seed of all random draws in the scene",
     "size": "multiple of the effect's natural size",
-    "status": "diagnosed; not_simulated; the error that ended the diagnosis, or crashed: a defect of ours",
-    "reason": "of a failure, its first line",
-    "injected": "JSON, what truth.json says: name, target, size",
-    "verdict": "of diagnosis.json",
+    "status": "diagnosed; not_simulated; the class of the error that ended the diagnosis; or crashed, by a defect of this program",
+    "reason": "first line of the message of a failure",
+    "injected": "JSON, the injected effects in truth.json: name, target, size",
+    "verdict": "verdict in diagnosis.json",
     "found": "JSON, the entries of diagnosis.json without their coefficients",
     "unobservable": "JSON, names and targets that the diagnosis says it cannot observe",
-    "signal_over_noise": "rms that the injected effect leaves in a fit without it, over the rms that noise leaves",
-    "wrong_poses": "number of poses spoiled on purpose",
-    "wrong_poses_found": "of them, those listed as outliers",
-    "held_out_before_mm": "rms over poses held out, without the effects found",
-    "held_out_after_mm": "with them",
-    "held_out_noise_floor_mm": "what the stated noise alone leaves",
-    "position_before_mm": "mean error over the evaluation poses, base aligned, without the effects found",
-    "position_after_mm": "with them",
-    "position_control_mm": "of the matched control, the same scene and noise without what was injected, calibrated",
-    "position_max_before_mm": "the largest of them",
-    "position_max_after_mm": "the largest of them",
-    "position_max_control_mm": "the largest of them",
+    "signal_over_noise": "RMS residual that the injected effect leaves in a fit without it, divided by the RMS residual that the noise leaves",
+    "wrong_poses": "number of poses to which gross errors were added",
+    "wrong_poses_found": "number of those that the diagnosis lists as outliers",
+    "held_out_before_mm": "RMS error over held-out poses, without the effects found",
+    "held_out_after_mm": "the same with the effects found",
+    "held_out_noise_floor_mm": "the RMS error that the stated noise alone leaves",
+    "position_before_mm": "mean position error over the evaluation poses, base aligned, without the effects found",
+    "position_after_mm": "the same with the effects found",
+    "position_control_mm": "the same of the matched control",
+    "position_max_before_mm": "largest position error over the evaluation poses, without the effects found",
+    "position_max_after_mm": "the same with the effects found",
+    "position_max_control_mm": "the same of the matched control",
 }
 CRASHED = "crashed"
-_SEED_OF_GROSS_ERRORS = 40_917  # beside the scene's own seed
+"""Status of a set whose diagnosis ended in an error that is a defect of this program."""
+_SEED_OF_GROSS_ERRORS = 40_917  # with the scene's seed, the seed of the gross errors
 
 
 @dataclass(frozen=True, eq=False)
 class MatchedControl:
-    """A scene without anything injected: its config and postures, and what its calibration comes to.
+    """A scene without anything injected, and the errors of its calibration.
 
     Attributes:
-        errors: Errors over the evaluation poses [mm]. residual_rms: Of its points [m]: what the noise leaves.
+        config: Complete config of the scene.
+        base_dir: Folder from which the paths in the config start.
+        plan: The postures of the scene.
+        errors: The columns ``position_control_mm`` and ``position_max_control_mm``.
+        residual_rms: RMS distance of the points from their planes after the calibration [m], which is due to the noise.
     """
 
     config: Mapping[str, Any]
@@ -78,11 +83,14 @@ class MatchedControl:
 
 
 def run_sets(study: Study, case: str, workcell: str, repetitions: str, root: Path) -> pd.DataFrame:
-    """Return the sets of a job: a row for each set, columns ``SET_COLUMNS``.
+    """Simulate and diagnose the sets of a job; return a row for each, columns ``SET_COLUMNS``.
 
     Args:
-        study: The blind trials. case, workcell, repetitions: A job of it.
-        root: Where the paths of scenes start.
+        study: The blind trials.
+        case: Name of the job's case.
+        workcell: Name of the job's workcell.
+        repetitions: Repetitions of the job, such as ``001-002``.
+        root: Folder from which the paths of scenes start.
 
     Raises:
         InvalidInput: The scene is at fault.
@@ -108,7 +116,7 @@ def run_sets(study: Study, case: str, workcell: str, repetitions: str, root: Pat
 
 
 def make_control(study: Study, workcell: str, seed: int, root: Path) -> MatchedControl:
-    """Return the matched control of all sets of a workcell and seed."""
+    """Return the matched control of all sets of a workcell and seed; arguments and errors are those of ``run_sets``."""
     # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.plan import plan_poses
     from scalar.simulation.scene import simulate
@@ -129,8 +137,9 @@ def run_set(
     """Return the row of one set.
 
     Args:
-        wanted: What to inject. control: Of its workcell and seed.
-        signals: ``signal_over_noise`` at size 1, by what is injected. It is computed once and scaled to the other sizes.
+        wanted: The set to simulate and diagnose.
+        control: The matched control of its workcell and seed.
+        signals: Cache of ``signal_over_noise``, filled by this call: the ratio at size 1 by what is injected, which is scaled to other sizes.
     """
     from scalar.simulation.errors import SimulationError
     from scalar.simulation.scene import simulate
@@ -153,19 +162,18 @@ def run_set(
 
 
 def answered(dataset: Dataset, wrong: list[int], truth_poses: pd.DataFrame) -> dict[str, Any]:
-    """Return how the diagnosis of a dataset ended, and what it says, as entries of a row.
+    """Diagnose a dataset; return how the diagnosis ended and what it says, as entries of a row.
 
     Args:
-        dataset: Of one set. wrong: Ids of its poses that were spoiled.
-        truth_poses: Joint angles and true frames.
+        dataset: The dataset of one set.
+        wrong: Ids of its poses to which gross errors were added.
+        truth_poses: Joint angles and true frames at the evaluation poses, content of ``truth_poses.csv``.
     """
     try:
         return {"status": "diagnosed"} | found(diagnose(dataset), wrong, truth_poses)
     except ScalarError as error:
         return {"status": type(error).__name__, "reason": str(error).splitlines()[0]}
-    except (
-        Exception
-    ) as error:  # a defect of ours: counted as one, and one set of thousands does not stop the others
+    except Exception as error:  # a defect of this program: counted, and the other sets are still run
         print_exc()
         return {"status": CRASHED, "reason": f"{type(error).__name__}: {error}".splitlines()[0]}
 
@@ -180,8 +188,9 @@ def found(diagnosis: Diagnosis, wrong: list[int], truth_poses: pd.DataFrame) -> 
     """Return what a diagnosis says, as entries of a row.
 
     Args:
-        diagnosis: Of one set. wrong: Ids of its poses that were spoiled.
-        truth_poses: Joint angles and true frames.
+        diagnosis: The diagnosis of one set.
+        wrong: Ids of its poses to which gross errors were added.
+        truth_poses: Joint angles and true frames at the evaluation poses, content of ``truth_poses.csv``.
     """
     mapping = diagnosis.to_mapping()
     entries = [{k: v for k, v in entry.items() if k != "coefficients"} for entry in mapping["effects"]]
@@ -204,7 +213,15 @@ def found(diagnosis: Diagnosis, wrong: list[int], truth_poses: pd.DataFrame) -> 
 
 
 def errors(calibration: Calibration, truth_poses: pd.DataFrame, when: str) -> dict[str, float | None]:
-    """Return mean and largest position error [mm] over true poses, base aligned; None where the calibration cannot predict these poses."""
+    """Return ``{"position_WHEN_mm": mean, "position_max_WHEN_mm": largest}`` of the position errors over the evaluation poses, base aligned.
+
+    The values are None if the calibration cannot predict these poses.
+
+    Args:
+        calibration: The calibration to evaluate.
+        truth_poses: Content of ``truth_poses.csv``.
+        when: Part of the names of the entries, for example ``before``.
+    """
     T_true = true_frames(truth_poses)
     try:
         position = pose_errors(T_true, aligned_to(T_true, calibration.predict(truth_poses))).position / MM
@@ -214,9 +231,14 @@ def errors(calibration: Calibration, truth_poses: pd.DataFrame, when: str) -> di
 
 
 def signal_over_noise(wanted: Set, control: MatchedControl, known: dict[str, float | None]) -> float | None:
-    """Return the residual that injected effects leave in a fit without them, over that which the noise leaves; both rms over all points.
+    """Return the RMS residual that injected effects leave in a fit without them, divided by that which the noise leaves; None if the fit fails.
 
-    Computed in the same scene without noise at the size that is asked for first, and scaled to the other sizes.
+    The residual is computed in the same scene without noise, at the first size that is asked for, and scaled to the other sizes.
+
+    Args:
+        wanted: The set.
+        control: The matched control of its workcell and seed.
+        known: Cache, filled by this call: the ratio at size 1 by what is injected.
     """
     from scalar.simulation.scene import simulate
 
@@ -234,5 +256,5 @@ def signal_over_noise(wanted: Set, control: MatchedControl, known: dict[str, flo
             known[key] = calibrate(stated).residual_rms / control.residual_rms / wanted.size
         except ScalarError:
             known[key] = None
-    unit = known[key]
-    return None if unit is None else unit * wanted.size
+    at_size_one = known[key]
+    return None if at_size_one is None else at_size_one * wanted.size

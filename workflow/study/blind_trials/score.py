@@ -1,10 +1,15 @@
-"""Is an answer right? What a diagnosis found against what was injected, by name and by target.
+"""Compare what a diagnosis found with what was injected, by name and by target.
 
-An answer is judged by its first effect, the one that was taken first. ``right``: its name and its target are the
-injected ones. ``listed``: another effect, but the injected one stands in its ``confounded_with``. ``elsewhere``: the
-right name at another joint, order, target plane or moment. ``wrong``: another name, and the injected one is not listed.
-``unobservable``: nothing found, and the injected effect is listed as one that these data cannot observe. ``missed``: nothing
-found. ``unattributed``: unmodelled structure.
+An answer is judged by the effect that was selected first. Its outcome is one of these:
+
+- ``right``: its name and its target are those of the injected effect.
+- ``listed``: it is another effect, but its entry ``confounded_with`` contains the injected one.
+- ``elsewhere``: its name is right, but it is at another joint, order, target plane or moment.
+- ``wrong``: it has another name, and the injected effect is not listed.
+- ``unattributed``: it is unmodelled structure.
+- ``unobservable``: nothing was found, and the injected effect is listed as one that these data cannot observe.
+- ``missed``: nothing was found, and the injected effect is not listed either.
+- ``failed``: there is no diagnosis.
 """
 
 from __future__ import annotations
@@ -16,22 +21,23 @@ from typing import Any
 import pandas as pd
 
 OUTCOMES = ("right", "listed", "unattributed", "unobservable", "missed", "elsewhere", "wrong", "failed")
-NOISES = (
-    "pose_jitter",
-    "scan_bias",
-)  # random errors, of mean zero; every other name stands for a systematic effect
+NOISES = ("pose_jitter", "scan_bias")
+"""Variance components: random errors of mean zero. Every other name stands for a systematic effect."""
 NONE, UNATTRIBUTED = "none", "unattributed"
-SURE = 0.8  # stated confidence from which an answer is acted upon, and a wrong name is grave
-SLACK_POSES = 10  # by which the moment of a change may be off
+SURE = 0.8
+"""Stated confidence from which on a user is expected to act upon an answer, so that a wrong name does harm."""
+SLACK_POSES = 10
+"""Number of poses by which the moment of a change may be off in a right answer."""
 
 Entry = Mapping[str, Any]
+"""An entry of diagnosis.json or truth.json: ``name``, ``target`` and further keys."""
 
 
 def same_target(found: Entry, injected: Entry) -> bool:
-    """Return whether two entries of the same name say the same place.
+    """Return whether two entries of the same name state the same target.
 
-    A compliance may leave out joints that the data hardly load, but may name no joint that is not compliant; a harmonic
-    with several orders has to hold all injected ones and no other; a moment may be off by ``SLACK_POSES``.
+    A compliance may leave out injected joints, since the data may hardly load them, but may not add a joint; a harmonic must have the same joint and
+    exactly the injected orders; a moment may be off by ``SLACK_POSES``.
     """
     a, b = found.get("target") or {}, injected.get("target") or {}
     if "joints" in b:
@@ -45,23 +51,30 @@ def same_target(found: Entry, injected: Entry) -> bool:
 
 
 def _orders(target: Mapping[str, Any]) -> set[int]:
+    """Return the orders of a harmonic's target, which states one or several."""
     return set(target["orders"]) if "orders" in target else {target.get("order")}  # type: ignore[arg-type]
 
 
 def same(found: Entry, injected: Entry) -> bool:
-    """Return whether an entry is an injected effect, by name and target."""
+    """Return whether an entry is an injected effect, by name and target; an effect without a name (``unknown``) is answered by ``unattributed``."""
     if injected["name"] == "unknown":
         return found["name"] == UNATTRIBUTED
     return found["name"] == injected["name"] and same_target(found, injected)
 
 
-def named(found: Sequence[Entry]) -> str:
+def first_name(found: Sequence[Entry]) -> str:
     """Return the name of the first effect found, or ``none``."""
     return found[0]["name"] if found else NONE
 
 
 def outcome(injected: Entry, found: Sequence[Entry], unobservable: Sequence[Entry]) -> str:
-    """Return one of ``OUTCOMES`` for an answer about one injected effect."""
+    """Return the outcome of a diagnosis of a set with one injected effect, one of ``OUTCOMES``.
+
+    Args:
+        injected: The injected effect.
+        found: The entries ``effects`` of diagnosis.json.
+        unobservable: The entries ``unobservable`` of diagnosis.json.
+    """
     if not found:
         hidden = any(
             entry["name"] == injected["name"] and same_target(entry, injected) for entry in unobservable
@@ -78,11 +91,11 @@ def outcome(injected: Entry, found: Sequence[Entry], unobservable: Sequence[Entr
 
 
 def judged(sets: pd.DataFrame) -> pd.DataFrame:
-    """Return the sets with judgements beside them.
+    """Return the sets with these columns added.
 
-    Added: ``named``, the first name; ``outcome`` (of sets with one effect injected); ``matched``, how many of the
-    injected are among the found; ``extra``, how many of the found are none of the injected; ``alarm``, whether a
-    systematic effect, or ``unattributed``, is named that is not injected.
+    ``named`` is the name of the first effect found; ``outcome`` one of ``OUTCOMES``, or empty if not exactly one effect was injected; ``matched`` the
+    number of injected effects that were found; ``extra`` the number of effects found that were not injected; and ``alarm`` whether a systematic
+    effect or ``unattributed`` is among these.
     """
     rows = []
     for row in sets.to_dict("records"):
@@ -98,7 +111,7 @@ def judged(sets: pd.DataFrame) -> pd.DataFrame:
         extra = [f for f in found if not any(same(f, p) for p in injected)]
         rows.append(
             {
-                "named": named(found) if answered else "failed",
+                "named": first_name(found) if answered else "failed",
                 "outcome": verdict,
                 "matched": sum(any(same(f, p) for f in found) for p in injected),
                 "extra": len(extra),
@@ -109,9 +122,10 @@ def judged(sets: pd.DataFrame) -> pd.DataFrame:
 
 
 def findings(sets: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each finding of all sets: its name, p value, confidence where stated, and whether it is injected.
+    """Return a row for each finding of all sets: its name and target, its p value and confidence if they are stated, and whether it was injected.
 
-    ``listed`` says whether an injected effect stands in its ``confounded_with``.
+    ``place`` is its place in the order of selection, from 0; ``alternatives`` the number of effects in its entry ``confounded_with``, and ``listed``
+    says whether an injected effect is among them.
     """
     rows = []
     for row in sets.to_dict("records"):

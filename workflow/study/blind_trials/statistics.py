@@ -10,14 +10,14 @@ from scipy.stats import norm
 
 from scalar.geometry.se3 import Array
 
-LEVEL = 0.95  # of all intervals
-DRAWS = 400  # of the bootstrap
-CLUSTER_DRAWS = 4000  # of the bootstrap of shares, which costs little
+LEVEL = 0.95  # confidence level of all intervals
+DRAWS = 400  # draws of the bootstrap of half points
+CLUSTER_DRAWS = 4000  # draws of the bootstrap of shares, which takes little time
 _SEED = 20_261_121
 
 
 def wilson(successes: int, trials: int, level: float = LEVEL) -> tuple[float, float]:
-    """Return the interval of a share (E. B. Wilson, 1927); (0, 1) without trials."""
+    """Return the confidence interval of a share of independent trials (E. B. Wilson, 1927); (0, 1) without trials."""
     if trials == 0:
         return 0.0, 1.0
     z = norm.ppf(0.5 + level / 2)
@@ -25,21 +25,23 @@ def wilson(successes: int, trials: int, level: float = LEVEL) -> tuple[float, fl
     centre = share + z * z / (2 * trials)
     half = z * np.sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials))
     scale = 1 + z * z / trials
-    # Without successes the lower end is exactly 0, without failures the upper end is exactly 1, which rounding would miss.
+    # Without successes the lower end is exactly 0, and without failures the upper end is exactly 1; rounding would change them.
     low = float((centre - half) / scale) if successes > 0 else 0.0
     high = float((centre + half) / scale) if successes < trials else 1.0
     return low, high
 
 
-def clustered(hits: Array, groups: Sequence[object], level: float = LEVEL) -> tuple[float, float]:
-    """Return the interval of a share of sets that share scenes, by drawing whole scenes anew (bootstrap of clusters).
+def clustered_interval(hits: Array, groups: Sequence[object], level: float = LEVEL) -> tuple[float, float]:
+    """Return the confidence interval of a share over sets of which several have the same scene, by drawing whole scenes anew (bootstrap of clusters).
 
-    Sets of one scene have poses and noise in common and are no independent trials, so that Wilson's interval is too narrow or, where
-    the scenes differ less than chance would have it, too wide. Where all are alike the draws cannot differ, and the interval is Wilson's
-    for one trial a scene.
+    Sets of one scene have poses and noise in common and are no independent trials. Wilson's interval is then too narrow, or too wide if the shares
+    of the scenes differ less than by chance. If all sets are hits, or none is, all draws are equal; the interval is then Wilson's for one trial per
+    scene.
 
     Args:
-        hits: ``(n,)`` of 0 and 1. groups: ``(n,)``, the scene of each.
+        hits: ``(n,)``, 1 for each set that counts and 0 for the others.
+        groups: ``(n,)``, the scene of each set.
+        level: Confidence level.
     """
     names, member = np.unique(np.array([str(group) for group in groups]), return_inverse=True)
     hits = np.asarray(hits, dtype=float)
@@ -53,13 +55,14 @@ def clustered(hits: Array, groups: Sequence[object], level: float = LEVEL) -> tu
 
 
 def half_point(x: Array, found: Array) -> float:
-    """Return the x at which the share of hits, assumed to rise with x, passes one half; NaN if it never does.
+    """Return the x at which the share of hits, assumed to rise with x, reaches one half; NaN if it never does.
 
-    The shares are those of isotonic regression, and log x is interpolated between the values that were tried.
-    If the share is above one half everywhere, 0 is returned: smaller values were not tried.
+    The shares are those of isotonic regression, and log x is interpolated between the values that were tried. If the share is one half or more at the
+    smallest value tried, 0 is returned.
 
     Args:
-        x: Size of each trial ``(k,)``, positive. found: Whether it was a hit ``(k,)``, 0 or 1.
+        x: ``(k,)``, size of each trial, positive.
+        found: ``(k,)``, 1 for a hit and 0 otherwise.
     """
     values, place = np.unique(x, return_inverse=True)
     tried = np.bincount(place).astype(float)
@@ -77,7 +80,14 @@ def half_point(x: Array, found: Array) -> float:
 def half_point_interval(
     x: Array, found: Array, groups: Sequence[object], level: float = LEVEL
 ) -> tuple[float, float]:
-    """Return the interval of ``half_point`` by drawing whole groups (seeds) anew; its upper end is NaN if it lies beyond the largest value."""
+    """Return the confidence interval of ``half_point`` by drawing whole groups anew; its upper end is NaN if it lies beyond the largest value tried.
+
+    Args:
+        x: ``(k,)``, as in ``half_point``.
+        found: ``(k,)``, as in ``half_point``.
+        groups: ``(k,)``, the scene (workcell and seed) of each trial.
+        level: Confidence level.
+    """
     names, member = np.unique(np.array([str(group) for group in groups]), return_inverse=True)
     rows = [np.flatnonzero(member == i) for i in range(len(names))]
     rng = np.random.default_rng(_SEED)
@@ -85,7 +95,7 @@ def half_point_interval(
     for _ in range(DRAWS):
         chosen = np.concatenate([rows[i] for i in rng.integers(len(rows), size=len(rows))])
         drawn.append(half_point(x[chosen], found[chosen]))
-    # In a draw that never passes one half, the half point lies beyond the largest value.
+    # If the share of a draw never reaches one half, its half point lies beyond the largest value.
     drawn = np.where(np.isnan(drawn), np.inf, drawn)
     low, high = np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], method="nearest")
     return float(low), float(high if np.isfinite(high) else np.nan)

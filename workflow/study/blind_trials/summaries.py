@@ -1,6 +1,6 @@
-"""The tables of the blind trials: what was named for what, how large an effect must be, and what an answer is worth.
+"""The tables of the blind trials on the answers: what was named for which effect, and how large an effect must be to be named right.
 
-Small enough to be committed. Each function takes the judged sets (``score.judged``) and gives one table.
+They are small enough to be committed. Each function takes the judged sets (``score.judged``) and returns one table.
 """
 
 from __future__ import annotations
@@ -16,12 +16,17 @@ from study.blind_trials.cases import Study
 from study.blind_trials.score import NOISES, OUTCOMES
 from study.blind_trials.statistics import half_point, half_point_interval, wilson
 
-Frame = Any  # a pandas.DataFrame: its stubs know too little of what columns hold
-NATURAL = 1.0  # sizes are multiples of the size that real arms have
+Frame = Any  # a pandas.DataFrame; the type stubs of pandas do not state what the columns contain
+NATURAL = 1.0  # the natural size, which real arms have: sizes are stated as multiples of it
 
 
 def share(hits: Any, prefix: str = "") -> dict[str, Any]:
-    """Return number, count, share and its interval of a column of booleans."""
+    """Return the number of sets, the number and the share of those that are hits, and Wilson's interval of the share.
+
+    Args:
+        hits: ``(n,)`` bool, whether each set is a hit.
+        prefix: Put before the names of the entries.
+    """
     n, k = len(hits), int(np.sum(hits))
     low, high = wilson(k, n)
     return {
@@ -39,7 +44,7 @@ def of_kind(judged: Frame, kind: str) -> Any:
 
 
 def confusion(judged: Frame) -> pd.DataFrame:
-    """Return ``case, injected, size, named, count``: the first name that was given, of single and unknown effects."""
+    """Return how often which effect was named first, for sets with one injected effect: columns ``case, injected, size, named, count``."""
     rows: Any = judged[judged["kind"].isin(["single", "unknown"]) & (judged["status"] != "not_simulated")]
     rows = rows.assign(injected=[_only(entry) for entry in rows["injected"]])
     table = rows.groupby(["case", "injected", "size", "named"], sort=False).size()
@@ -47,11 +52,16 @@ def confusion(judged: Frame) -> pd.DataFrame:
 
 
 def _only(injected: str) -> str:
+    """Return the name of the only injected effect, from JSON."""
     return json.loads(injected)[0]["name"]
 
 
 def power(judged: Frame, study: Study) -> pd.DataFrame:
-    """Return a row for each case and size of the single effects: how often each outcome, and how large the effect is."""
+    """Return a row for each case and size of the single effects: how large the effect is, and how often each outcome occurs.
+
+    ``found_later`` counts the sets in which the injected effect is named, but not first; ``with_more`` those in which it is named first and another
+    effect, which was not injected, is named too.
+    """
     rows = []
     by: Any = ["case", "size"]
     for (case, size), group in of_kind(judged, "single").groupby(by, sort=False):
@@ -74,9 +84,9 @@ def power(judged: Frame, study: Study) -> pd.DataFrame:
 
 
 def thresholds(judged: Frame, study: Study) -> pd.DataFrame:
-    """Return the size, and the signal over noise, at which each effect is named right in half of the sets.
+    """Return the size, and the signal over noise, at which each effect is named right in half of the sets, with 95 % intervals.
 
-    0 stands for a size below the smallest that was tried, an empty cell for one above the largest.
+    0 stands for a value below the smallest one that was tried, an empty cell for a value above the largest.
     """
     rows = []
     for case, group in of_kind(judged, "single").groupby("case", sort=False):
@@ -109,7 +119,7 @@ def thresholds(judged: Frame, study: Study) -> pd.DataFrame:
 
 
 def nulls(judged: Frame) -> pd.DataFrame:
-    """Return the false alarms, a row for each kind of gross error and one for all: a systematic effect was named where there is none."""
+    """Return how often a systematic effect is named although none was injected: a row for each case without an effect, and one for all."""
     rows = []
     sets = of_kind(judged, "null")
     for case, group in [*sets.groupby("case", sort=False), ("all", sets)]:
@@ -127,7 +137,7 @@ def nulls(judged: Frame) -> pd.DataFrame:
 
 
 def pairs(judged: Frame) -> pd.DataFrame:
-    """Return a row for each set of two effects: what was injected, how many were named, and what was named besides."""
+    """Return a row for each set with two injected effects: these effects, how many of them were named, and all that was named."""
     rows = []
     for row in of_kind(judged, "pair").to_dict("records"):
         first, second = (
@@ -145,7 +155,7 @@ def pairs(judged: Frame) -> pd.DataFrame:
 
 
 def in_words(target: Mapping[str, Any] | None) -> str:
-    """Return a target in words, short."""
+    """Return a target as a short text, such as ``joint 4, order 2``."""
     if not target:
         return ""
     parts = []
@@ -160,7 +170,7 @@ def in_words(target: Mapping[str, Any] | None) -> str:
 
 
 def unknown(judged: Frame) -> pd.DataFrame:
-    """Return a row for each kind and size of unmodelled structure: how often it was called unattributed, given a name, or taken for noise."""
+    """Return a row for each kind and size of effects without a name: how often they are called unattributed, given a name, or taken for noise."""
     rows = []
     by: Any = ["case", "size"]
     for (case, size), group in of_kind(judged, "unknown").groupby(by, sort=False):
@@ -196,7 +206,7 @@ def by_workcell(judged: Frame) -> pd.DataFrame:
 def by_scene(judged: Frame) -> pd.DataFrame:
     """Return a row for each set of one effect of the natural size: its scene (workcell and seed) and whether it was named right.
 
-    Sets of one scene share poses and noise: intervals of shares draw whole scenes (``statistics.clustered``).
+    Sets of one scene share poses and noise: intervals of shares draw whole scenes (``statistics.clustered_interval``).
     """
     natural = of_kind(judged, "single")
     natural = natural[natural["size"] == NATURAL]
@@ -205,11 +215,11 @@ def by_scene(judged: Frame) -> pd.DataFrame:
 
 
 def median(values: Any) -> float | None:
-    """Return the median of what is finite, or None."""
+    """Return the median of the finite values; None if there are none."""
     return quantile(values, 0.5)
 
 
 def quantile(values: Any, q: float) -> float | None:
-    """Return a quantile of what is finite, or None."""
+    """Return a quantile of the finite values; None if there are none."""
     finite = values[np.isfinite(values)]
     return float(np.quantile(finite, q)) if len(finite) else None

@@ -1,21 +1,23 @@
 """Judge every claim of the original paper on the results of a run, by stated rules; no verdict is written by hand.
 
-A claim is a row of ``judged_claims.csv``: its number, where it is made, the table that answers it and the rule that judges. Found
-values are medians over the seeds with their band, the 5 and 95 % quantiles; errors are raw, walls upright; there is a row for each way to
-calibrate. The rules:
+A claim is a row of ``judged_claims.csv``: its number, the section that makes it, the table that answers it and the rule by which it is judged. The
+values found are medians over the seeds with their band, the 5 and 95 % quantiles. Errors are raw (the base is not aligned), and walls are upright.
+There is a row for each *way* to calibrate: a method, or an order of steps. The rules:
 
-- ``reached``: an accuracy. Confirmed if it lies in the band; *differs* if all of the band is better; else it does not hold.
-- ``draw``, ``value``: a figure of one run. Confirmed if it lies within the range of the seeds; ``value`` does not hold if the median is more than
-  ``FAR`` times larger or smaller, and both differ otherwise.
-- ``enough``: more data change nothing. Confirmed if the error is at most ``SAME`` times that with more data; does not hold from ``CHANGED`` times on;
-  differs between.
-- ``unaffected``: the error may be at most ``SAME`` times larger or smaller, and every fit succeeds; does not hold if fewer than ``MOST`` succeed.
-- ``within``, ``fails``, ``at_once``: a share of the seeds. Confirmed from ``MOST`` on, does not hold below one half, differs between; ``at_once``
-  also differs if another case than the headline has a share below ``MOST``.
-- ``count``: confirmed where equal, else it does not hold. ``duration``: confirmed where a fit takes less; without a time, open.
+- ``reached``: an accuracy. It is confirmed if it lies in the band; it *differs* if the whole band is better; else it does not hold.
+- ``draw``, ``value``: a number of one run. It is confirmed if it lies within the range of the seeds. Else it differs, but a ``value`` does not hold
+  if the median is more than ``FAR`` times larger or smaller.
+- ``enough``: more data change nothing. It is confirmed if the error is at most ``SAME`` times that with more data, does not hold from ``CHANGED``
+  times on, and differs in between.
+- ``unaffected``: a change does no harm. It is judged like ``enough`` by the factor by which the error becomes larger or smaller; it does not hold if
+  less than the share ``MOST`` of the fits succeeds, and at best differs if any fit fails.
+- ``within``, ``fails``, ``at_once``: a share of the seeds. It is confirmed from ``MOST`` on, does not hold below one half, and differs in between;
+  ``at_once`` also differs if a case other than the first has a share below ``MOST``.
+- ``count``: it is confirmed if the numbers are equal, else it does not hold.
+- ``duration``: it is confirmed if a fit takes less time, else it does not hold; without a measured time it is ``ABSENT``.
 
-A fit that failed confirms nothing: where fewer than ``MOST`` of the fits succeed, ``reached``, ``value`` and ``enough`` differ at best; a seed
-without a calibration has no plane within its limits; and ``fails`` is confirmed only if fits succeed where there are enough data.
+A fit that failed confirms nothing: if less than the share ``MOST`` of the fits succeeds, ``reached``, ``value`` and ``enough`` differ at best; a seed
+without a calibration has no plane within its limits; and ``fails`` is confirmed only if fits succeed with enough data.
 """
 
 from __future__ import annotations
@@ -32,22 +34,22 @@ from study.common.methods import INITIAL, METHODS
 CONFIRMED, DIFFERS, FAILS = "confirmed", "differs", "does not hold"
 ABSENT = "not in this run"
 WALLS = "upright"
-SAME, CHANGED = 1.10, 1.25
-MOST = 0.95
-FAR = 2.0
+SAME, CHANGED = 1.10, 1.25  # ratios of errors up to which they count as equal, and from which on as different
+MOST = 0.95  # share of the seeds from which on a claim holds for them
+FAR = 2.0  # ratio from which on a value contradicts the published one
 CLAIM_COLUMNS = {
-    "claim": "its name",
+    "claim": "name of the claim",
     "statement": "the claim in the words of this project; `unit` has the unit of its numbers",
-    "where": "section of the paper",
-    "published": "the paper's number",
-    "unit": "of the numbers",
-    "way": "to calibrate; empty where the claim is about none",
+    "where": "section of the original paper",
+    "published": "the original paper's number",
+    "unit": "unit of the numbers",
+    "way": "way to calibrate; empty if the claim does not depend on it",
     "found": "median over the seeds, or the share or ratio that the statement names",
-    "low": "5 % quantile over the seeds",
-    "high": "95 % quantile",
-    "seeds": "repetitions",
+    "low": "5 % quantile over the seeds; for the rule at_once, the least share over all cases",
+    "high": "95 % quantile over the seeds",
+    "seeds": "number of seeds",
     "verdict": f"{CONFIRMED}, {DIFFERS}, {FAILS}, or {ABSENT}",
-    "why": "the rule's reason",
+    "why": "the reason of the verdict",
 }
 
 
@@ -74,7 +76,18 @@ class Results:
 
 @dataclass(frozen=True)
 class Found:
-    """What one way to calibrate found for a claim: a value, its band and range over the seeds, and the share of fits that succeeded."""
+    """What one way to calibrate found for a claim; numbers are in the claim's unit, and NaN if they do not apply.
+
+    Attributes:
+        way: Way to calibrate; empty if the claim does not depend on it.
+        value: Median over the seeds, or the share, ratio or count that the rule judges.
+        low: Lower end of the band, the 5 % quantile over the seeds; for ``at_once``, the least share over all cases.
+        high: Upper end of the band, the 95 % quantile.
+        least: Smallest value of a seed.
+        most: Largest value of a seed.
+        seeds: Number of seeds.
+        succeeded: Share of the fits that succeeded.
+    """
 
     way: str
     value: float
@@ -87,7 +100,13 @@ class Found:
 
 
 def judge(rule: str, published: float, found: Found) -> tuple[str, str]:
-    """Return the verdict of a rule on what one way found, and why; failed fits confirm nothing."""
+    """Return the verdict of a rule on what one way found, and the reason.
+
+    Args:
+        rule: Name of a rule, as the module's docstring lists them.
+        published: The original paper's number.
+        found: What this way found.
+    """
     verdict, why = _judge(rule, published, found)
     if verdict == CONFIRMED and rule in ("reached", "value", "enough", "fails") and found.succeeded < MOST:
         where = "with enough data " if rule == "fails" else ""
@@ -96,12 +115,15 @@ def judge(rule: str, published: float, found: Found) -> tuple[str, str]:
 
 
 def _judge(rule: str, published: float, found: Found) -> tuple[str, str]:
+    """Return the verdict and the reason as ``judge`` does, without regard to failed fits in the rules that share this."""
     if rule == "count":
         same = found.value == published
         return (CONFIRMED, "the same count") if same else (FAILS, f"we count {found.value:g}")
     if rule == "duration" and not 0 < found.value < np.inf:
         return ABSENT, "no time was measured"
-    if rule == "duration":  # the table states no seconds, and is the same on any machine that is fast enough
+    if (
+        rule == "duration"
+    ):  # no time is stated, so that the table is the same on every machine that is fast enough
         return (
             (CONFIRMED, "timed: a fit takes less")
             if found.value < published
@@ -139,19 +161,21 @@ def _percent(share: float) -> str:
 
 
 def _by_share(share: float) -> str:
+    """Return the verdict on a share of the seeds."""
     return CONFIRMED if share >= MOST else DIFFERS if share >= 0.5 else FAILS
 
 
 def _by_ratio(ratio: float, why: str) -> tuple[str, str]:
+    """Return the verdict on a ratio of errors, with the given reason."""
     return (CONFIRMED if ratio <= SAME else FAILS if ratio >= CHANGED else DIFFERS), why
 
 
 def judge_claims(published: pd.DataFrame, results: Results) -> pd.DataFrame:
-    """Return a row for each claim and way, the columns of ``CLAIM_COLUMNS``.
+    """Return a row for each claim and way, columns ``CLAIM_COLUMNS``.
 
     Args:
-        published: judged_claims.csv.
-        results: To answer them.
+        published: Content of judged_claims.csv.
+        results: The tables of the run.
     """
     rows: list[dict[str, Any]] = []
     for claim in published.to_dict("records"):
@@ -199,14 +223,14 @@ def _of_headline(claim: Mapping[str, Any], summary: Any) -> list[Found]:
 
 
 def _over_seeds(way: str, row: Mapping[str, Any]) -> Found:
-    """Return median, band and range of a row of a summary."""
+    """Return what a row of a summary states for a claim: median, band, range, seeds and the share of fits that succeeded."""
     failed = row.get("not_converged", row.get("failed", 0) + row.get("lost", 0))
     seeds, succeeded = int(row["seeds"]), 1 - failed / row["seeds"]
     return Found(way, row["median"], row["p05"], row["p95"], row["min"], row["max"], seeds, succeeded)
 
 
 def _of_planes(claim: Mapping[str, Any], planes: Any) -> list[Found]:
-    """Return the share of seeds in which every plane lies within the claim; in a seed without a calibration none does."""
+    """Return the share of seeds in which the error of every plane lies within the claimed limit; a seed without a calibration counts as outside."""
     rows = planes[planes["method"] != INITIAL]
     seeds = planes["seed"].unique()
     inside = rows[claim["quantity"]].abs() <= float(claim["published"])
@@ -243,13 +267,13 @@ def _of_sweep(claim: Mapping[str, Any], summary: Any) -> list[Found]:
 
 
 def _at(rows: Any, value: Any) -> dict[str, Any] | None:
-    """Return the row at a value of the axis, or None."""
+    """Return the row at a value on the axis of a sweep; None without one."""
     near = rows[np.isclose(rows["value"], float(value), rtol=1e-9, atol=0)]
     return near.iloc[0].to_dict() if len(near) else None
 
 
 def _of_sequential(claim: Mapping[str, Any], summary: Any) -> list[Found]:
-    """Return the share of seeds in which one pass is worse, the headline's, with the least over all cases as ``low``."""
+    """Return for each order the share of seeds in which one pass is worse than fitting at once: in the first case, and the least as ``low``."""
     rows = summary[
         (summary["stage"] == "one_pass")
         & (summary["alignment"] == "raw")

@@ -1,4 +1,4 @@
-"""The verdicts on the claims as numbers for the paper: of each claim by way to calibrate, and how many there are of each verdict."""
+"""The verdicts on the claims as numbers for the paper: for each claim and way to calibrate, and the number of claims with each verdict."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ from study.common.methods import PROPOSED
 
 
 def claim_numbers(table: pd.DataFrame) -> dict[str, Any]:
-    """Return ``{"claims": {claim: {published, ways}}, "counts": {verdict: n}}``.
+    """Return ``{"counts": {verdict: number of claims}, "claims": {claim: {statement, where, published, verdict, ways}}}``.
 
-    Counts are of the verdicts on the proposed method, or on the only one. Units stand in the names: ``published_mm``. The
-    verdict of a claim is that on the proposed method; where ways are orders of steps, it is the least favourable.
+    The verdict of a claim is that on the proposed method; if that is none of its ways, it is the least favourable one. Units are in the names:
+    ``published_mm``.
+
+    Args:
+        table: As ``judge_claims`` returns it.
     """
     rank = [CONFIRMED, DIFFERS, FAILS]
     claims: dict[str, Any] = {}

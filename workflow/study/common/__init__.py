@@ -1,1 +1,1 @@
-"""What several studies share: grids of cases, seeds, tables, methods, statistics over the seeds, the bound, the version of the code."""
+"""What several studies share: grids of cases, seeds, tables, methods, statistics over the seeds, the Cramér-Rao bound, the version of the code."""

@@ -60,7 +60,7 @@ def write_crate(path: Path, *, root: Path, results: Sequence[Path], config: Mapp
         for number, author in enumerate(citation["authors"], start=1)
     ]
     crate.creator = authors
-    # This states the profile as well.
+    # This call also states the profile, Workflow RO-Crate.
     workflow: Any = crate.add_workflow(
         root / WORKFLOW, WORKFLOW, main=True, lang="snakemake", lang_version=version("snakemake")
     )
@@ -104,7 +104,7 @@ def _within(file: Path) -> str:
 
 
 def _commit(root: Path) -> str | None:
-    """Return the commit of a checkout, or None where there is none."""
+    """Return the commit of a checkout; None outside a repository."""
     ran = subprocess.run(
         ["git", "-C", str(root), "rev-parse", "HEAD"], capture_output=True, text=True, check=False
     )

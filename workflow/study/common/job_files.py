@@ -1,4 +1,4 @@
-"""Files as jobs name them, and the files that a scene consists of: a rule lists both as input, so that an edit of either counts."""
+"""Files as jobs name them, and the files that a scene consists of: rules list both of these as input, so that an edit of either runs jobs again."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from scalar.data.io.plain_yaml import load_yaml
 
 
 def local(path: Path) -> str:
-    """Return a file of the repository as jobs name it: short where it lies below the working directory."""
+    """Return a file's path as jobs name it: relative to the working directory if the file lies below that."""
     here = Path.cwd()
     return str(path.relative_to(here) if path.is_relative_to(here) else path)
 
 
 def robot_of_scene(scene: Path) -> list[str]:
-    """Return the robot file that a scene names, as jobs name it; nothing where the scene holds the robot itself.
+    """Return the robot's file that a scene names, as jobs name it; an empty list if the scene's own file describes the robot.
 
     Raises:
         InvalidInput: The scene cannot be read, or is not YAML.

@@ -14,10 +14,10 @@ _SOURCES = ("*.py", "*.json", "*.jinja")
 
 
 def code_version() -> dict[str, str | None]:
-    """Return ``{"version", "commit", "sources_sha256"}``; the commit is None outside a repository, and ends in ``-modified`` if sources differ.
+    """Return ``{"version", "commit", "sources_sha256"}`` of the code that runs.
 
-    The checksum is over the names and contents of all sources of both packages, so that it says the same of a
-    checkout and of a copy.
+    The commit is None outside a repository, and ends in ``-modified`` if sources differ from it. The checksum is over the names and contents of all
+    sources of both packages, so that a checkout and a copy of it have the same checksum.
     """
     checksum = sources_checksum(*_PACKAGES)
     return {"version": scalar.__version__, "commit": _commit(), "sources_sha256": checksum}

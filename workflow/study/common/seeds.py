@@ -22,7 +22,11 @@ def batch_names(first: int, count: int, per_batch: int) -> list[str]:
 
 
 def batch_seeds(name: str) -> list[int]:
-    """Return the seeds of a batch by its name."""
+    """Return the seeds of a batch by its name.
+
+    Raises:
+        ValueError: The text is no name of a batch.
+    """
     match = _BATCH.fullmatch(name)
     if match is None:
         raise ValueError(f"{name!r} is no name of a batch")
@@ -30,6 +34,6 @@ def batch_seeds(name: str) -> list[int]:
 
 
 def found_seeds(folder: str | Path) -> Sequence[tuple[int, Path]]:
-    """Return (seed, path) of everything in a batch's folder that is named after a seed, by seed."""
+    """Return (seed, path) of every file or folder in a batch's folder that is named after a seed, sorted by seed."""
     found = [(_SEED.fullmatch(path.stem), path) for path in Path(folder).iterdir()]
     return sorted((int(match[1]), path) for match, path in found if match)

@@ -1,4 +1,4 @@
-"""Tables of a study as CSV: whole or not at all, enough digits, the same bytes from the same numbers."""
+"""Read and write the tables of a study as CSV files. A table is written whole or not at all, and the same numbers give the same bytes."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import pandas as pd
 
 from scalar.data.io.atomic import atomic_write
 
-DIGITS = 9  # of a number in a table: rounding shows neither in a figure nor in a comparison
+DIGITS = 9  # significant digits of a number in a table: enough for every figure and comparison
 
 
 def write_table(path: str | Path, table: pd.DataFrame, digits: int = DIGITS) -> None:
-    """Write a table to a CSV file, numbers with so many significant digits."""
+    """Write a table to a CSV file, with ``digits`` significant digits of each number."""
     with atomic_write(path) as temporary:
         table.to_csv(temporary, index=False, float_format=f"%.{digits}g", lineterminator="\n")
 
@@ -29,6 +29,6 @@ def of_case(table: pd.DataFrame, case: str) -> pd.DataFrame:
 
 
 def read_tables(paths: Sequence[str | Path]) -> pd.DataFrame:
-    """Return tables of the same columns below one another, in the order given; an empty cell is missing, the word null is a word."""
+    """Return tables with the same columns as one, in the given order; an empty cell and ``nan`` are missing values, ``null`` is a text."""
     tables = [pd.read_csv(path, keep_default_na=False, na_values=["", "nan"]) for path in paths]
     return pd.concat(tables, ignore_index=True)

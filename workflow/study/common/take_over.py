@@ -1,10 +1,10 @@
-"""A workflow that was killed goes on with a plain call: what only a living Snakemake may hold is taken over from a dead one.
+"""Let a workflow that was killed be resumed by a plain call: clear away the locks and marks that the killed Snakemake has left.
 
 Snakemake leaves two things behind when it is killed: a lock on its files, which names no process, and marks on the outputs of the jobs that
 ran. Each main process of this workflow holds a record lock of its own on a file in ``.snakemake``, which the system releases when the
-process ends, however it ends; one that ends of itself empties the file. Who gets that lock knows that nobody else works in the folder:
-Snakemake's lock is then stale, and marked outputs are half-written at most. Who does not
-get it leaves everything to Snakemake, which refuses to start.
+process ends, however it ends; a process that is not killed empties the file at its end. A process that gets that lock is the only one that works in
+the folder: Snakemake's lock is then stale, and marked outputs are half-written at most. A process that does not get it changes nothing; Snakemake
+itself then refuses to start.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _held: list[int] = []  # open for as long as this process lives
 
 
 def take_over(folder: Path) -> bool:
-    """Own the folder of a workflow, and clear away what a killed Snakemake has left in it; False if another one lives.
+    """Take the lock on the folder of a workflow, and clear away what a killed Snakemake has left in it; return False if another process has it.
 
     Args:
         folder: Snakemake's own, ``.snakemake``, in the working directory; may be missing.
@@ -43,7 +43,9 @@ def take_over(folder: Path) -> bool:
     except OSError:
         os.close(descriptor)
         return False
-    killed = os.pread(descriptor, 1, 0) != b""  # else the last one ended of itself, or there was none
+    killed = (
+        os.pread(descriptor, 1, 0) != b""
+    )  # an empty file: the last process was not killed, or there was none
     os.ftruncate(descriptor, 0)
     os.pwrite(descriptor, f"{os.getpid()}\n".encode(), 0)
     _held.append(descriptor)

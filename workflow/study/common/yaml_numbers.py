@@ -8,7 +8,7 @@ from scalar.data.io.plain_yaml import resolve
 
 
 def with_numbers(value: Any) -> Any:
-    """Return a config in which ``1e-4`` is a number, as YAML 1.2 has it; YAML 1.1 wants ``1.0e-4``."""
+    """Return a config in which ``1e-4`` is a number, as in YAML 1.2; Snakemake reads YAML 1.1, in which only ``1.0e-4`` is one."""
     if isinstance(value, dict):
         return {key: with_numbers(item) for key, item in value.items()}
     if isinstance(value, list):

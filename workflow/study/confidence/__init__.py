@@ -1,1 +1,1 @@
-"""The confidence of answers: the trials to which it is fitted, and how often answers are right that state it."""
+"""The confidence of answers: the answers of trials, the fit of the confidence to them, and how often answers with a stated confidence are right."""

@@ -1,6 +1,7 @@
-"""The answers of trials: one row for each answer of each set, with what speaks for it, and whether it is right.
+"""List the answers of trials: a row for each answer of each set, with the features of its grounds, and whether it is right.
 
-The sets are halved: by their numbers, and sets of an unknown cause or shape by its kind, so that no half has seen the other's causes.
+The sets are divided into two halves by their numbers; sets with an unknown cause or shape are divided by its kind, so that no such kind occurs in
+both halves.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from scalar.diagnosis.confidence import features
 from scalar.diagnosis.grounds import COMPONENT, EFFECT, STRUCTURE, FinalResiduals, Grounds
 from scalar.diagnosis.repeated_changes import repetitions
 from study.blind_trials.score import NOISES, UNATTRIBUTED, same
-from study.blind_trials.trial_score import acceptable, flaws
-from study.blind_trials.trial_summaries import truth_in
+from study.blind_trials.stratified_score import acceptable, flaws
+from study.blind_trials.stratified_summaries import truth_in
 from study.tracked_trials.score import is_cause, is_true_jitter
 
 HALVES = ("first", "second")
@@ -64,7 +65,11 @@ def _answers_of_set(
 
 
 def every_answer(found: Sequence[Mapping[str, Any]]) -> Iterator[Mapping[str, Any]]:
-    """Yield the entries of a diagnosis, and instead of one that only gathers doubtful names, each of these names."""
+    """Yield every answer of a diagnosis.
+
+    These are its entries. An entry may list doubtful names (``most_like``): these are answers too, and the entry itself is one only if it was
+    corrected by a flexible term.
+    """
     for entry in found:
         names = entry.get("most_like", ())
         yield from names
@@ -73,14 +78,14 @@ def every_answer(found: Sequence[Mapping[str, Any]]) -> Iterator[Mapping[str, An
 
 
 def kind_of(entry: Mapping[str, Any]) -> str:
-    """Return what an entry of a diagnosis is. A variance component that is no noise is structure."""
+    """Return the kind of an answer: ``STRUCTURE`` if it is unattributed, ``COMPONENT`` if it is a variance component, else ``EFFECT``."""
     if entry["name"] == UNATTRIBUTED:
         return STRUCTURE
     return COMPONENT if entry["name"] in NOISES else EFFECT
 
 
 def grounds_from(kind: str, entry: Mapping[str, Any]) -> Grounds:
-    """Return the grounds that diagnosis.json states."""
+    """Return the grounds of an answer of the given kind, from the entry ``grounds`` of diagnosis.json."""
     final_residuals = FinalResiduals(
         **{key: entry[key] for key in ("poses", "misfit", "chance", "correlated", "scans")}
     )
@@ -89,7 +94,16 @@ def grounds_from(kind: str, entry: Mapping[str, Any]) -> Grounds:
 
 
 def is_right(entry: Mapping[str, Any], truth: Mapping[str, Any], found: list[Mapping[str, Any]]) -> bool:
-    """Return whether an answer is right; structure is where anything is that no other entry names."""
+    """Return whether an answer is right.
+
+    A name is right if it is acceptable (``stratified_score``). Unattributed structure is right if something was injected that no entry names, or if
+    the scanner or a surface has systematic errors.
+
+    Args:
+        entry: The answer.
+        truth: The truth of the set, as ``truth_in`` returns it.
+        found: All entries of the diagnosis.
+    """
     if entry["name"] != UNATTRIBUTED:
         return acceptable(entry, truth)
     unnamed = [i for i in truth["injected"] if not any(same(e, i) for e in found)]
@@ -106,9 +120,9 @@ def is_right_of_tracked(
 
     Args:
         entry: The answer.
-        causes: Of the set.
-        repeats: Whether the joints come back exactly; a jitter of poses is then wrong.
-        found: All answers of the set; structure is where a cause is that none of them names.
+        causes: The injected causes of the set.
+        repeats: Whether the joints return exactly to a pose; a jitter of poses is then wrong.
+        found: All entries of the diagnosis. Unattributed structure is right if none of them names some cause.
     """
     if entry["name"] != UNATTRIBUTED:
         return any(is_cause(entry, cause) for cause in causes) or is_true_jitter(entry, repeats)

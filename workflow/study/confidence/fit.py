@@ -1,7 +1,7 @@
-"""The confidence, fitted to the answers of trials and reported for others.
+"""Fit the confidence to the answers of trials, and report how often answers with a stated confidence are right.
 
-What is reported of an answer follows from the fit to the half of the trials to which it does not belong (cross-fitting; ``answers`` halves them).
-The package takes the fit to both halves, which has seen more causes than either.
+The confidence that is reported of an answer follows from the fit to that half of the trials to which the answer does not belong (cross-fitting;
+``study.confidence.answers`` divides the trials). The package uses the fit to both halves, which contains more causes than either.
 """
 
 from __future__ import annotations
@@ -24,23 +24,35 @@ from study.confidence.answers import HALVES
 
 KINDS = (EFFECT, COMPONENT, STRUCTURE)
 FEATURES = tuple(features(Grounds(EFFECT, 0.0, 0.0, 0.5, 0, False, FinalResiduals(1, 1.0, 1.0, False, True))))
+"""Names of the features of an answer, in the order of the columns of a regression."""
 SIGNS = {
     "log_odds": (0.0, None),
     "least_log_odds": (0.0, None),
     "rivalled": (None, 0.0),
     "share": (0.0, None),
 }
+"""``{feature: bounds of its coefficient}``: more evidence never makes an answer less sure, and a rival never makes it surer."""
 BINS = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)
+"""Edges of the bins of the stated confidence."""
 PRIOR = {EFFECT: 0.5, COMPONENT: 0.2, STRUCTURE: 1.0}
-"""Prior standard deviation of a coefficient, of features of unit standard deviation. Chosen among 0.1, 0.2, 0.3, 0.5 and 1 by the likelihood of the
-half that each fit has not seen; these and the next are the only numbers in whose choice all sets took part."""
+"""``{kind: prior standard deviation of a coefficient}``, for features of unit standard deviation.
+
+Chosen among 0.1, 0.2, 0.3, 0.5 and 1 by the likelihood of that half of the answers to which each fit was not made. These numbers and ``NAME_PRIOR``
+are the only ones that were chosen with the answers of all sets."""
 NAME_PRIOR = 2.0
 """Prior standard deviation of the offset of a name; chosen among 0.5, 1 and 2 in the same way."""
-_LEAST_STD = 1e-9
+_LEAST_STD = 1e-9  # a feature with a smaller standard deviation counts as constant
 
 
 def fitted(answers: pd.DataFrame) -> dict[str, Any]:
-    """Return the coefficients of each kind, as ``predicted`` takes them. Changes that are found again and again are left out; a rule judges them."""
+    """Return ``{kind: coefficients}``, as ``scalar.diagnosis.confidence.predicted`` takes them.
+
+    Answers that repeat the same kind of change several times in a set (``repeated`` above 1) are left out: their confidence is divided by that
+    number.
+
+    Args:
+        answers: As ``answers_of`` and ``tracked_answers_of`` return them.
+    """
     some: Any = answers[answers["repeated"] == 1]
     return {kind: regression(*_arrays(some[some["kind"] == kind]), PRIOR[kind]) for kind in KINDS}
 
@@ -48,7 +60,7 @@ def fitted(answers: pd.DataFrame) -> dict[str, Any]:
 def regression(X: Array, right: Array, named: Sequence[str], prior: float) -> dict[str, Any]:
     """Return a logistic regression with normal priors on the coefficients of standardised features and on the offsets of names.
 
-    More evidence never makes an answer less sure, which bounds the signs of some coefficients. Without answers the confidence is one half.
+    The signs of some coefficients are bounded (``SIGNS``). Without answers the confidence is one half.
 
     Args:
         X: ``(n, k)``, features in the order of ``FEATURES``.
@@ -90,11 +102,12 @@ def regression(X: Array, right: Array, named: Sequence[str], prior: float) -> di
 
 
 def _arrays(some: Any) -> tuple[Array, Array, list[str]]:
+    """Return the features ``(n, k)``, whether each answer is right ``(n,)`` (0 or 1), and the names that the answers give."""
     return some[list(FEATURES)].to_numpy(dtype=float), some["right"].to_numpy(dtype=float), list(some["name"])
 
 
 def with_confidence(answers: pd.DataFrame) -> pd.DataFrame:
-    """Return the answers, each with the confidence by the fit to the half that it is not in."""
+    """Return the answers with the column ``confidence``: that by the fit to the half to which the answer does not belong."""
     some: Any = answers
     by_half = {half: fitted(some[some["half"] != half]) for half in HALVES}
     stated = [
@@ -126,7 +139,14 @@ def reliability(stated: pd.DataFrame) -> pd.DataFrame:
 
 
 def summary(stated: pd.DataFrame) -> dict[str, Any]:
-    """Return Brier scores beside those of the plain share of right answers, and how many sure answers are wrong."""
+    """Return for each kind of answer the Brier score of the confidence, the number of sure answers (``SURE`` or more), and of those that are wrong.
+
+    ``brier_of_share`` is the Brier score if every answer stated the share of right answers of its kind. For sets with one effect, the numbers of
+    right names, and of those that are sure, are added.
+
+    Args:
+        stated: As ``with_confidence`` returns them.
+    """
     some: Any = stated
     content: dict[str, Any] = {"sure_from": SURE}
     for kind in KINDS:

@@ -1,4 +1,4 @@
-"""Spoil a simulated dataset to several degrees, diagnose each, and compare with the truth: a row for each degree. Nothing is written to files."""
+"""Add faults of several degrees to a simulated dataset, diagnose each, and compare with the truth: a row for each degree. No dataset is written."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
 from scalar.errors import ScalarError
 from study.blind_trials.run import CRASHED, errors
+from study.blind_trials.score import NOISES
 from study.common.grid import with_overrides
-from study.common.memory import dataset_in_memory
+from study.common.in_memory import dataset_in_memory
 from study.common.scene_config import scene_config
 from study.edges.axes import AXES
 
@@ -25,7 +26,6 @@ INJECTED: dict[str, list[dict[str, Any]]] = {
 }
 SCENE = {"poses_per_plane": 25, "sensor.points_per_scan": 40, "truth_poses": 500}
 """Keys of the scene that all sets share."""
-NOISES = ("pose_jitter", "scan_bias")
 EDGE_COLUMNS = {
     "axis": "kind of fault",
     "value": "its degree, in the unit of the axis",
@@ -79,12 +79,12 @@ def run_edges(scene: Path, values: Mapping[str, Sequence[float]], seeds: Sequenc
 
 
 def answer(make: Any, injected: Sequence[Mapping[str, Any]], truth_poses: pd.DataFrame) -> dict[str, Any]:
-    """Return the answer of a diagnosis and its errors, as entries of a row.
+    """Make a dataset and diagnose it; return the answer and the errors, as entries of a row.
 
     Args:
-        make: Returns the dataset, or raises a ``ScalarError``.
-        injected: Entries of truth.json.
-        truth_poses: Joint angles and true frames.
+        make: Function without arguments that returns the dataset, or raises a ``ScalarError``.
+        injected: The injected effects, entries of truth.json.
+        truth_poses: Joint angles and true frames at the evaluation poses, content of ``truth_poses.csv``.
     """
     try:
         dataset: Dataset = make()

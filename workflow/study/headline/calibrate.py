@@ -1,4 +1,4 @@
-"""Calibrations of one case over seeds by one method; a fit that fails is recorded, and the others go on."""
+"""Calibrate the datasets of one case, a seed each, by one method; a fit that fails is recorded, and the others are still made."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ FAILURE_FORMAT = "scalar-failure/1"
 
 
 def calibrate_seeds(data_dir: str | Path, method: str, out_dir: str | Path) -> None:
-    """Write ``seed-001.json`` and so on: a calibration, or why there is none.
+    """Write ``seed-001.json`` and so on: each contains a calibration, or the status and the reasons of a fit that failed.
 
     Args:
-        data_dir: As ``simulate_seeds`` wrote it.
-        method: One of ``METHODS``.
-        out_dir: Gets a file for each seed; made if missing.
+        data_dir: Folder of simulated datasets, as ``simulate_seeds`` wrote it.
+        method: A key of ``study.common.methods.METHODS``.
+        out_dir: Folder for the files; made if missing.
     """
     for seed, folder in found_seeds(data_dir):
         path = Path(out_dir) / f"{folder.name}.json"

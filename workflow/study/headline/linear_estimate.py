@@ -1,7 +1,7 @@
-"""How good the linear estimate of the scanner's pose is from which the original paper starts (its Section III-A).
+"""Compute the errors of the linear estimate of the scanner's pose, from which the original paper's fit starts (its Section III-A).
 
-It is made of the scans of the most level plane with the nominal arm and the initial guess of that plane. Beside it stands the pose that the
-dataset declares, which the proposed method may start from instead.
+The estimate is made from the scans of the most level plane, with the nominal arm and the initial guess of that plane. For comparison, the errors of
+the pose that the dataset declares are given too, from which the proposed method may start instead.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ LINEAR, DECLARED = "linear", "declared"
 
 
 def linear_estimates(data_dirs: Sequence[str | Path]) -> pd.DataFrame:
-    """Return the errors of the scanner's pose on the flange, rows ``seed, start, position_mm, orientation_deg``.
+    """Return the errors of the scanner's pose on the flange: columns ``seed, start, position_mm, orientation_deg``.
 
     ``start`` is ``linear`` or ``declared``; a dataset that declares no pose has no row for it.
 
     Args:
-        data_dirs: Batches, as ``simulate_seeds`` wrote them.
+        data_dirs: Folders of simulated datasets, one for each batch, as ``simulate_seeds`` wrote them.
 
     Raises:
         Undetermined: The scans of the most level plane determine no linear estimate, and no pose is declared.

@@ -1,4 +1,4 @@
-"""The picture of a study's workcell as a PNG, and the pixels at which its parts appear."""
+"""Draw the simulated workcell of a case as a PNG, and state the pixels at which its parts appear."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ def write_picture(
     Args:
         scene: Config file of the scene.
         overrides: ``{dotted key: value}`` of the case.
-        seed: Whose scans are shown.
-        picture: PNG.
-        places: JSON, ``{name: [x, y]}`` in pixels from the upper left.
+        seed: Seed of the scene whose scans are shown.
+        picture: The PNG file to write.
+        places: The JSON file to write, ``{name of a part: [x, y]}`` in pixels from the upper left corner.
 
     Raises:
         InvalidInput: The scene is at fault.

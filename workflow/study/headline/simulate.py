@@ -1,4 +1,4 @@
-"""Datasets of one case over seeds, each in a folder as ``scalar simulate`` writes it."""
+"""Simulate the datasets of one case, a seed each, in folders as ``scalar simulate`` writes them."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def simulate_seeds(
     Args:
         scene: Config file of the scene.
         overrides: ``{dotted key: value}`` of the case.
-        seeds: Each a dataset.
-        out_dir: Gets a folder for each seed, ``seed-001`` and so on.
+        seeds: Seeds of the datasets.
+        out_dir: Folder in which each seed gets a folder, ``seed-001`` and so on.
 
     Raises:
         InvalidInput: The scene is at fault.

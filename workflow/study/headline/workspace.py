@@ -21,10 +21,11 @@ from study.headline.calibrate import FAILURE_FORMAT
 
 BIN = 0.06  # m: side of a cell of the map
 STATES = ("before_mm", "after_mm", "predicted_mm")
+"""Errors that are mapped: those of the nominal model, of the calibrated one, and the standard error that the calibration states."""
 
 
 def correlation(calibration: Calibration) -> pd.DataFrame:
-    """Return the correlations of the free parameters, ``parameter`` and a column each; NaN where a standard error is zero."""
+    """Return the correlation matrix of the free parameters, with their names in the column ``parameter``; NaN where a standard error is zero."""
     std = np.sqrt(np.diag(calibration.covariance))
     with np.errstate(divide="ignore", invalid="ignore"):
         matrix = calibration.covariance / std / std[:, None]

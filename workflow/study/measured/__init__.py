@@ -1,1 +1,1 @@
-"""Measured robots: the published files, models of increasing size on held-out poses, and the errors of their gears."""
+"""Measured robots: the published files, the errors of models with more and more parameters on held-out poses, and the errors of the gears."""

@@ -19,11 +19,11 @@ class SetsAtHand:
 
     Attributes:
         originals: ``{set: its original files}``.
-        folder: Local folder with original files, or empty.
-        addresses: Where else to ask, as ``Original.addresses`` takes them.
-        kept: Folder in which a set fetched before has a folder of its name.
+        folder: Local folder with original files; empty if there is none.
+        addresses: Templates of addresses in the network, as ``Original.addresses`` takes them.
+        kept: Folder in which each set that was fetched before has a folder with the set's name.
         transfers: ``{set: the set whose effects are applied to it}``.
-        warn: Is given a sentence about what is missing, if anything is.
+        warn: Function that is called with a sentence about the missing files, if any are missing.
     """
 
     originals: Mapping[str, Sequence[Original]]
@@ -35,7 +35,7 @@ class SetsAtHand:
 
     @cached_property
     def names(self) -> list[str]:
-        """The sets at hand, in the order of the originals: all of them where the network answers."""
+        """The sets at hand, in the order of the originals; all of them if a missing file can be downloaded."""
         missing = self._missing()
         if missing and any(map(answers, next(iter(missing.values()))[0].addresses(self.addresses))):
             return list(self.originals)
@@ -58,6 +58,7 @@ class SetsAtHand:
         return {name: files for name, files in absent.items() if files and not (self.kept / name).is_dir()}
 
     def _what_to_do(self, missing: Mapping[str, Sequence[Original]]) -> str:
+        """Return the warning that names the missing files, and says what to do."""
         where = f"in measured.folder ({self.folder})" if self.folder else "here (measured.folder is not set)"
         files = "; ".join(
             f"{name}: {', '.join(file.file for file in absent)}" for name, absent in missing.items()

@@ -1,4 +1,4 @@
-"""The error of each joint's gear over its angle, as two campaigns found it, and how far they agree.
+"""Tabulate the error of each joint's gear over its angle, and how far two campaigns agree on it.
 
 Angles a full turn apart are the same angle of the gear. An angle counts as measured (``seen``) only if a campaign has poses nearby.
 """
@@ -19,7 +19,7 @@ from scalar.geometry.se3 import Array
 from scalar.units import DEG, MRAD
 
 STEP_DEG = 2.0
-NEAR = 3  # poses within 1.5 steps of an angle for which it counts as measured
+NEAR = 3  # least number of poses within 1.5 steps of an angle with which it counts as measured
 COLUMNS = ("joint", "angle_deg", "error_mrad", "std_mrad", "seen")
 
 
@@ -49,7 +49,7 @@ def gear_errors(found: Calibration, dataset: Dataset) -> pd.DataFrame:
 
 
 def _error(found: Calibration, joint: int, angles: Array) -> tuple[Array, Array]:
-    """Return the error [rad] and its variance [rad^2] at angles ``(N,)`` [rad]."""
+    """Return the error ``(N,)`` [rad] of a joint's gear and its variance ``(N,)`` [rad^2] at angles ``(N,)`` [rad]."""
     model = found.model
     q = np.zeros((len(angles), model.robot.n_joints))
     q[:, joint - 1] = angles

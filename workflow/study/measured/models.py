@@ -1,10 +1,10 @@
-"""What a measured set says of its robot, from the bare model upwards, always on blocks of poses held out.
+"""Compare models of a measured robot by their errors on held-out blocks of poses.
 
-Truth is not known here: the one judge is how well poses are predicted that no fit has seen. Three models are
-compared with the diagnosis: only the places of base (tracker, planes) and sensor fitted; the geometry as well;
-and the geometry with another campaign's effects, fixed as they were found there. Two checks guard what the diagnosis says: another split of the
-poses, with fits of its own, and a control in which effects must explain nothing: effects on joints that are given the angles of
-other poses.
+The truth is not known here, so models are compared by how well they predict poses to which they were not fitted. Three models are compared with that
+of the diagnosis: one in which only the poses of base (tracker, planes) and sensor are fitted; one in which the geometry of the arm is fitted as
+well; and one with the geometry fitted and the effects of another campaign, fixed as they were found there. Two checks test the diagnosis: another
+split of the poses, with fits of its own; and a control in which the effects of joints are computed from the angles of other poses, so that they
+cannot explain anything.
 """
 
 from __future__ import annotations
@@ -36,15 +36,19 @@ from scalar.units import MM
 from study.common.provenance import code_version
 
 SUMMARY_COLUMNS = ("set", "model", "poses", "train_rms_mm", "held_out_rms_mm", "held_out_max_mm")
-FRESH_SHARE = 0.3  # of the poses, drawn at random, each with its repetitions
-_SEED = 20260
-FEW_COEFFICIENTS = 3
+FRESH_SHARE = 0.3  # share of the different poses that are drawn at random and held out in the other split, each with its repetitions
+_SEED = 20260  # seed of the other split and of the shuffled angles
+FEW_COEFFICIENTS = 3  # most coefficients of an effect with which the summary lists them
 SHUFFLED = "effects_on_shuffled_angles"
 BASE_AND_TOOL, BEFORE, AFTER = "base_and_tool", "geometry", "geometry_and_effects"
+"""Names of the models in the tables."""
 
 
 def compare(dataset: Dataset) -> dict[str, dict[str, float]]:
-    """Return the errors [mm] with only base and sensor fitted, and with the geometry as well."""
+    """Return the errors of two models: with only base and sensor fitted, and with the geometry fitted as well.
+
+    The values are ``{poses, train_rms_mm, held_out_rms_mm, held_out_max_mm}``, errors in mm.
+    """
     cleaned, prepared = _prepared(dataset)
     model = prepared.initial.model
     fixed = set(model.robot.parameter_names)
@@ -64,13 +68,13 @@ def _prepared(dataset: Dataset) -> tuple[Dataset, Prepared]:
 
 
 def transferred(dataset: Dataset, effects: Sequence[Effect]) -> dict[str, float]:
-    """Return the errors [mm] with the geometry fitted and the effects fixed as another campaign found them."""
+    """Return the errors with the geometry fitted and the effects fixed as another campaign found them; values as those of ``compare``."""
     cleaned, prepared = _prepared(dataset)
     return _errors(_refitted(cleaned, prepared.initial.model, prepared.free, effects))
 
 
 def on_a_fresh_split(dataset: Dataset, found: Calibration) -> dict[str, float]:
-    """Return the errors [mm] on poses drawn anew and held out from whole fits, of the geometry alone and with the effects found.
+    """Return the RMS errors [mm] on poses of another split, held out from whole fits: of the geometry alone, and with the effects found.
 
     Args:
         dataset: The dataset that was diagnosed.
@@ -89,7 +93,9 @@ def on_a_fresh_split(dataset: Dataset, found: Calibration) -> dict[str, float]:
 
 
 def on_shuffled_angles(dataset: Dataset, found: Calibration) -> dict[str, float]:
-    """Return the errors [mm] with effects that are fitted anew to the angles of other poses: nothing is left for them to explain.
+    """Return the errors with effects of joints that are fitted to the angles of other poses, so that they cannot explain anything.
+
+    The values are those of ``compare``.
 
     Args:
         dataset: The dataset that was diagnosed.
@@ -104,19 +110,24 @@ def on_shuffled_angles(dataset: Dataset, found: Calibration) -> dict[str, float]
 
 
 def _fitted(
-    dataset: Dataset, prepared: Prepared, effects: Sequence[Effect], found: Calibration, seen: Dataset
+    dataset: Dataset, prepared: Prepared, effects: Sequence[Effect], found: Calibration, effect_poses: Dataset
 ) -> FittedState:
-    """Return the optimum of geometry and effects, started without effects; the effects are computed from the poses of ``seen``.
+    """Return the optimum of geometry and effects for a dataset, started without effects.
 
-    Rows are weighted by the residual that the calibration left, as the priors of the effects' sizes assume.
+    Args:
+        dataset: The dataset without gross errors.
+        prepared: The preparation of the whole dataset for a fit.
+        effects: The effects to fit.
+        found: A calibration with effects. Rows are weighted by its residual, as the priors of the effects' sizes assume.
+        effect_poses: Has the poses from which the effects are computed: those of ``dataset``, or shuffled ones.
     """
     nothing = tuple(effect.with_coefficients(np.zeros(len(effect.coefficients))) for effect in effects)
     model = replace(prepared.coarse, effects=nothing).rebased()
     left = float(found.residual_rms / np.sqrt(measure(dataset).rows_per_pose))
     stated = replace(dataset, sensor=replace(dataset.sensor, noise=left))
     whole = Residuals.of(dataset, model, measure(stated))
-    told = Residuals.of(seen, model, whole.measurement)
-    residuals = Residuals(whole.measurement, whole.poses, told.bases, whole.known)
+    of_effects = Residuals.of(effect_poses, model, whole.measurement)
+    residuals = Residuals(whole.measurement, whole.poses, of_effects.bases, whole.known)
     free = np.r_[prepared.free, np.ones(sum(len(e.coefficients) for e in effects), dtype=bool)]
     free &= ~unobservable_coefficients(residuals, model, free) if effects else True
     return FittedState(
@@ -131,7 +142,7 @@ def _fitted(
 
 
 def _refitted(dataset: Dataset, model: Any, free: Array, effects: Sequence[Effect]) -> FittedState:
-    """Return the optimum of a model whose effects are fixed."""
+    """Return the optimum of a model's free parameters ``free``, with the effects fixed."""
     model = replace(model, effects=tuple(effects)).rebased()
     all_free = np.r_[free, np.zeros(sum(len(effect.coefficients) for effect in effects), dtype=bool)]
     residuals = Residuals.of(dataset, model).reweighted(model)
@@ -150,6 +161,7 @@ def _refitted(dataset: Dataset, model: Any, free: Array, effects: Sequence[Effec
 
 
 def _errors(state: FittedState) -> dict[str, float]:
+    """Return the number of poses, and the errors [mm] of a fitted model on the poses of the fit and on held-out ones."""
     error = held_out_errors(state)
     return {
         "poses": state.dataset.n_poses,
@@ -170,12 +182,12 @@ def summarise(
     """Return the summary of all sets, the same errors as a table with a row for each set and model, and the errors of all gears.
 
     Args:
-        files: by set, the SHA-256 of each original file.
-        diagnoses: by set, the content of ``diagnosis.json``.
-        errors: by set and model, the errors [mm] of `compare` and `transferred`.
-        checks: by set, ``fresh_split`` and ``shuffled``.
-        gears: by set, what `study.measured.gears.gear_errors` gives.
-        agreements: by pair of sets, what `study.measured.gears.agreement` gives.
+        files: ``{set: {original file: SHA-256}}``.
+        diagnoses: ``{set: content of diagnosis.json}``.
+        errors: ``{set: {model: errors}}``, as ``compare`` and ``transferred`` return them.
+        checks: ``{set: {"fresh_split": .., "shuffled": ..}}``, as ``on_a_fresh_split`` and ``on_shuffled_angles`` return them.
+        gears: ``{set: table}``, as ``study.measured.gears.gear_errors`` returns it, with the column ``set``.
+        agreements: ``{pair of sets: list}``, as ``study.measured.gears.agreement`` returns it.
     """
     sets: dict[str, Any] = {}
     rows = []
@@ -186,7 +198,7 @@ def summarise(
             "files_sha256": dict(files[name]),
             "verdict": diagnosis["verdict"],
             "models": models,
-            "effects": [_told(effect) for effect in diagnosis["effects"]],
+            "effects": [_summarised(effect) for effect in diagnosis["effects"]],
             "outlier_poses": diagnosis["outliers"]["poses"],
             "floor_mm": diagnosis["residual"]["floor_mm"],
             "checks": dict(checks[name]),
@@ -206,8 +218,8 @@ def summarise(
     return summary, table, pd.concat(list(gears.values()), ignore_index=True)
 
 
-def _told(effect: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a summary keeps of an effect: its coefficients only where they are few enough to be read."""
+def _summarised(effect: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a summary keeps of an effect in diagnosis.json; its coefficients only if there are at most ``FEW_COEFFICIENTS``."""
     kept = {
         key: effect.get(key)
         for key in ("name", "target", "p_value", "held_out_rms_before_mm", "held_out_rms_after_mm")

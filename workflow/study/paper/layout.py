@@ -16,7 +16,17 @@ SLACK = 0.5  # [pt] by which boxes may reach into one another: rounding
 
 @dataclass(frozen=True)
 class Box:
-    """A box on a page: what it is, its edges from the upper left corner of the page, and the height that it would have on a page without end [pt]."""
+    """A box on a page; lengths in pt, from the upper left corner of the page.
+
+    Attributes:
+        what: What the box contains, for messages.
+        page: Number of the page.
+        left: Left edge.
+        top: Upper edge.
+        right: Right edge.
+        bottom: Lower edge; infinite if the box continues on the next page.
+        height: Height that the box would have on a page without end.
+    """
 
     what: str
     page: int
@@ -28,7 +38,7 @@ class Box:
 
 
 def layout_faults(marks: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return a sentence for each fault of the layout; none if there is none.
+    """Return a sentence for each fault of the layout; an empty list without faults.
 
     Args:
         marks: As ``typeset.placed`` returns them: corners, ``{what, corner, page, x, y, height}``; widths, ``{what, page, width, room}``;
@@ -60,7 +70,7 @@ def layout_faults(marks: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def boxes(corners: Sequence[Mapping[str, Any]]) -> list[Box]:
-    """Return the boxes of pairs of corners; one that lies on two pages reaches over the edge of the first."""
+    """Return the boxes, each made of a start corner and an end corner; one that ends on another page has an infinite lower edge."""
     started: dict[str, list[Mapping[str, Any]]] = {}
     found = []
     for mark in corners:
@@ -76,7 +86,7 @@ def boxes(corners: Sequence[Mapping[str, Any]]) -> list[Box]:
 
 
 def _overlap(a: Box, b: Box) -> float:
-    """Return how far two boxes of one page reach into one another, the lesser of both directions; <= 0: apart."""
+    """Return how far two boxes of one page overlap [pt], the lesser of both directions; zero or less if they do not."""
     across = min(a.right, b.right) - max(a.left, b.left)
     down = min(a.bottom, b.bottom) - max(a.top, b.top)
     return min(across, down)

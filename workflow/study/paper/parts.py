@@ -19,7 +19,7 @@ from scalar.effects.registry import known
 from scalar.geometry import parallel_axes
 from scalar.units import DEG, MM, MRAD
 from study.blind_trials.statistics import LEVEL
-from study.blind_trials.trial_score import MUCH_WORSE, WORSE
+from study.blind_trials.stratified_score import MUCH_WORSE, WORSE
 from study.common.methods import INITIAL, PROPOSED
 from study.common.statistics import BAND, QUANTITIES
 from study.published_curves.curves import LEFT_OUT
@@ -28,9 +28,9 @@ from study.sweeps.numbers import NEAR_BOUND
 EQUATIONS_PER_POSE = 2
 """A scan of a plane is a straight line: an offset and a slope, however many points it has."""
 CLIPPED = "baseline-clip"
-"""The reading of the root with which the proposed method is compared: it only makes the root defined."""
+"""The variant of the baseline with which the proposed method is compared: it changes the square root only where that is undefined."""
 FEW_POSES = 60
-"""Poses of the row of the stratified trials that is named after them."""
+"""Largest number of poses of the sets in the row ``60 poses`` of the stratified trials."""
 SIZE_UNITS = {
     "mrad": ("°", MRAD / DEG),
     "factor": ("σ", 1.0),
@@ -38,9 +38,9 @@ SIZE_UNITS = {
     "relative": ("tolerance", 1.0),
     "count": ("iterations", 1.0),
 }
-"""By unit of a magnitude in the results: the unit in the paper, and the factor to it. σ is the stated noise."""
+"""``{unit of a magnitude in the results: (unit in the paper, factor to it)}``; σ is the stated noise."""
 VARIANCE_COMPONENTS = 2
-"""Effects that are variance components: jitter of the poses, and an error common to a scan."""
+"""Number of effects that are variance components: a jitter of the poses, and an error common to a scan."""
 
 
 def setup(scene: Path, tilted: Path, seeds: int) -> dict[str, Any]:
@@ -142,9 +142,9 @@ def stated(
     claims: pd.DataFrame,
     judged: pd.DataFrame,
 ) -> dict[str, Any]:
-    """Return what the original paper states: ``headline.initial``, ``planes``, ``curves.noise.0.01``, the columns below.
+    """Return what the original paper states, with the columns ``QUANTITIES`` at keys such as ``headline.initial`` and ``curves.noise.0.01``.
 
-    ``headline`` and ``curves`` are its plot data; ``text`` holds the rounded numbers of its text, as printed.
+    ``headline`` and ``curves`` are its plot data; ``text`` has the rounded numbers of its text, as printed.
 
     Args:
         headline: published_headline.csv.
@@ -177,7 +177,7 @@ def stated(
 
 
 def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ratios between numbers of the parts, by part; units have gone from the names.
+    """Return ratios between numbers of the parts; the names of ratios have no unit.
 
     For the headline: the errors that the original paper states, and those of the initial model, over those of the proposed method.
     For the comparison of orders: the share of seeds in which a single pass is better, in the case of a good arm and few noisy data.
@@ -221,7 +221,7 @@ def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _nonparallel(sets: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the axis that each measured set finds out of parallel: its joint and by how much."""
+    """Return for each measured set in which a non-parallel axis was found the joint and the angle."""
     return {
         name: {
             "joint": effect["target"]["joint"],
@@ -246,7 +246,7 @@ def _sizes(candidates: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _workcells(curves: Mapping[str, Any], times: Mapping[str, float]) -> dict[str, Any]:
-    """Return by what factor errors differ between workcells, and how many such factors the published error is from that of this project.
+    """Return the factor by which errors differ between workcells, and how many standard deviations of its logarithm the published error lies off.
 
     Args:
         curves: The numbers of the study of the published curves.

@@ -16,9 +16,9 @@ from scalar.effects.flexible.unattributed import Unattributed
 from scalar.effects.registry import known
 from study.blind_trials.numbers import UNOBSERVABLE
 from study.blind_trials.score import NOISES, SLACK_POSES
-from study.blind_trials.statistics import LEVEL, clustered, wilson
+from study.blind_trials.statistics import LEVEL, clustered_interval, wilson
+from study.blind_trials.stratified_summaries import QUANTILES
 from study.blind_trials.summaries import NATURAL
-from study.blind_trials.trial_summaries import QUANTILES
 
 SAME_FORMULA = (
     "angle_bump",
@@ -86,7 +86,10 @@ def _natural(by_scene: Any, power: Any) -> dict[str, Any]:
 def _share(right: Any, scene: Any, workcell: Any) -> dict[str, Any]:
     """Return the share of ones in ``right``, with two intervals of it: by drawing whole scenes, and by drawing whole workcells."""
     hits = right.to_numpy(dtype=float)
-    by_scene, by_workcell = clustered(hits, scene.tolist()), clustered(hits, workcell.tolist())
+    by_scene, by_workcell = (
+        clustered_interval(hits, scene.tolist()),
+        clustered_interval(hits, workcell.tolist()),
+    )
     return {
         "sets": len(hits),
         "count": int(hits.sum()),

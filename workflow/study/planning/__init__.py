@@ -1,1 +1,1 @@
-"""Planned poses compared with random ones: the errors of calibrations over seeds."""
+"""Planned poses compared with random ones: the errors of calibrations, and whether further poses separate confounded causes."""

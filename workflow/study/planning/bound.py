@@ -1,4 +1,4 @@
-"""How well any poses can separate two causes: a bound that no choice of so many candidates exceeds.
+"""Compute how well any poses can separate two causes: a bound that no choice of a given number of candidate poses exceeds.
 
 The noncentrality ``lambda(w) = min_r (c, r)' M(w) (c, r)`` with ``M(w) = M_0 + sum_i w_i A_i' A_i`` is a minimum of functions that are linear in the
 weights w, and so concave. Its maximum over ``0 <= w <= 1, sum w = count`` is not below that of any choice of poses. The method of Frank and Wolfe
@@ -12,18 +12,18 @@ import numpy as np
 from scalar.geometry.se3 import Array
 from scalar.planning.separation import Question
 
-_STEPS = 300
-_GAP = 0.01  # of the value: where bound and value are this close, the search ends
+_STEPS = 300  # most steps of the search
+_GAP = 0.01  # relative difference of bound and value at which the search ends
 
 
 def best_noncentrality(question: Question, start: Array, rows: Array, count: int) -> float:
-    """Return a noncentrality that no ``count`` candidates exceed.
+    """Return a noncentrality (dimensionless) that no choice of ``count`` candidates exceeds.
 
     Args:
         question: The question that the candidates are to answer.
         start: ``(P, P)``, information of the poses that were measured.
-        rows: ``(N, m, P)``, whitened, of the candidates.
-        count: How many are added.
+        rows: ``(N, m, P)``, whitened rows of the Jacobian for each of the N candidates.
+        count: Number of candidates that are added.
     """
     rest = question.rest.astype(int)
     index = np.r_[question.own, rest].astype(int)

@@ -23,7 +23,7 @@ from scalar.planning.information import Information, information
 from scalar.planning.plan import best_design
 from scalar.planning.workcell import View, Workcell
 from scalar.units import MM
-from study.common.memory import dataset_in_memory
+from study.common.in_memory import dataset_in_memory
 
 RANDOM, PLANNED = "random", "planned"
 POSES = 1000  # the first of the evaluation poses: the standard error of their mean is some 2 %

@@ -28,7 +28,7 @@ from scalar.planning.separation import ANSWERED, noncentralities, separating_pos
 from scalar.planning.workcell import View, Workcell
 from study.blind_trials.cases import Set, Study
 from study.blind_trials.score import Entry, same
-from study.common.memory import dataset_in_memory
+from study.common.in_memory import dataset_in_memory
 from study.common.scene_config import scene_config
 from study.planning.bound import best_noncentrality
 

@@ -1,4 +1,4 @@
-"""Of the confounded pairs that any choice of as many poses can separate, how many do the planned poses separate, and how many random ones?"""
+"""Count the confounded pairs that the planned poses separate, and those that as many random ones do, among the pairs that can be separated at all."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any
 import pandas as pd
 
 from scalar.planning.separation import ANSWERED
-from study.blind_trials.statistics import clustered
+from study.blind_trials.statistics import clustered_interval
 
-_ANSWERED = ANSWERED**0.5  # standard errors
+_ANSWERED = ANSWERED**0.5  # signal in standard errors from which on a pair counts as separated
 
 WAYS = {
     "expected_planned": "separated",
@@ -17,14 +17,17 @@ WAYS = {
     "diagnosed_planned": "distinguished",
     "diagnosed_random": "distinguished_at_random",
 }
-"""What is counted of the separable pairs: what is expected, and what the diagnosis with the further poses says."""
+"""``{key of a number: column that is counted}``: what is expected of the further poses, and what the diagnosis with them says."""
 
 
 def separation_numbers(pairs: pd.DataFrame) -> dict[str, Any]:
-    """Return shares of the separable pairs with their intervals, which draw whole workcells and seeds anew.
+    """Return counts of sets and pairs, and shares of the separable pairs with intervals by drawing whole scenes (workcell and seed) anew.
+
+    ``separable`` pairs are those that some choice of as many poses may separate, ``separable_by_all`` those that the whole pool is expected to
+    separate.
 
     Args:
-        pairs: Columns ``SEPARATION_COLUMNS``.
+        pairs: The rows of all sets, columns ``SEPARATION_COLUMNS``.
     """
     table: Any = pairs
     sets = ["case", "workcell", "seed", "size"]
@@ -34,7 +37,7 @@ def separation_numbers(pairs: pd.DataFrame) -> dict[str, Any]:
         "sets_with_pairs": len(confounded.groupby(sets)),
         "pairs": len(confounded),
     }
-    # Pairs that the poses at hand separate already, by this measure, are no test of a plan.
+    # Pairs that the diagnosed poses separate already, by this measure, are no test of a plan.
     still_open = confounded[confounded["now"] < _ANSWERED]
     for name, column in (("separable", "separable"), ("separable_by_all", "separable_by_all")):
         part = still_open[still_open[column].astype(bool)]
@@ -46,7 +49,8 @@ def separation_numbers(pairs: pd.DataFrame) -> dict[str, Any]:
 
 
 def _share(hits: Any, scenes: list[str]) -> dict[str, Any]:
+    """Return count and share of hits (0 or 1), and the interval of the share; None without pairs."""
     if not len(hits):
         return {"count": 0, "share": None, "low": None, "high": None}
-    low, high = clustered(hits, scenes)
+    low, high = clustered_interval(hits, scenes)
     return {"count": int(hits.sum()), "share": float(hits.mean()), "low": low, "high": high}

@@ -1,4 +1,4 @@
-"""What planned and random poses give over the seeds, and how they compare in the same seed."""
+"""Summarise the errors with planned and with random poses over the seeds, and compare them in the same seed."""
 
 from __future__ import annotations
 
@@ -53,9 +53,8 @@ def errors_by_way(rows: list[dict[Any, Any]]) -> dict[str, dict[str, float]]:
 def planning_numbers(errors: pd.DataFrame) -> dict[str, Any]:
     """Return the errors of each way and number of poses, and for each two numbers how planned poses compare with random ones in the same seed.
 
-    ``errors`` are those of ``summarise_planning`` by way and number of poses. ``times_random`` is the median of the ratio of mean position errors,
-    ``better_in`` the number of seeds in which the planned poses err less,
-    with the probability that as many fall so by chance.
+    ``errors`` are those of ``summarise_planning``. ``times_random`` is the median ratio of the mean position error with planned poses to that with
+    random ones, ``better_in`` the number of seeds in which the planned poses have the smaller error, and ``p_value`` that of the two-sided sign test.
     """
     calibrated: Any = errors[errors["status"] == "calibrated"]
     done = calibrated.set_index(["way", "poses", "seed"])["position_mean_mm"].sort_index()

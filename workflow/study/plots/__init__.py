@@ -1,1 +1,1 @@
-"""Tables in, pictures out: nothing is computed here, and no picture is drawn from anything but a table."""
+"""The figures of the studies: each module draws tables that a study has written, and no study imports a module of this package."""

@@ -1,4 +1,8 @@
-"""Figures of the blind trials: the names given for each injected effect, answers over its size, errors after, and right answers by confidence."""
+"""The figures of the blind trials.
+
+They show the names given for each injected effect, the answers over the size of the effect, the errors after the diagnosis, and the share of right
+answers over the stated confidence.
+"""
 
 from __future__ import annotations
 
@@ -46,11 +50,11 @@ _SHOWN_IN = {  # {unit of the tables: (factor, unit of the figure)}: angles in d
 }
 _WHOLE_FROM = 10.0  # ratios from here on are written without decimals
 _LEAST_SHOWN = 0.0001  # smaller numbers below a bar are written as less than this
-_DARK = 0.55  # share above which a cell is so dark that its text is white
+_DARK = 0.55  # share of a row above which a cell of the matrix is so dark that its text is white
 
 
 def words(case: str) -> str:
-    """Return a case or a name as a label."""
+    """Return a case or the name of an effect as a label."""
     name, _, variant = case.partition("-")
     text = WORDS.get(name, name.replace("_", " "))
     return f"{text}, {variant.replace('-', ' ').replace('_', ' ')}" if variant else text

@@ -1,4 +1,4 @@
-"""The share of right answers over the stated confidence."""
+"""The figure of the share of right answers over the stated confidence."""
 
 from __future__ import annotations
 

@@ -14,11 +14,8 @@ from matplotlib.patches import Patch
 from study.plots.style import BAND, LINE, LOOKS, PUBLISHED, QUANTITY_LABELS, new_figure, numeral, styled
 
 _HALF_WIDTH = 0.11  # half the width over which the dots of one column are spread
-_CROSS, _RAW, _ALIGNED = (
-    -0.5,
-    -0.17,
-    0.19,
-)  # positions of the published cross and of both columns, relative to the tick
+_CROSS, _RAW, _ALIGNED = -0.5, -0.17, 0.19
+"""Positions of the published cross and of the columns of raw and of aligned errors, relative to the tick of a method."""
 _PANELS = (("position_mean_mm", "position_max_mm"), ("orientation_mean_deg", "orientation_max_deg"))
 
 
@@ -118,6 +115,7 @@ def _tick(method: str, summary: pd.DataFrame) -> str:
 
 
 def _legend(n_seeds: int) -> list[Line2D | Patch]:
+    """Return the entries of the legend, of which one states the number of seeds."""
     grey = {"color": BAND, "linestyle": "none", "marker": "o", "markersize": 4}
     return [
         Line2D([], [], **grey, label="raw, one dot per seed (fixed parameters at their true values)"),

@@ -1,4 +1,4 @@
-"""The singular values of the Jacobian: how many directions are unobservable, and the gap between these and the others."""
+"""The figure of the singular values of the Jacobian: how many directions are unobservable, and the gap between these and the others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The errors of the simulated initial models as a distribution, and where the published model falls in it."""
+"""The figure of the distribution of the errors of the simulated initial models, and of where the published initial model falls in it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from study.plots.style import LOOKS, PUBLISHED, QUANTITY_LABELS, new_figure, sty
 
 
 def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
-    """Return a panel for each quantity: the share of the simulated initial models below each value, and the paper's model.
+    """Return a figure with a panel for each quantity: the share of the simulated initial models below each value, and the published model.
 
     Args:
         errors: errors.csv.
@@ -41,6 +41,7 @@ def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
 
 
 def _place(row: Any, quantity: str) -> str:
+    """Return the title of a panel: the published value, and the share of the simulated ones below it."""
     value = f"published {with_unit(row['published'], quantity, 4)}:"
     if row["percentile"] >= 100:
         return f"{value}\nabove all simulated ones"

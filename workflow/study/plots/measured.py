@@ -1,4 +1,4 @@
-"""Figures of the measured robots: held-out errors of models of increasing size, and the errors of the gears over the joint angles."""
+"""The figures of the measured robots: held-out errors of models with more and more parameters, and the errors of the gears over the joint angles."""
 
 from __future__ import annotations
 

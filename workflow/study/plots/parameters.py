@@ -99,6 +99,7 @@ def _draw_errors(ax: Axes, rows: pd.DataFrame, unit: str, title: str, colour: st
 
 
 def _name_columns(ax: Axes, names: list[str]) -> None:
+    """Label the columns with the symbols of the parameters."""
     ax.set_xticks(range(len(names)), list(map(symbol, names)), fontsize=9)
     ax.set_xlim(-0.7, len(names) - 0.3)
     ax.grid(visible=False, axis="x")

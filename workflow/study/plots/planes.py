@@ -1,4 +1,4 @@
-"""Errors of the calibrated planes, and the bounds that the paper states."""
+"""The figure of the errors of the calibrated planes, with the bounds that the original paper states."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _COLUMNS = {
 }
 
 _EDGE = 1e-5
-"""Smaller errors are drawn at this value, since a logarithmic axis has no place for zero, as of a plane that stayed at an exact guess."""
+"""Smaller errors [mm or deg] are drawn at this value: a logarithmic axis has no place for the error zero of a plane whose initial guess is exact."""
 
 
 def draw_planes(planes: pd.DataFrame, published: pd.DataFrame) -> Figure:
-    """Return the errors of distance and normal, a column for each plane and method, a dot for each seed that converged.
+    """Return a figure of the errors of distance and normal: a column for each plane and method, with a dot for each seed that converged.
 
     Args:
         planes: planes.csv.

@@ -1,4 +1,4 @@
-"""The published points with the predictions of candidates, the support of each candidate, and the recovery of injected ones."""
+"""The figures of the published curves: published points with predictions, the support of each candidate, and the recovery of injected candidates."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from matplotlib.patheffects import withStroke
 
 from study.plots.style import new_figure, styled
 
-_WIDTH = 5.0  # in: text of 9 pt is 6 pt in a column of the paper
+_WIDTH = 5.0  # in: scaled to the width of a column of the paper, text of 9 pt becomes 6 pt
 _MARGIN = 12  # pixels of background that are kept on every side of the workcell
 _BACKGROUND = 0.995  # brightness from which a pixel counts as background
 

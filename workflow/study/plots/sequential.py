@@ -21,9 +21,8 @@ _WAYS = {
 }
 _QUANTITY = "position_mean_mm"
 _BAND = (0.05, 0.95)
-_FROM_MIDDLE = (
-    0.26  # share of a row's height by which the first and the last way are drawn above and below its middle
-)
+_FROM_MIDDLE = 0.26
+"""Share of a row's height by which the first and the last way are drawn above and below its middle."""
 
 
 def draw_sequential(errors: pd.DataFrame, summary: pd.DataFrame) -> Figure:

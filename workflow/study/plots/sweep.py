@@ -1,4 +1,4 @@
-"""Errors over a sweep: a panel for each quantity with bands of the methods, the bound and published points; failed fits below."""
+"""The figure of a sweep: a panel for each quantity with bands of the methods, the bound and published points, and below them the failed fits."""
 
 from __future__ import annotations
 

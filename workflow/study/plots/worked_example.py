@@ -1,4 +1,4 @@
-"""A diagnosis in five panels: residual, candidates, the joint's error by each pose, the remaining residual, errors."""
+"""The figure of a diagnosis in five panels: residual, candidates, the joint's error by each pose, the remaining residual, errors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from study.plots.style import COLOURS, EDGE, LINE, OURS, new_figure, numeral, pl
 _MARKERS = ("^", "s", "v", "D", "P", "X")
 _COLOURS = tuple(COLOURS[name] for name in ("floor", "first wall", "second wall"))
 _SURE = 3.0  # times the median standard error; poses that determine the joint's error less well are left out of that panel
-_SHOWN = 0.995  # of the dots lie within the axes
+_SHOWN = 0.995  # share of the dots that lie within the axes
 
 
 def draw_worked_example(
@@ -27,8 +27,11 @@ def draw_worked_example(
     """Return the figure in five panels, to be read from the upper left.
 
     Args:
-        poses, curve, ranking: As ``study.worked_example.tell.tell`` gives them.
-        errors, numbers: errors.csv and numbers.json of the example.
+        poses: The table of this name that ``study.worked_example.tables.diagnosis_tables`` returns.
+        curve: As ``poses``.
+        ranking: As ``poses``.
+        errors: As ``study.worked_example.tables.errors`` returns it.
+        numbers: As ``study.worked_example.tables.numbers`` returns them.
     """
     joint = numbers["found"]["joint"]
     with styled():

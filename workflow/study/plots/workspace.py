@@ -51,9 +51,8 @@ def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
                     rasterized=True,
                 )
                 ax.set_aspect("equal")
-                ax.locator_params(
-                    axis="x", nbins=2 if view == "side" else 4, min_n_ticks=1
-                )  # a side is narrow
+                # The view from the side is narrow, and has room for two ticks.
+                ax.locator_params(axis="x", nbins=2 if view == "side" else 4, min_n_ticks=1)
                 ax.set_xlabel(across)
                 if ax in axes[:, 0]:
                     ax.set_ylabel(up)

@@ -1,1 +1,1 @@
-"""Which figures of the headline depend on the processor: the same calibrations with the arithmetic of several."""
+"""Which numbers of the headline study depend on the processor: the same calibrations with the arithmetic of several processors."""

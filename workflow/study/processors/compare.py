@@ -1,6 +1,6 @@
 """Compare the errors of the main study between processors: how far means over seeds and single seeds differ.
 
-Processors round differently, which changes the last digits of every calibration. If an iteration takes another path for it, results differ visibly.
+Processors round differently, which changes the last digits of every calibration. If an iteration then takes another path, results differ visibly.
 """
 
 from __future__ import annotations

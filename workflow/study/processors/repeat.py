@@ -1,6 +1,6 @@
 """Repeat calibrations and their evaluation with the arithmetic of another processor, in a process of its own.
 
-Left out: the simulation, whose measured points are the same bytes with all kernels.
+The simulation is not repeated, since its measured points are the same bytes with all kernels.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ def repeat_on(
     Args:
         kernels: A key of ``KERNELS``.
         case: Name of the datasets' case.
-        data_dirs: As ``simulate_seeds`` wrote them.
-        methods: Names of ``study.common.methods.METHODS``.
-        out: The table, columns of ``study.headline.evaluate.ERROR_COLUMNS``.
+        data_dirs: Folders of simulated datasets, one for each batch, as ``simulate_seeds`` wrote them.
+        methods: Keys of ``study.common.methods.METHODS``.
+        out: The table to write, columns ``study.headline.evaluate.ERROR_COLUMNS``.
 
     Raises:
         subprocess.CalledProcessError: The process failed, for instance because this machine cannot run the kernels.

@@ -1,6 +1,6 @@
-"""Explain the published curves: which undeclared effect made the published curves go flat?
+"""Explain the published curves: which effect that the original paper does not mention made its curves go flat?
 
-The curves are measured data, one run for each point. Each candidate effect predicts, for every published point, how the
-logarithms of the four errors (mean and maximum, position and orientation) scatter over seeds; the curves then weigh
-the candidates, their sizes fitted. ``recovery`` injects each candidate and shows what this method can distinguish.
+The published curves are treated as measured data, one run for each point. Each candidate explanation predicts, for every published point, how the
+logarithms of the four errors (mean and maximum, position and orientation) scatter over seeds. The candidates are then compared by their evidence,
+with their magnitudes fitted to the curves. ``recovery`` injects each candidate and shows which of them this method distinguishes.
 """

@@ -40,7 +40,7 @@ class Magnitude:
 
 
 def _doubling(low: float, count: int) -> tuple[float, ...]:
-    """Return ``low`` and its doubles, ``count`` values in all."""
+    """Return ``count`` values that double from ``low`` on."""
     return tuple(low * 2.0**k for k in range(count))
 
 
@@ -93,6 +93,7 @@ class Candidate:
 
 
 STATED = "stated"
+"""Name of the candidate in which there is nothing but the stated noise."""
 CANDIDATES = (
     Candidate(STATED, "stated noise alone"),
     Candidate("noise", "more noise a point", ("noise",)),
@@ -136,7 +137,8 @@ class Prediction:
     shares: Array
 
 
-SAMPLING_VARIANCE = 4e-4  # added to variances of log errors (2 %): they are means over some hundred evaluation poses, and the original has others
+SAMPLING_VARIANCE = 4e-4
+"""Added to the variances of log errors (2 %): they are computed over some hundred evaluation poses, and the original paper used others."""
 
 
 def predict(
@@ -162,7 +164,8 @@ def predict(
         for candidate in chosen:
             tables = mean[candidate.name], cov[candidate.name], shares[candidate.name]
             if first != i and not {"tolerance", "iterations"} & set(candidate.magnitudes):
-                for table in tables:  # runs that differ in the initial guesses of the planes alone differ in the solver's path alone
+                # Runs that differ only in the initial guesses of the planes differ only in the path of the solver.
+                for table in tables:
                     table[:, i] = table[:, first]
                 continue
             for k, node in enumerate(nodes[candidate.name]):

@@ -20,9 +20,9 @@ from study.published_curves.curves import Setting
 from study.published_curves.stops import ITERATIONS, SolverPath, follow, stops_at
 from study.published_curves.workcell import Shifts, Workcell, shifts, simulate_workcell
 
-POOL = 2000  # evaluation poses that are simulated; those with the largest errors are looked for among them
-FOR_MEAN = 250  # poses over which means are taken, with a standard error of about 2 %
-FOR_MAX = 60  # further poses of the pool, those whose errors are most often the largest
+POOL = 2000  # number of evaluation poses that are simulated, among which those with the largest errors are searched
+FOR_MEAN = 250  # number of poses over which means are taken, with a standard error of about 2 %
+FOR_MAX = 60  # number of further poses of the pool, those with the largest relative errors
 
 
 @dataclass(frozen=True)

@@ -19,15 +19,23 @@ from study.published_curves.predict import Predictions, runs_to_weigh
 from study.published_curves.recovery import inject, inject_from_fits, recover
 from study.published_curves.support import RefinedPrediction, Support, refine, weigh
 
-WANTED = (
-    2.0  # least gain in log likelihood over the stated noise alone for which a fitted magnitude is injected
-)
-FRESH = 1000  # first seed of the workcells of injected curves, which the predictions do not use
+WANTED = 2.0
+"""Least gain in log likelihood [nats] over the stated noise alone for which the fitted magnitude of a candidate is injected."""
+FRESH = 1000
+"""First seed of the workcells of injected curves; the predictions use smaller seeds."""
 
 
 @dataclass(frozen=True)
 class Findings:
-    """All outputs: a row for each candidate; a row for each candidate, run and quantity; confusion; coverage; numbers."""
+    """The outputs of this study.
+
+    Attributes:
+        candidates: A row for each candidate, as ``candidate_table`` returns it.
+        predictions: A row for each candidate, run and quantity, as ``prediction_table`` returns it.
+        recovery: A row for each injected and each tried candidate, the confusion that ``recover`` returns.
+        coverage: A row for each injected magnitude, the coverage that ``recover`` returns.
+        numbers: The numbers that the paper quotes, as ``summary_numbers`` returns them.
+    """
 
     candidates: pd.DataFrame
     predictions: pd.DataFrame
@@ -73,7 +81,7 @@ def explain_published_curves(
         name: weigh(refined, curves.log_errors[None], offset)[0] for name, refined in refined_by_name.items()
     }
     candidates = candidate_table(curves, predictions, refined_by_name, verdicts, offset)
-    print("recovery", flush=True)
+    print("injecting the candidates, to test their recovery", flush=True)
     confusion, coverage = _recovery(config, scene.parent, curves, refined_by_name, verdicts, offset, options)
     return Findings(
         candidates=candidates,

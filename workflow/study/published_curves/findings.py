@@ -31,7 +31,7 @@ LARGE_NOISE = 2.0  # multiple of the median noise: the published curves bend bel
 Z95 = 1.645  # standard deviations from the median to the 95 % quantile of a normal distribution
 
 _SINGLE = ("noise", "shared", "scan", "joint", "step", "iterations", "tolerance", "abs", "abs-2018", "clip")
-"""Names of the candidates of which pairs consist, and of the readings of the root."""
+"""Names of the single effects, of which pairs consist, and of the readings of the baseline's square root."""
 
 WAYS = (
     "workcells_twice_as_different",
@@ -78,7 +78,7 @@ def candidate_table(
     verdicts: Mapping[str, Support],
     offset: Array,
 ) -> pd.DataFrame:
-    """Return a row for each candidate: magnitudes, misfit, evidence, held-out curves, verdict.
+    """Return a row for each candidate: its fitted magnitudes, misfit, evidence, held-out curves and verdict; logarithms are natural ones.
 
     Args:
         curves: The published runs.
@@ -290,6 +290,7 @@ def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _records(table: Any) -> list[dict[str, Any]]:
+    """Return the rows of a table as mappings."""
     return table.to_dict("records")
 
 

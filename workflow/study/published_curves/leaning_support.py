@@ -1,4 +1,4 @@
-"""Compute the support of each reading of the root by the published curves if walls lean, and of all explanations if no run is left out."""
+"""Compute the support of each reading of the baseline's square root if walls lean, and that of all explanations if no published run is left out."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from study.published_curves.support import ALL, refine, weigh
 
 WITH_LEFT_OUT = "with_the_run_left_out"
 """Name of the way of weighing that also uses the published runs which the config leaves out."""
-_WALLS = "leaning"
+_WALLS = "leaning"  # kind of walls in the tables of fits
 
 
 def weigh_leaning_walls(

@@ -1,7 +1,7 @@
-"""Fits at the published settings with walls that lean by up to three degrees, and with roots of negative numbers passed on as NaN.
+"""Fit the baseline at the published settings with walls that lean by up to three degrees, and with roots of negative numbers passed on as NaN.
 
-The original paper does not say how upright its walls were, nor what its solver did with the root of a negative number. The support of a reading of
-the root may depend on both, so every reading is fitted in the same workcell with its walls turned.
+The original paper does not say how upright its walls were, nor what its solver did with the square root of a negative number. The support of a
+*reading* of that root (a variant of the baseline) may depend on both, so every reading is fitted in the same workcell with its walls turned.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from study.sweeps.plans import write_plans
 from study.sweeps.run import sweep_cases
 
 LEANS_DEG = (0.0, 0.5, 1.0, 2.0, 3.0)
+"""Angles by which the walls lean, if the config states none."""
 READINGS = {
     "baseline-abs": "√|·|",
     "baseline-abs-2018": "√|·|, solver of 2018",
@@ -76,7 +77,7 @@ def fit_leaning_walls(
         scene: Config file of the original paper's workcell.
         published: published_curves.csv.
         options: The config's block ``published_curves``.
-        lean_deg: Angle by which the walls lean.
+        lean_deg: Angle by which the walls lean [deg].
         seeds: Seeds of the workcells.
 
     Raises:

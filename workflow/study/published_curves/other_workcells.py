@@ -22,6 +22,7 @@ _ONE_EFFECT = (
     Sizes(noise=0.0, scan=1e-4),
     Sizes(noise=0.0, joint=1e-4),
 )
+"""Errors of points, of scans [m] and of joints [rad] alone; the differences of log errors do not depend on their sizes."""
 _LEAST_VARIANCE = 0.05**2  # added variance of a log error: workcells differ in more ways than were tried
 
 

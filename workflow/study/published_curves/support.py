@@ -188,6 +188,7 @@ class Support:
 
 
 LEVELS = (0.68, 0.95)
+"""Levels of the posterior intervals."""
 
 
 def weigh(refined: RefinedPrediction, y: Array, offset: Array, use: Array | None = None) -> list[Support]:
@@ -197,6 +198,7 @@ def weigh(refined: RefinedPrediction, y: Array, offset: Array, use: Array | None
 
 
 def _support(refined: RefinedPrediction, found: Array) -> Support:
+    """Return the support by one set of curves, from its log likelihood ``(n, K)`` over nodes and ``KAPPA``."""
     total = float(logsumexp(found))
     node, k = np.unravel_index(int(np.argmax(found)), found.shape)
     weights = np.exp(logsumexp(found, axis=1) - total)

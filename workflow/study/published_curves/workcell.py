@@ -24,7 +24,7 @@ from scalar.estimation.prepare import candidate_mask
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from study.common.bound import true_model
-from study.common.memory import dataset_in_memory
+from study.common.in_memory import dataset_in_memory
 
 
 @dataclass(frozen=True, eq=False)

@@ -159,10 +159,12 @@ def relative_change(before: float, after: float) -> float:
 
 
 def _names(answer: Answer) -> list[str]:
+    """Return the names of the effects that an answer contains."""
     return sorted(entry["name"] for entry in answer["effects"])
 
 
 def _places(answer: Answer) -> list[str]:
+    """Return the names of the effects with their targets."""
     return sorted(
         entry["name"] if entry["target"] == "{}" else f"{entry['name']} {entry['target']}"
         for entry in answer["effects"]
@@ -174,9 +176,9 @@ def _listed(items: list[str]) -> str:
 
 
 def _change(before: list[Any], after: list[Any]) -> str:
-    if (
-        len(before) == len(after) and before and isinstance(before[0], list)
-    ):  # what is set aside: lists and counts
+    """Return in words how the number of listed things changed."""
+    is_set_aside = len(before) == len(after) and before and isinstance(before[0], list)
+    if is_set_aside:  # two lists of poses and a number of points, not a list of things
         return f"{_count(before)} became {_count(after)}"
     return f"{len(before)} became {len(after)}"
 

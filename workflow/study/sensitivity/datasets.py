@@ -1,5 +1,6 @@
-"""A set of the blind trials as a dataset, and a table of true frames at other poses. The simulator has only a line laser; the measurements of a
-tracker or a probe on the same arm are computed here.
+"""Simulate a blind set as a dataset, with a table of true frames at other poses.
+
+The simulator has only a line laser; the measurements of a tracker or a probe on the same arm are computed here.
 
 A tracker follows the sensor's origin at the postures of the scans. A probe has a stylus along the sensor's z axis; the joint angles of each posture
 are changed as little as possible, in the sense of least squares, until the tip is on the target plane, but for the noise. For both, the physics
@@ -17,7 +18,7 @@ import pandas as pd
 
 from scalar.data.dataset import Dataset, Sensor
 from study.blind_trials.gross_errors import with_gross_errors
-from study.common.memory import dataset_in_memory
+from study.common.in_memory import dataset_in_memory
 from study.common.scene_config import scene_config
 from study.sensitivity.sets import BlindSet, Sets
 
@@ -114,13 +115,14 @@ def _z_axes(rotation_vectors: Array) -> Array:
 
 
 def _along_z() -> Array:
+    """Return the tip of the stylus in the sensor's frame ``(4, 4)``."""
     T = np.eye(4)
     T[2, 3] = STYLUS
     return T
 
 
 def _measured(dataset: Dataset, sensor: Sensor, q: Array, points: Array | None) -> Dataset:
-    """Return a dataset of the same arm and poses, seen by another sensor."""
+    """Return a dataset of the same arm, measured by another sensor at joint angles ``(N, n)`` [rad]; without points, one of contacts with planes."""
     own = {"pose", "plane", *(f"q{j + 1}" for j in range(q.shape[1]))}
     columns: dict[str, Any] = {
         str(name): dataset.poses[name].to_numpy() for name in dataset.poses.columns if name not in own

@@ -34,7 +34,7 @@ COLUMNS = {
     "guards": "if nothing changed: against what the setting guards",
     "test": "if nothing changed: the test that fails without the setting",
 }
-TOP = 10  # settings that the paper lists
+TOP = 10  # number of settings that the paper lists
 
 
 def tabulate(rows: pd.DataFrame, guards: pd.DataFrame) -> pd.DataFrame:

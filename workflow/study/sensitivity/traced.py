@@ -1,15 +1,15 @@
 """Numbers that carry alternative values, and record which alternatives would have changed the computation.
 
-One diagnosis with traced thresholds stands for many. Each traced number holds its value and, by name, its alternatives: this
-threshold halved, that one doubled. Arithmetic is done on the value and on every alternative, and goes on. Where a result steers
-the computation or leaves Python's arithmetic (a comparison, a loop's end, an array, a conversion to a plain number) it is taken
-with the value and with every alternative: an alternative with another result is recorded in ``Trace.diverged`` and followed no
-further. By induction, an alternative that is not in ``diverged`` at the end would have taken every step that the diagnosis took,
-with the same numbers: its answer is known without a run. One that is in ``diverged`` has to be run; its answer may still be the same.
+One diagnosis with traced thresholds replaces many. Each traced number contains its value and, by name, its alternatives, for example one threshold
+halved or another one doubled. Arithmetic is done on the value and on every alternative. When a result decides how the computation continues or
+leaves Python's arithmetic (a comparison, the end of a loop, an array, a conversion to a plain number), it is computed with the value and with every
+alternative: an alternative with another result is recorded in ``Trace.diverged`` and not followed any further. By induction, an alternative that is
+not in ``diverged`` at the end would have taken every step that the diagnosis took, with the same numbers: its answer is known without a run. One
+that is in ``diverged`` has to be run; its answer may still be the same.
 
-``Traced`` is not a ``float``: C code reads the bits of a float directly, which could not be recorded. Where it cannot stand for a number, the
-computation fails, and the set is then run in full. A loop ``for _ in range(threshold)`` would convert its bound to a plain number at once;
-``counted`` compares the count with the bound in each round, so that a loop that ends before any of the bounds counts as the same.
+``Traced`` is not a ``float``, since C code reads the bits of a float directly, which could not be recorded. If it cannot be used in place of a
+number, the computation fails, and all variants of the set are then run. A loop ``for _ in range(threshold)`` would convert its bound to a plain
+number at once; ``counted`` compares the count with the bound in each round, so that a loop that is left before any of the bounds counts as the same.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ def _plain_result(function: Callable[[Any], Any], number: Traced) -> Any:
     for name in set(number.alternatives) - trace.diverged:
         try:
             same = _same(function(number.alternatives[name]), value)
-        except Exception:  # as above
+        except Exception:  # the alternative fails where the value does not
             same = False
         if not same:
             trace.diverged.add(name)
@@ -172,10 +172,12 @@ def _under(given: Any, name: Any) -> Any:
 
 
 def _names(inputs: tuple[Any, ...]) -> set[Any]:
+    """Return the names of all alternatives of traced numbers."""
     return {name for x in inputs if isinstance(x, Traced) for name in x.alternatives}
 
 
 def _traces(inputs: tuple[Any, ...]) -> Trace:
+    """Return the trace of the first traced number; all of a computation have the same one."""
     return next(x.trace for x in inputs if isinstance(x, Traced))
 
 

@@ -1,4 +1,4 @@
-"""One blind set, diagnosed with the default settings and with every variant that could come out otherwise: a row for each variant."""
+"""Diagnose one blind set with the default settings, and with every variant of them whose answer could differ: a row for each variant."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Calibrating scanner and arm at once compared with calibrating one after the other, in every order."""
+"""The calibration of scanner and arm at once, compared with calibrations of one after the other, in every order."""

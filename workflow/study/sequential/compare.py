@@ -33,7 +33,7 @@ from scalar.sensors import as_scans
 from scalar.sensors.linear_guess import linear_guess
 from scalar.units import MM
 from study.common.grid import with_overrides
-from study.common.memory import dataset_in_memory
+from study.common.in_memory import dataset_in_memory
 from study.common.methods import CONVERGED, INITIAL
 
 AT_ONCE = "at_once"
@@ -46,9 +46,7 @@ ORDERS: dict[str, tuple[str, tuple[str, str]]] = {
 
 CONVERGED_WITHIN = 0.1  # standard errors: passes end when the joint optimum is no farther away than this
 MAX_PASSES = 100
-REWEIGHTED_PASSES = (
-    6  # the weights are computed anew in so many first passes, and then kept, so that the passes converge
-)
+REWEIGHTED_PASSES = 6  # number of first passes in which weights are computed anew; they are then kept, so that the passes converge
 POSES = 1000  # the first of the evaluation poses: the standard error of their mean is some 2 %
 DIGITS = 6  # significant digits in the table; further ones depend on rounding in the last step of a fit
 SEQUENTIAL_COLUMNS = {

@@ -1,4 +1,4 @@
-"""The comparison of orders over the seeds: the errors, and their ratio to those of fitting all at once."""
+"""Summarise the comparison of orders over the seeds: the errors, and their ratios to those of the fit of all parameters at once."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CASE_COLUMNS = ["case", "poses", "noise_mm", "length_error_mm", "angle_error_deg
 
 
 def staged(errors: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows that are compared, with their ``stage``: a row for each case, seed, way, stage and alignment."""
+    """Return the rows that are compared, with the column ``stage``: a row for each case, seed, way, stage and alignment."""
     single: Any = errors[errors["way"].isin([INITIAL, AT_ONCE])]
     ordered: Any = errors[errors["way"].isin(ORDERS)]
     goes_on = ordered.groupby(["case", "way"])["passes"].transform("max") > 1
@@ -35,9 +35,9 @@ def staged(errors: pd.DataFrame) -> pd.DataFrame:
 def summarise_sequential(errors: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each case, way, stage, alignment and quantity.
 
-    ``mean`` to ``max`` are over the seeds, in the unit in the quantity's name; ``times_at_once_*`` is the error over that of all at once
-    in the same seed, ``worse_than_at_once`` the share of seeds in which it is larger. ``passes_*`` count those that were done;
-    ``not_converged`` the seeds in which they ran out. Seeds in which the model could not be determined are ``failed``.
+    ``mean`` to ``max`` are over the seeds, in the unit in the quantity's name. ``times_at_once_*`` is the error divided by that of the fit of all at
+    once with the same seed, ``worse_than_at_once`` the share of seeds in which it is larger. ``passes_*`` are numbers of passes; ``not_converged``
+    counts the seeds in which the largest number of passes was reached, ``failed`` those in which the model could not be determined.
     """
     rows: list[dict[str, Any]] = []
     table: Any = staged(errors)
@@ -75,8 +75,9 @@ def summarise_sequential(errors: pd.DataFrame) -> pd.DataFrame:
 
 
 def sequential_numbers(errors: pd.DataFrame, summary: pd.DataFrame) -> dict[str, Any]:
-    """Return the numbers that a text quotes, raw errors only: ``cases[case]["ways"][way][stage][quantity]``, and
-    beside the quantities ``times_at_once`` and ``worse_than_at_once`` of each.
+    """Return the numbers that the paper quotes, of raw errors only: ``cases[case]["ways"][way][stage][quantity]``.
+
+    ``times_at_once`` and ``worse_than_at_once`` are entries of a stage too, each with a value for every quantity.
 
     ``pass_leaves`` is the share of the error that a pass leaves near the joint optimum, as the Jacobian predicts it.
     """

@@ -1,1 +1,1 @@
-"""The sweeps: errors over one setting of the scene at a time, every case in memory, beside the Cramér-Rao bound."""
+"""The sweeps: the errors over one setting of the scene at a time, with the Cramér-Rao bound for comparison."""

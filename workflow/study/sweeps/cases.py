@@ -1,4 +1,4 @@
-"""Read from the grids of the sweeps the value of each case on its sweep's axis, and how many poses a plan of postures must contain."""
+"""Read from the grids of the sweeps the value of each case on its sweep's axis, and the number of postures that a plan must contain."""
 
 from __future__ import annotations
 

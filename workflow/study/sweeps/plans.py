@@ -1,7 +1,7 @@
-"""Compute postures and true scans once for each seed; all cases of all sweeps share them, since they are most of a simulation's work.
+"""Compute postures and true scans once for each seed; all cases of all sweeps share them, since they take most of a simulation's time.
 
-A shorter plan has the first postures of a longer one, and a scan with fewer points has a part of the points of one with more, so
-each case takes from the plan what it needs. Noise and the declared model are added for each case.
+A shorter plan has the first postures of a longer one, and a scan with fewer points has some of the points of one with more, so that each case takes
+from the plan what it needs. Noise and the declared model are added for each case.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from scalar.simulation.plan import PosePlan
     from scalar.simulation.scans import Scans
 
-_TABLES = ("T_base_sensor", "angles", "ranges")  # of Scans, a table for each plane
+_TABLES = ("T_base_sensor", "angles", "ranges")  # attributes of Scans that have an array for each plane
 
 
 @dataclass(frozen=True, eq=False)
 class Shared:
-    """What all cases of a seed share: postures, and what the scanner truly saw from them."""
+    """What all cases of a seed share: the plan of postures, and the true scans at them, without noise."""
 
     plan: PosePlan
     scans: Scans

@@ -24,7 +24,7 @@ from scalar.geometry.se3 import Array
 from scalar.units import MM
 from study.common.bound import POSES, bound_errors
 from study.common.grid import with_overrides
-from study.common.memory import dataset_in_memory
+from study.common.in_memory import dataset_in_memory
 from study.common.methods import BOUND, CONVERGED, EFFICIENT, EVERY_METHOD, INITIAL, Method
 from study.common.statistics import POSE_ERROR_COLUMNS, QUANTITIES
 from study.sweeps.plans import Shared, read_plans, serves
@@ -44,11 +44,13 @@ SWEEP_COLUMNS = {
     "reason": "first line of the message of a fit that failed",
 }
 _ROOT_AS_IT_IS = Method("baseline-raise", "raise")
+"""The baseline whose fit ends with the status ``raised`` as soon as the argument of the square root is negative."""
 _SAME_WITHOUT_A_NEGATIVE_ROOT = (Method("baseline-abs", "abs"), Method("baseline-clip", "clip"))
+"""Variants of the baseline that give the same fit if that argument never becomes negative."""
 MAX_EVALUATIONS = 2000
 """Evaluations of the residual after which a fit of the baseline is stopped (``capped``); one that converges takes some hundreds."""
 FINEST = 9
-"""Decimals of an error in mm or deg: a picometre. Below it a noise-free fit shows the rounding of its own arithmetic."""
+"""Decimals of an error in mm or deg; the last one is a picometre. Further decimals of a noise-free fit are rounding of its own arithmetic."""
 DIGITS = 6
 """Significant digits of a number in a table; further ones depend on rounding in the last step of a fit."""
 
@@ -143,9 +145,8 @@ def _rows_of_method(
         status = _status(error)
         reason = str(error).splitlines()[0]
         return [key | {"status": status, "alignment": a, "reason": reason} for a in ("raw", "aligned")]
-    T_hat = calibration.predict(
-        q_evaluated
-    )  # the calibrations have no effects, which would need more of a pose than its angles
+    # The calibrations have no effects, which could need more of a pose than its joint angles.
+    T_hat = calibration.predict(q_evaluated)
     return [
         key | ended | {"alignment": alignment} | pose_errors(T_true, T).to_mapping()
         for alignment, T in (("raw", T_hat), ("aligned", aligned_to(T_true, T_hat)))

@@ -1,7 +1,7 @@
-"""The design of the tracked trials: what is drawn for each set from one seed, the kind of sensor and the set's number.
+"""The design of the tracked trials: what is drawn for each set from the design's seed, the kind of sensor and the set's number.
 
-The level at which the noise is stated goes through ``stated`` in turn, so that every kind of sensor has each level equally often; everything else is
-drawn. The first sets of a longer design are those of a shorter one.
+The levels at which the noise is stated are taken in turn, so that every kind of sensor has each level equally often; everything else is drawn. The
+first sets of a longer design are those of a shorter one.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from study.blind_trials.stratified import checked_config, job_names
+from study.blind_trials.stratified_design import checked_config, job_names
 
 SCHEMA = Path(__file__).parent / "schemas/tracked_trials.schema.json"
 SENSORS = ("tracker", "targets", "probe")
@@ -22,10 +22,8 @@ STATED = {"right": 1.0, "fifth": 0.2, "three_times": 3.0, "none": None}
 """``{level: ratio of the stated noise to the true one}``; None: no noise is stated."""
 FLEXIBLE_JOINTS = [2, 3]  # joints of an injected joint_compliance
 NARROWEST, WIDEST = 0.5, 0.9  # bounds of the share of the joints' ranges that is used
-RECORDS_TIME, RECORDS_APPROACH = (
-    0.6,
-    0.5,
-)  # probabilities that a column is recorded if no injected effect needs it
+RECORDS_TIME, RECORDS_APPROACH = 0.6, 0.5
+"""Probabilities that the time, and the approach of the joints, are recorded if no injected effect needs them."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,11 @@ class Trial:
 
 @dataclass(frozen=True)
 class Design:
-    """The tracked trials of a config."""
+    """The tracked trials of a config.
+
+    Attributes:
+        content: Content of the config.
+    """
 
     content: Mapping[str, Any]
 
@@ -142,7 +144,7 @@ class Design:
 
 
 def load_tracked(path: str | Path) -> Design:
-    """Return the design that a YAML file describes; if the file ``extends`` another one in its folder, its keys replace those of that one.
+    """Return the design that a YAML file describes; ``extends`` is explained at ``study.blind_trials.stratified_design.checked_config``.
 
     Raises:
         InvalidInput: The file is at fault; every fault is listed.

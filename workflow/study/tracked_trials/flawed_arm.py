@@ -16,11 +16,8 @@ from study.common import kinematics
 from study.tracked_trials.tracked_arm import TrackedArm
 
 GRAVITY = 9.81  # m/s2
-HEAVIEST, LIGHTEST, PAYLOAD = (
-    8.0,
-    1.5,
-    4.0,
-)  # kg: masses of the links fall from the base to the flange, which carries the payload
+HEAVIEST, LIGHTEST, PAYLOAD = 8.0, 1.5, 4.0
+"""Masses [kg]: those of the links decrease from the base to the flange, which carries the payload."""
 SOFTER = {2: 1.0, 3: 1.6}  # {joint: its compliance relative to that of joint 2}
 STEP = 1e-4  # rad, step of the numerical derivative of the potential energy
 WAVES = (3.3, 2.1)  # the square wave is the sign of sin(3.3 q_j + 2.1 q_(j+1)), q in rad
@@ -52,9 +49,13 @@ class Acquisition:
 
 @dataclass(frozen=True, eq=False)
 class FlawedArm:
-    """A true arm and its causes, each an entry ``name``, ``target``, ``size`` and, of a harmonic, ``phase``.
+    """A true arm and its injected causes; joints in targets are counted from 1.
 
-    Joints in targets count from 1. Play, lag and warming belong to an acquisition; the other causes are there always.
+    Play, lag and warming act only during an acquisition, the other causes always.
+
+    Attributes:
+        arm: The true arm without the causes.
+        causes: The injected causes.
     """
 
     arm: TrackedArm
@@ -76,7 +77,8 @@ class FlawedArm:
         T = kinematics.chain(geometry, self.angles(q, during)) @ self.arm.T_n_flange
         if "base_compliance" in by_name:
             x, y = self.moments(q)[1].T
-            # The base tilts about the horizontal axis (-y, x) of the moment: this axis is turned into x, the tilt made, and the turn undone.
+            # The base tilts about the horizontal axis (-y, x) of the moment. This axis is rotated onto x, the base is tilted about
+            # x, and the rotation is undone.
             tilt, heading = by_name["base_compliance"] * np.hypot(x, y), np.arctan2(x, -y)
             T = (
                 kinematics.rotation(2, heading)

@@ -1,4 +1,4 @@
-"""Datasets of flawed arms: a tracker that sees one target or three, and a probe that touches three planes."""
+"""Simulate the datasets of arms with injected causes: a tracker measures one target or three, or a probe touches three planes."""
 
 from __future__ import annotations
 
@@ -14,11 +14,20 @@ from study.tracked_trials.tracked_arm import GUESS, TrackedArm
 
 FIRST = "ball"
 TARGETS = {"tracker": (FIRST,), "targets": (FIRST, "second", "third"), "probe": (FIRST,)}
-WIDEST = 2.6  # rad, on either side of the middle of a joint's range
-LEANING = 0.05  # of the planes' normals
-GUESS_TURN, GUESS_DISTANCE = 0.02, 5e-3  # errors of the planes' declared normals and distances [m]
-TOUCHING, ROUNDS = 1e-9, 25  # m, and how often an arm is moved towards its plane
-LONGEST = 0.3  # m, of one such move
+"""``{kind of sensor: names of the targets, or of the tip, on the flange}``."""
+WIDEST = 2.6  # rad, largest half of a joint's range that is used
+LEANING = (
+    0.05  # standard deviation of each component by which the true normals of the planes differ from the axes
+)
+GUESS_TURN, GUESS_DISTANCE = (
+    0.02,
+    5e-3,
+)  # standard deviations of the errors of declared normals (components) and distances [m]
+TOUCHING, ROUNDS = (
+    1e-9,
+    25,
+)  # distance from the plane that counts as contact [m], and most Newton steps towards it
+LONGEST = 0.3  # largest step / slope^2 of one Newton step [rad^2/m]
 
 
 def simulated(trial: Trial) -> tuple[Dataset, np.ndarray, np.ndarray]:
@@ -43,6 +52,7 @@ def simulated(trial: Trial) -> tuple[Dataset, np.ndarray, np.ndarray]:
 
 
 def _columns(trial: Trial, during: Acquisition) -> dict[str, Any] | None:
+    """Return the columns of poses.csv that the trial records in addition to the joint angles; None without any."""
     columns: dict[str, Any] = {"time": during.time} if trial.records_time else {}
     if trial.records_approach:
         columns |= {f"approach{i + 1}": values for i, values in enumerate(during.approach.T)}
@@ -52,6 +62,7 @@ def _columns(trial: Trial, during: Acquisition) -> dict[str, Any] | None:
 def _tracker(
     trial: Trial, arm: FlawedArm, q: np.ndarray, during: Acquisition, rng: np.random.Generator
 ) -> Dataset:
+    """Return the dataset of a tracker at joint angles ``(N, n)`` [rad]."""
     stated: dict[str, Any] = {"noise": trial.stated_noise_m}
     if trial.stated_turn_noise_rad is not None:
         stated["rotation_noise"] = trial.stated_turn_noise_rad
@@ -70,6 +81,7 @@ def _tracker(
 def _probe(
     trial: Trial, arm: FlawedArm, q: np.ndarray, during: Acquisition, rng: np.random.Generator
 ) -> Dataset:
+    """Return the dataset of a probe, whose contacts are sought from joint angles ``(N, n)`` [rad]."""
     places = arm.arm.at(q, FIRST)[:, :3, 3]
     normals = np.roll(np.eye(3), 1, axis=0) + rng.normal(0, LEANING, (3, 3))  # of floor and two walls
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -100,10 +112,17 @@ def _probe(
 def contacts(
     arm: FlawedArm, q: np.ndarray, during: Acquisition, normals: np.ndarray, distances: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return joint angles at which the flawed arm's tip touches planes ``(N, 3)``, ``(N,)`` [m], and which of the poses are among them.
+    """Return joint angles ``(M, n)`` [rad] at which the tip of the arm touches its planes, and which of the N poses these are, ``(N,)`` bool.
 
-    Poses that reach no contact within the limits of the joints are left out, and the others are then solved again, since a pose lags
-    behind the one that is measured before it.
+    Poses that reach no contact within the limits of the joints are left out, and the others are then solved again, since with a lag each pose
+    depends on the one that is measured before it.
+
+    Args:
+        arm: The arm with its causes.
+        q: ``(N, n)`` [rad], joint angles from which the contacts are sought.
+        during: The acquisition of the N poses.
+        normals: ``(N, 3)``, unit normal of the plane that each pose touches, in the base frame.
+        distances: ``(N,)`` [m], distances of these planes from the origin of the base.
     """
     target, limits = arm.arm.targets[FIRST], arm.arm.robot.limits.T
     kept = np.ones(len(q), dtype=bool)
@@ -125,7 +144,7 @@ def contacts(
 
 
 def _slopes(arm: FlawedArm, q: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """Return how fast each joint of the rigid arm moves the tip along the normal ``(N, n)`` [m/rad]: near enough for Newton's method."""
+    """Return how fast each joint moves the tip along the normal ``(N, n)`` [m/rad], without the causes: accurate enough for Newton's method."""
     here, step = arm.arm.at(q, FIRST)[:, :3, 3], 1e-6
     columns = [
         np.sum((arm.arm.at(q + move, FIRST)[:, :3, 3] - here) * normal, axis=1) / step

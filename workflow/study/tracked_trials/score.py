@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from study.blind_trials.score import SURE, UNATTRIBUTED, Entry, same, same_target
-from study.blind_trials.trial_score import WORSE
+from study.blind_trials.stratified_score import WORSE
 
 RATES = {
     "clean": "every cause is named, and nothing else",
@@ -35,7 +35,7 @@ def is_cause(entry: Entry, cause: Mapping[str, Any]) -> bool:
 
 
 def is_true_jitter(entry: Entry, repeats: bool) -> bool:
-    """Return whether an entry names a jitter of poses where the joints do not come back exactly."""
+    """Return whether an entry names a jitter of poses, and the joints do not return exactly to a pose (``repeats`` is False)."""
     return entry["name"] == "pose_jitter" and not repeats
 
 

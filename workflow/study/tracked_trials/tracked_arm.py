@@ -1,4 +1,4 @@
-"""An arm with several targets on its flange before a tracker, simulated by elementary matrices: nothing here calls the estimator's formulas."""
+"""Simulate an arm with several targets on its flange before a tracker, by elementary matrices: nothing here calls the estimator's formulas."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from study.common.kinematics import PARAMETER_KINDS
 
 ROBOTS = Path(__file__).parents[3] / "configs/robots"
 GUESS = kinematics.translation(0, 0.05) @ kinematics.translation(2, 0.1)
+"""The declared pose ``T_flange_sensor`` of the first target."""
 
 
 @cache

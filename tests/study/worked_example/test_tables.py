@@ -1,9 +1,9 @@
-"""The worked example is told from what a diagnosis saves."""
+"""The tables of the worked example are made from the files that a diagnosis saves."""
 
 import numpy as np
 import pandas as pd
 import pytest
-from study.worked_example.tell import RANKED, tell
+from study.worked_example.tables import RANKED, diagnosis_tables
 
 from scalar.data.dataset import read_dataset
 from scalar.data.dataset_writer import write_dataset
@@ -40,11 +40,11 @@ def told(example, monkeypatch):
     for name in ("rank", "rivals", "select_forward"):
         monkeypatch.setattr(forward_selection, name, forbidden)
     folder, _ = example
-    return tell(folder / "dataset", folder / "diagnosis")
+    return diagnosis_tables(folder / "dataset", folder / "diagnosis")
 
 
 def test_the_residuals_are_those_of_the_diagnosis(example, told):
-    """Without selecting anything again: each pose that was not set aside with its residual before and after, to a nanometre."""
+    """Each pose that was not set aside has its residuals before and after to a nanometre, and no effect is selected again."""
     _, diagnosis = example
     poses = told["poses"]
     assert 0 < len(poses) < diagnosis.dataset.n_poses
@@ -61,7 +61,7 @@ def joint(diagnosis):
 
 
 def test_the_candidates_are_those_of_the_diagnosis(example, told):
-    """The best candidates of the ranking, each once, best first; the one that was found is marked, and only that."""
+    """The table has the best candidates of the diagnosis in their order, each once, and only the one that was found is marked."""
     _, diagnosis = example
     ranking = told["ranking"]
     titles = list(dict.fromkeys(entry.effect.title for entry in diagnosis.ranking))

@@ -1,4 +1,4 @@
-"""What the poses of one dataset determine, as tables: singular values, and every null direction in words."""
+"""Tabulate which parameters the poses of one dataset determine: the singular values of the Jacobian, and every null direction in words."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scalar.estimation.prepare import prepare
 from scalar.estimation.settings import DEFAULTS
 
 
-def observe(dataset_dir: str | Path) -> tuple[pd.DataFrame, pd.DataFrame]:
+def identifiability_tables(dataset_dir: str | Path) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return the singular values and the null directions of a dataset.
 
     Returns:

@@ -1,7 +1,7 @@
-"""Tabulate one diagnosis step by step, for figures and text: the residual, the candidates, the effect, the errors.
+"""Tabulate one diagnosis step by step, for the figure and the text of the paper: the residual, the candidates, the effect, the errors.
 
-The diagnosis itself is made by the command line. Here its files are read; no effect is selected again. The numbers in the figures, one
-for each pose, are computed from the saved calibrations and the dataset.
+The diagnosis itself is made by the command line. Here its files are read, and no effect is selected again. The residuals and joint errors of each
+pose are computed from the saved calibrations and the dataset.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from scalar.evaluate.truth import read_truth
 from scalar.units import DEG, MM, MRAD
 from study.blind_trials.score import same
 
-RANKED = 8  # candidates that are shown
+RANKED = 8  # number of candidates in the ranking
 
 
 def write_control(config: Path, out_dir: Path) -> None:
@@ -42,7 +42,7 @@ def write_control(config: Path, out_dir: Path) -> None:
     write_scene(simulate({**load_config(config), "injected": []}, base_dir=config.parent), out_dir)
 
 
-def tell(dataset_dir: Path, diagnosis_dir: Path) -> dict[str, pd.DataFrame]:
+def diagnosis_tables(dataset_dir: Path, diagnosis_dir: Path) -> dict[str, pd.DataFrame]:
     """Return the tables of a diagnosis whose first effect is a gear error.
 
     Args:
@@ -50,9 +50,9 @@ def tell(dataset_dir: Path, diagnosis_dir: Path) -> dict[str, pd.DataFrame]:
         diagnosis_dir: Folder with before.json, after.json and diagnosis.json.
 
     Returns:
-        ``poses``: for each pose the joint's angle, the residual before and after, and the error of the joint that the pose shows with only the
-        effect left out of the model (``asked_deg``) and with the whole model (``left_deg``). ``curve``: the effect over the angle, with its
-        standard error. ``ranking``: the candidates for the residual before.
+        ``poses`` has for each pose the joint's angle, the residual before and after, and the error of the joint that the pose shows if only the
+        effect is left out of the model (``asked_deg``), and with the whole model (``left_deg``). ``curve`` is the effect over the angle, with its
+        standard error. ``ranking`` lists the first candidates of the selection.
     """
     diagnosis = read(diagnosis_dir / "diagnosis.json")
     data = _cleaned(read_dataset(dataset_dir), diagnosis)
@@ -87,7 +87,7 @@ def _cleaned(dataset: Dataset, diagnosis: Mapping[str, Any]) -> Dataset:
 
 
 def _state(dataset: Dataset, calibration: Calibration) -> FittedState:
-    """Return a saved calibration as a fitted state; it must not have needed priors from the data sheet."""
+    """Return a saved calibration as a fitted state for a dataset; calibrations that needed priors from the data sheet are not supported."""
     assert not calibration.summary["kept_near_data_sheet"]
     model = calibration.model
     geometry = model.names[: model.blocks["effects"].start]
@@ -95,7 +95,7 @@ def _state(dataset: Dataset, calibration: Calibration) -> FittedState:
 
 
 def _ranking(diagnosis: Mapping[str, Any]) -> pd.DataFrame:
-    """Return the first candidates of a diagnosis, with whether each was found."""
+    """Return the first ``RANKED`` candidates of a diagnosis, and whether each is among the effects found."""
     found = [(effect["name"], effect["target"]) for effect in diagnosis["effects"]]
     rows = [
         {
@@ -111,13 +111,16 @@ def _ranking(diagnosis: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def errors(diagnosis_dir: Path, control: Path, truth: Path, control_truth: Path) -> pd.DataFrame:
-    """Return ``when, position_mean_mm, ...``: before, after, and the matched control, each against its own scene's truth, base aligned.
+    """Return the pose errors before and after the diagnosis and of the matched control, each against the truth of its own scene, base aligned.
 
     Args:
         diagnosis_dir: Folder with before.json and after.json.
-        control: Calibration of the scene without the effect.
+        control: File with the calibration of the scene without the effect.
         truth: Folder with the truth of the scene with the effect.
         control_truth: Folder with the truth of the scene without the effect.
+
+    Returns:
+        Columns ``when`` (``before``, ``after``, ``control``), ``poses`` (their number) and those of ``PoseErrors.to_mapping``.
     """
     rows = []
     for when, path, place in (
@@ -138,13 +141,13 @@ def numbers(
     found: pd.DataFrame,
     tables: Mapping[str, pd.DataFrame],
 ) -> dict[str, Any]:
-    """Return the numbers that the paper quotes.
+    """Return the numbers that the paper quotes; units are in the names, and a nat is the unit of the log evidence.
 
     Args:
         diagnosis: Content of diagnosis.json.
         truth: Content of truth.json.
         found: As ``errors`` returns it.
-        tables: As ``tell`` returns them.
+        tables: As ``diagnosis_tables`` returns them.
     """
     injected, first = truth["effects"][0], diagnosis["effects"][0]
     sin, cos = (first["coefficients"][f"{name}_rad"]["value"] for name in ("sin", "cos"))
@@ -184,5 +187,5 @@ def numbers(
 
 
 def read(path: str | Path) -> Any:
-    """Return what a JSON file holds."""
+    """Return the content of a JSON file."""
     return json.loads(Path(path).read_text(encoding="utf-8"))

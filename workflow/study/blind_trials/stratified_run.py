@@ -1,8 +1,8 @@
-"""Run stratified sets: simulate, diagnose blind, compare with the truth; a row for each set, in memory.
+"""Run sets of the stratified trials: simulate, diagnose blind, compare with the truth; a row for each set. No dataset is written.
 
-The floor is the noise-limited error. It is that of the same scene with the same poses and draws of noise, but without what was injected, bent
-target planes, a crooked lens and effects of edges, calibrated by the rigid model. A fit reaches it that knows the form of all causes and need not
-estimate them.
+The *floor* is the noise-limited error: that of a calibration by the rigid model of the same scene, with the same poses and draws of noise, but
+without what was injected, without bent target planes, a distorting lens and effects of edges. It would be reached by a fit that knows all causes and
+need not estimate them.
 """
 
 from __future__ import annotations
@@ -17,42 +17,46 @@ import pandas as pd
 from scalar.errors import ScalarError
 from scalar.estimation.calibrate import calibrate
 from study.blind_trials.run import answered, errors
-from study.blind_trials.stratified import FACTORS, Design, Trial
-from study.common.memory import dataset_in_memory
+from study.blind_trials.stratified_design import FACTORS, Design, Trial
+from study.common.in_memory import dataset_in_memory
 from study.common.scene_config import scene_config
 
 if TYPE_CHECKING:
     from scalar.simulation.scene import SimulatedScene
 
 WITHOUT_FLAWS = {"scanner": {"linearity_m": 0.0, "edge_share": 0.0}, "surface": {"bow_m": 0.0}}
-ATTEMPTS = 5  # to simulate a set, each with another seed: effects may move scans off their target plane, or no posture may see a plane
+"""Keys of the scene that are replaced for the floor."""
+ATTEMPTS = 5
+"""Attempts to simulate a set, each with another seed: effects may move scans off their target plane, or no posture may see a plane."""
 TRIAL_COLUMNS = {
-    "number": "of the set in the design",
-    "row": "of the table",
-    **{factor: "its condition" for factor in FACTORS},
-    "seed": "of all random draws in the scene",
-    "attempt": "how many scenes could not be simulated before this one",
-    "status": "diagnosed; not_simulated; the error that ended the diagnosis, or crashed: a defect of ours",
-    "reason": "of a failure, its first line",
-    "injected": "JSON, the entries of truth.json: name, kind, target, size",
+    "number": "number of the set in the design",
+    "row": "row of the table of rates in which the set is counted",
+    **{factor: "level of this factor" for factor in FACTORS},
+    "seed": "seed of all random draws in the scene",
+    "attempt": "number of scenes of this set that could not be simulated before this one",
+    "status": "diagnosed; not_simulated; the class of the error that ended the diagnosis; or crashed, by a defect of this program",
+    "reason": "first line of the message of a failure",
+    "injected": "JSON, the injected effects in truth.json: name, kind, target, size",
     "scanner_truth": "JSON, the scanner's block of truth.json, or null",
     "surface_truth": "JSON, the surfaces' block of truth.json, or null",
     "found": "JSON, the entries of diagnosis.json without their coefficients",
     "unobservable": "JSON, names and targets that the diagnosis says it cannot observe",
     "components": "JSON, names of the components of the scanner's own noise",
-    "position_before_mm": "mean error over the evaluation poses, base aligned, without the effects found",
-    "position_after_mm": "with them",
-    "position_floor_mm": "the noise-limited error over the evaluation poses of the scene without",
-    "simulate_s": "processor time of both scenes and of the floor's calibration",
+    "position_before_mm": "mean position error over the evaluation poses, base aligned, without the effects found",
+    "position_after_mm": "the same with the effects found",
+    "position_floor_mm": "the noise-limited error over the same poses",
+    "simulate_s": "processor time of simulating both scenes and of calibrating the floor",
     "diagnose_s": "processor time of the diagnosis",
 }
 
 
 def run_trials(design: Design, numbers: range, root: Path) -> pd.DataFrame:
-    """Return the rows of some sets of a design, columns ``TRIAL_COLUMNS``.
+    """Simulate and diagnose some sets of a design; return a row for each, columns ``TRIAL_COLUMNS``.
 
     Args:
-        design: The stratified trials. numbers: Of its sets. root: Where the paths of scenes start.
+        design: The stratified trials.
+        numbers: Numbers of the sets.
+        root: Folder from which the paths of scenes start.
     """
     rows = []
     for trial in design.trials(numbers.stop)[numbers.start :]:
@@ -64,7 +68,7 @@ def run_trials(design: Design, numbers: range, root: Path) -> pd.DataFrame:
 
 
 def run_trial(design: Design, trial: Trial, root: Path) -> dict[str, Any]:
-    """Return the row of one set."""
+    """Return the row of one set; arguments as for ``run_trials``. A scene that cannot be simulated is drawn anew, up to ``ATTEMPTS`` times in all."""
     from scalar.simulation.errors import SimulationError
 
     for attempt in range(ATTEMPTS):
@@ -81,7 +85,7 @@ def run_trial(design: Design, trial: Trial, root: Path) -> dict[str, Any]:
         truth = truth_of(simulated)
         row |= {f"{key}_truth": json.dumps(truth[key]) for key in ("scanner", "surface")}
         row |= {"injected": json.dumps(truth["injected"])}
-        row |= reached_floor(floor)
+        row |= noise_limited_error(floor)
         row["simulate_s"] = process_time() - start
         start = process_time()
         answer = answered(dataset_in_memory(simulated), [], simulated.truth_poses)
@@ -93,7 +97,7 @@ def scenes(design: Design, trial: Trial, root: Path) -> tuple[SimulatedScene, Si
     """Return the scene of a trial, and the scene whose calibration gives its floor.
 
     Raises:
-        SimulationError: No postures, or a scan leaves its target plane.
+        SimulationError: Too few postures see a target plane, or a scan leaves its target plane.
     """
     # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.plan import plan_poses
@@ -111,7 +115,7 @@ def scenes(design: Design, trial: Trial, root: Path) -> tuple[SimulatedScene, Si
 
 
 def truth_of(simulated: SimulatedScene) -> dict[str, Any]:
-    """Return the truth as ``trial_score`` takes it."""
+    """Return the truth of a simulated scene, as ``trial_score`` takes it."""
     keys = ("name", "kind", "target", "size")
     return {
         "injected": [{k: entry[k] for k in keys if k in entry} for entry in simulated.truth["effects"]],
@@ -120,8 +124,8 @@ def truth_of(simulated: SimulatedScene) -> dict[str, Any]:
     }
 
 
-def reached_floor(floor: SimulatedScene) -> dict[str, float | None]:
-    """Return the noise-limited error."""
+def noise_limited_error(floor: SimulatedScene) -> dict[str, float | None]:
+    """Return ``{"position_floor_mm": the noise-limited error [mm]}``; None if the scene of the floor cannot be calibrated."""
     try:
         calibration = calibrate(dataset_in_memory(floor))
     except ScalarError:

@@ -1,4 +1,4 @@
-"""The tables of the stratified blind trials: rates with intervals for each kind of set, and right answers by stated confidence."""
+"""The tables of the stratified blind trials: rates with intervals for each kind of set, ratios of errors, and right answers by stated confidence."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 
 from study.blind_trials.statistics import LEVEL, wilson
-from study.blind_trials.stratified import FACTORS
-from study.blind_trials.trial_score import answers, trial_score
+from study.blind_trials.stratified_design import FACTORS
+from study.blind_trials.stratified_score import answers, trial_score
 from study.common.provenance import code_version
 
 ROWS = (
@@ -32,12 +32,12 @@ RATES = (
 )  # fmt: skip
 RATIOS = ("after_over_floor", "after_over_before")
 QUANTILES = (0.5, 0.95, 1.0)
-BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 1.0)
-DRAWS, SEED = 1000, 20_261_122  # of the bootstrap
+BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 1.0)  # edges of the bins of the stated confidence
+DRAWS, SEED = 1000, 20_261_122  # number of draws of the bootstrap, and their seed
 
 
-def table(scored: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each kind of set and rate: count, share and its 95 % interval (Wilson's; each set is a scene of its own)."""
+def rate_table(scored: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each kind of set and rate: count, share and Wilson's 95 % interval of the share, since each set is a scene of its own."""
     rows = []
     for row, group in _groups(scored):
         for rate in RATES:
@@ -51,7 +51,7 @@ def table(scored: pd.DataFrame) -> pd.DataFrame:
 
 
 def ratios(scored: pd.DataFrame) -> pd.DataFrame:
-    """Return quantiles of after over floor and after over before, a row for each kind of set, with intervals by drawing scenes anew."""
+    """Return quantiles over the sets of the ratios ``RATIOS``, a row for each kind of set, ratio and quantile, with bootstrap intervals."""
     rows = []
     rng = np.random.default_rng(SEED)
     for row, group in _groups(scored):
@@ -69,7 +69,11 @@ def ratios(scored: pd.DataFrame) -> pd.DataFrame:
 
 
 def confidence_bins(answers: pd.DataFrame) -> pd.DataFrame:
-    """Return the share of right answers by bins of the stated confidence, effects and variance components apart."""
+    """Return the share of right answers in bins of the stated confidence, separately for effects and variance components.
+
+    Args:
+        answers: As ``named_answers`` returns them.
+    """
     rows = []
     for of in ("effect", "component"):
         some: Any = answers[answers["of"] == of]
@@ -87,12 +91,13 @@ def confidence_bins(answers: pd.DataFrame) -> pd.DataFrame:
 
 
 def _groups(scored: pd.DataFrame) -> list[tuple[str, Any]]:
+    """Return (row of the table, its sets) in the order of ``ROWS``, without empty ones, and ``all`` with all sets at the end."""
     known = [(row, scored[scored["row"] == row]) for row in ROWS]
     return [(row, group) for row, group in known if len(group)] + [("all", scored)]
 
 
 def scored(sets: pd.DataFrame) -> pd.DataFrame:
-    """Return the sets with the columns of ``trial_score`` beside them; those that could not be simulated are left out."""
+    """Return the sets with the entries of ``trial_score`` as further columns; sets that could not be simulated are left out."""
     rows = []
     simulated: Any = sets[sets["status"] != "not_simulated"]
     for row in simulated.to_dict("records"):
@@ -103,8 +108,8 @@ def scored(sets: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def said(sets: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each named answer of all sets."""
+def named_answers(sets: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each entry with a name in the diagnoses of all sets: the row of the table, number of poses, and entries of ``answers``."""
     rows = [
         {"row": row["row"], "poses": row["poses"]} | answer
         for row in sets.to_dict("records")
@@ -114,24 +119,28 @@ def said(sets: pd.DataFrame) -> pd.DataFrame:
 
 
 def truth_in(row: Mapping[Any, Any]) -> dict[str, Any]:
-    """Return the truth that a row of a table holds."""
+    """Return the truth of a set, as ``acceptable`` takes it, from its row."""
     return {key: json.loads(row[f"{key}_truth"]) for key in ("scanner", "surface")} | {
         "injected": json.loads(row["injected"])
     }
 
 
 def _number(value: Any) -> float | None:
+    """Return a finite number as it is, and None for anything else."""
     return None if value is None or not np.isfinite(value) else float(value)
 
 
 def summarise_trials(
     sets: pd.DataFrame, design: Mapping[str, Any]
 ) -> tuple[dict[str, Any], dict[str, pd.DataFrame]]:
-    """Return numbers (what made the tables, how long it took) and the tables ``table, ratios, confidence, conditions``.
+    """Return numbers and ``{name: table}``.
+
+    The numbers are the version of the code, the design with its checksum, counts of sets, the worst ratio of errors, and the processor time. The
+    tables are ``table`` (the rates), ``ratios``, ``confidence`` and ``conditions`` (counts of some rates for each level of each factor).
 
     Args:
-        sets: A row a set.
-        design: Content of the config that they were drawn from.
+        sets: The rows of all sets, as ``run_trials`` returns them.
+        design: Content of the config from which the sets were drawn.
     """
     judged: Any = scored(sets)
     by_condition = [
@@ -157,8 +166,8 @@ def summarise_trials(
         **{f"{key}_mean": value / max(len(sets), 1) for key, value in seconds.items()},
     }
     return numbers, {
-        "table": table(judged),
+        "table": rate_table(judged),
         "ratios": ratios(judged),
-        "confidence": confidence_bins(said(sets)),
+        "confidence": confidence_bins(named_answers(sets)),
         "conditions": pd.DataFrame(by_condition),
     }

@@ -1,6 +1,6 @@
-"""A simulated scene as the dataset that its folder would be read as, without the folder.
+"""Turn a simulated scene into a dataset without writing files.
 
-A sweep makes thousands of datasets that nobody opens; written and read back they would be most of its work.
+A sweep makes thousands of datasets that nobody opens; writing them and reading them back would take most of its time.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def dataset_in_memory(scene: SimulatedScene) -> Dataset:
-    """Return what ``read_dataset`` would return for the folder of a scene, up to the digits that its tables round away."""
+    """Return what ``read_dataset`` would return for the folder of a scene, but for the rounding of the numbers in its tables."""
     mapping, poses = scene.dataset, scene.poses
     robot, sensor = Robot.from_mapping(mapping["robot"]), mapping["sensor"]
     nominal = sensor.get("nominal_pose")
