@@ -1,5 +1,5 @@
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-"""The result of a calibration: a model with its covariance and with the reasons of fixed parameters; it predicts, and is saved and loaded."""
+"""The result of a calibration: a model with its covariance and the reasons of fixed parameters, which predicts, and is saved and loaded."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from scalar.data.io.atomic import write_json
 from scalar.data.poses import Poses
 from scalar.data.unit_suspicions import refuse_degrees
 from scalar.effects.saving import effect_to_mapping
-from scalar.errors import Fault, InvalidInput
 from scalar.estimation.calibration_file import check_effects_made
 from scalar.estimation.calibration_reader import FORMAT, read_calibration
 from scalar.estimation.correction import correct_joints, correct_table
@@ -43,16 +42,16 @@ class Calibration:
     """A calibrated model.
 
     Attributes:
-        model: In reporting coordinates: the sensor's rotation vector is absolute, normals are counted from the initial guesses.
+        model: The model in reporting coordinates: the sensor's rotation vector is absolute, normals are stated relative to the initial guesses.
         sensor: Kind, stated noise and error axis, as the dataset has them.
         free: Names of the parameters that were estimated.
-        covariance: ``(F, F)`` of the free parameters, in their units squared.
+        covariance: ``(F, F)``, covariance of the free parameters, in the products of their units.
         fixed: ``{name: reason}`` of every parameter that was not estimated.
         gauge: The directions that the data do not determine: one mapping for each, with the parameter that was fixed because of it
             (``held``), the reason, the parameters that would take up its change (``moves_with``) and the cause.
         residual_rms: Root mean square distance of points and target [m].
-        summary: Figures that describe the calibration: numbers of poses and points, noise, misfit, how the fit started and ended, what is suspected
-            of the set-up.
+        summary: Numbers and texts that describe the calibration: numbers of poses and points, noise, misfit, how the fit started and ended, and
+            what is suspected of the set-up.
         noise: The components of the noise by which the measurements were weighted, as the file lists them; none if it is white and of one size.
     """
 
@@ -179,14 +178,7 @@ class Calibration:
             found = correct_table(self.model, table.assign(**columns))
         else:
             found = correct_joints(self.model, self._poses(q, columns))
-        wrong = np.flatnonzero(~found.reached)
-        if len(wrong):
-            others = f", nor {len(wrong) - 1} more" if len(wrong) > 1 else ""
-            remedy = (
-                "leave such rows out: scalar.estimation.correction.correct_joints says which are `reached`"
-            )
-            message = f"row {wrong[0] + 1}: the calibrated arm cannot take this pose near these joint angles{others}; {remedy}"
-            raise InvalidInput(Fault("poses", message, None, "q"))
+        found.refuse_unreached()
         return found.q
 
     def predict_std(self, q: ArrayLike | pd.DataFrame, **columns: ArrayLike) -> tuple[Array, Array]:
@@ -230,6 +222,7 @@ class Calibration:
         return deviations @ np.swapaxes(deviations, 1, 2)
 
     def _poses(self, q: ArrayLike | pd.DataFrame, columns: Mapping[str, ArrayLike]) -> Poses:
+        """Return joint angles with the columns that effects need, as poses; joint angles far beyond the limits are refused as degrees."""
         robot = self.model.robot
         if hasattr(q, "columns"):  # a table; asked in this way, an array needs no import of pandas
             table: Any = q
@@ -240,6 +233,7 @@ class Calibration:
         return poses
 
     def _kinematics(self, q: ArrayLike | pd.DataFrame, columns: Mapping[str, ArrayLike]) -> Kinematics:
+        """Return the kinematics of the model at joint angles, all effects applied."""
         at = self._poses(q, columns)
         return Kinematics.of(self.model, at, EffectBases.of(self.model.nominal, at, self.model.effects))
 

@@ -19,7 +19,8 @@ from scalar.estimation.result import Calibration
 from scalar.evaluate.workspace_errors import aligned_errors
 from scalar.geometry.robot import Robot
 from scalar.report import render_calibration
-from scalar.report.workspace_map import SHIPPED, _edges, _means_of, workspace_section
+from scalar.report.workspace_cells import means_of
+from scalar.report.workspace_map import SHIPPED, _edges, workspace_section
 from tests.calibrated_arms import calibrated
 from tests.random_scene import make_scene
 from tests.robot_configs import robot_mapping
@@ -62,7 +63,7 @@ def test_a_cell_has_the_mean_of_its_poses() -> None:
     rng = np.random.default_rng(0)
     cell, draws = rng.integers(0, 7, 200), rng.normal(size=(5, 200))
     expected = pd.DataFrame(draws.T).groupby(cell).mean().to_numpy().T
-    np.testing.assert_allclose(_means_of(draws, cell, 7), expected, atol=1e-14)
+    np.testing.assert_allclose(means_of(draws, cell, 7), expected, atol=1e-14)
 
 
 def test_what_is_shipped_has_the_smaller_error(section: dict) -> None:

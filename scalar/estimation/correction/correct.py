@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scalar.data.poses import Poses
+from scalar.errors import Fault, InvalidInput
 from scalar.estimation.correction.inverse import Inverse, twist_to
 from scalar.estimation.correction.settings import CorrectionSettings
 from scalar.estimation.displacement import kinematics_at
@@ -20,10 +21,10 @@ class Correction:
     """Joint angles for N wanted frames of the sensor.
 
     Attributes:
-        q: ``(N, n)`` [rad], to be commanded; the nearest that was found where the wanted frame is not reached.
+        q: ``(N, n)`` [rad], joint angles to be commanded; where the wanted frame is not reached, the nearest that were found.
         T_wanted: ``(N, 4, 4)``, the frames in the base frame.
         position_error: ``(N,)`` [m], distance of ``predict(q)`` from the wanted place.
-        orientation_error: ``(N,)`` [rad].
+        orientation_error: ``(N,)`` [rad], angle between the orientations of ``predict(q)`` and of the wanted frame.
         reached: ``(N,)`` bool, whether both errors are within the thresholds (only the position counts if the arm has fewer than six joints),
             and, for ``correct_joints``, whether the correction is smaller than ``CorrectionSettings.largest_correction``.
         beyond_limits: ``(N, n)`` bool, joints that would leave their limits.
@@ -38,6 +39,20 @@ class Correction:
     beyond_limits: Array
     near_singular: Array
 
+    def refuse_unreached(self) -> None:
+        """Refuse a correction with frames that the arm does not reach.
+
+        Raises:
+            InvalidInput: There are such frames; the first row is named, counted from 1, with the number of the others.
+        """
+        wrong = np.flatnonzero(~self.reached)
+        if not len(wrong):
+            return
+        others = f", nor {len(wrong) - 1} more" if len(wrong) > 1 else ""
+        remedy = "leave such rows out: scalar.estimation.correction.correct_joints says which are `reached`"
+        message = f"row {wrong[0] + 1}: the calibrated arm cannot take this pose near these joint angles{others}; {remedy}"
+        raise InvalidInput(Fault("poses", message, None, "q"))
+
 
 def correct_joints(model: Model, poses: Poses, settings: CorrectionSettings | None = None) -> Correction:
     """Return joint angles that take the sensor where the nominal arm would take it at the joint angles of the poses.
@@ -45,7 +60,7 @@ def correct_joints(model: Model, poses: Poses, settings: CorrectionSettings | No
     The wanted frame is ``T_base_flange(q) T_flange_sensor``, the flange by the nominal arm and the sensor as calibrated.
 
     Args:
-        model: The calibrated one.
+        model: The calibrated model.
         poses: Nominal joint angles, with the columns that the effects need.
         settings: Thresholds; the defaults if None.
 
@@ -54,9 +69,8 @@ def correct_joints(model: Model, poses: Poses, settings: CorrectionSettings | No
     """
     settings = settings or CorrectionSettings()
     now = kinematics_at(model, poses)
-    T_sensor = (
-        model.T_flange_sensor @ inverse(now.T_base_mount) @ now.T_base_sensor
-    )  # with what effects do to it
+    # The sensor on the flange, with the displacements that effects cause.
+    T_sensor = model.T_flange_sensor @ inverse(now.T_base_mount) @ now.T_base_sensor
     wanted = model.nominal.flange(poses.q) @ T_sensor
     found = correct_frames(model, poses, wanted, settings)
     far = np.abs(found.q - poses.q).max(axis=1, initial=0.0) > settings.largest_correction
