@@ -1,4 +1,4 @@
-"""A dataset folder to fill in: dataset.yaml with comments, tables with their headers, and README.txt.
+"""Write a dataset folder that the user fills in: dataset.yaml with comments, tables with their headers, and README.txt.
 
 What only the user knows is left empty, so that `scalar validate` names it as missing: guesses of the planes, the sensor's nominal
 pose if the sensor needs one, and every row of the tables.
@@ -30,7 +30,7 @@ def write_blank_dataset(
     Args:
         folder: The folder to write; it must be missing or empty.
         robot: The ``robot:`` block of dataset.yaml.
-        format: What a dataset with this kind of sensor holds.
+        format: Format of a dataset with the wanted kind of sensor: its tables, columns and options.
         about_robot: Lines that are written as comments above the robot; the first is the dataset's ``source`` as well.
 
     Raises:
@@ -51,6 +51,7 @@ def write_blank_dataset(
 
 
 def _pose_columns(n: int, format: SensorFormat) -> list[str]:
+    """Return the columns of poses.csv for an arm of n joints."""
     return ["pose", *(["plane"] if format.on_planes else []), *(f"q{i + 1}" for i in range(n))]
 
 

@@ -241,8 +241,8 @@ def _finding(
 
     grounds = grounds_against(rivals_of_it, float(odds.min()))
     own_confidence = confidence(grounds, effect.name)
-    # A report lists the confounded effects with the name. The name is therefore doubtful only if the cause is, too probably, neither the effect
-    # nor one of these. The confidence in the whole group is computed against the rivals outside it.
+    # A report lists the confounded effects together with the name. The name is therefore doubtful only if the confidence that the cause is the effect
+    # or one of these is too low. This confidence in the whole group is computed against the rivals outside the group.
     others = [s for s in rivals_of_it if not any(s.effect.same_place(like) for like in confounded)]
     odds_of_others = [value for value, s in zip(odds[1:], nearest, strict=True) if s in others]
     of_group = confidence(grounds_against(others, float(min([odds[0], *odds_of_others]))), effect.name)

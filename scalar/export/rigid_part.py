@@ -23,7 +23,7 @@ from scalar.geometry.screws import exp_screw
 from scalar.geometry.se3 import Array
 
 SAMPLES = 1000
-"""Random poses at which effects are sized and files are compared with the model."""
+"""Number of random poses at which the sizes of effects are computed and files are compared with the model."""
 _SAMPLE_SEED = 0
 _SAME = 1e-12  # m or rad: what an effect adds is taken to be the same at all poses if it varies by no more than this
 
@@ -104,6 +104,7 @@ def rigid_part(model: Model, columns: Mapping[str, float]) -> RigidPart:
     rigid = robot.flange(q) @ T_sensor
 
     def shift(effects: Sequence[Effect]) -> tuple[float, float]:
+        """Return the root mean square and the largest distance [m] by which effects move the sensor at the random poses."""
         moved = replace(model, effects=(*included, *effects))
         T = Kinematics.of(moved, poses, EffectBases.of(model.nominal, poses, moved.effects)).T_base_sensor
         distance = np.linalg.norm(T[:, :3, 3] - rigid[:, :3, 3], axis=1)

@@ -24,7 +24,7 @@ class ImportedTable(Table):
     def report(
         self, faults: list[Fault], column: str, mask: np.ndarray, message: Callable[[int], str]
     ) -> None:
-        """Add a fault for every row of `mask`, which names the file, row and column from which the cell comes."""
+        """Add a fault for every row at which ``mask`` ``(N,)`` is True; it names the foreign file, row and column from which the cell comes."""
         found: list[Fault] = []
         super().report(found, column, mask, message)
         rows = iter(np.flatnonzero(mask))
@@ -34,7 +34,7 @@ class ImportedTable(Table):
 
 
 def select_rows(table: ImportedTable, keep: np.ndarray) -> ImportedTable:
-    """Return some rows of a table."""
+    """Return the rows of a table that ``keep`` selects, a mask ``(N,)`` or indices."""
     lines = table.line_numbers()[keep]
     columns = {name: values[keep] for name, values in table.columns.items()}
     return replace(table, columns=columns, line_numbers=lambda: lines, files=table.files[keep], bad={})

@@ -1,4 +1,4 @@
-"""Residual, Jacobian and fit of measurements of planes, in the compiled library; their rows are linear in the contact vector."""
+"""Compute residual, Jacobian and fit of measurements of planes by the compiled library; their rows are linear in the contact vector."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from numpy.typing import NDArray
 from scalar.kernels import LIBRARY, Array, FreeStruct, ProblemStruct, checked, contiguous
 
 ILL_CONDITIONED = -1
+"""What the library returns instead of MINPACK's number if the normal equations are too ill-conditioned."""
 
 
 @dataclass(frozen=True, eq=False)
 class FitEnd:
-    """Where a fit ended.
+    """The end of a fit.
 
     Attributes:
-        info: MINPACK's number for the reason.
-        vector: ``(P,)``, all coordinates.
-        evaluations: How often the residual was computed.
+        info: Reason for which the fit ended, as MINPACK numbers the reasons.
+        vector: ``(P,)``, all coordinates at the end.
+        evaluations: Number of evaluations of the residual.
     """
 
     info: int
@@ -29,11 +30,13 @@ class FitEnd:
 
 
 class PlaneProblem:
-    """N poses that measure K planes with m rows each: ``factors @ c``, c the contact vector ``(n.o - d, n.X, n.Z)``.
+    """The residual of N poses that each measure one of K planes, with m rows for each pose.
 
-    n and d are the plane's normal and distance, o, X and Z the sensor's origin and axes.
+    The rows of a pose are ``factors @ c`` with the contact vector ``c = (n.o - d, n.X, n.Z)``, where n and d are the normal and the distance of the
+    plane, and o, X and Z the origin and the axes of the sensor, in the base frame.
 
-    The coordinates ``(P,)`` are the geometry ``(5, n)``, the sensor's translation and rotation vector, and (u, v, d) of every plane.
+    The P coordinates are the geometry ``(5, n)`` [m, rad], the translation [m] and the rotation vector [rad] of the sensor on the flange, and for
+    every plane (u, v) of its normal and its distance d [m].
     """
 
     def __init__(
@@ -47,17 +50,17 @@ class PlaneProblem:
         normals: Array,
         tangents: Array,
     ) -> None:
-        """Keep what does not change with the coordinates.
+        """Store what does not change with the coordinates.
 
         Args:
-            q: ``(N, n)`` [rad].
-            index: ``(N,)``, which plane each pose measures.
-            factors: ``(N, m, 3)``.
-            T_base_0: ``(4, 4)``, before the first joint.
-            T_n_flange: ``(4, 4)``, after the last joint.
-            R_sensor: ``(3, 3)``, reference rotation of the sensor on the flange.
-            normals: ``(K, 3)``, reference normals.
-            tangents: ``(K, 2, 3)``.
+            q: ``(N, n)`` [rad], joint angles.
+            index: ``(N,)``, index of the plane that each pose measures.
+            factors: ``(N, m, 3)``, the factors of the contact vector in each row.
+            T_base_0: ``(4, 4)``, transform before the first joint.
+            T_n_flange: ``(4, 4)``, transform after the last joint.
+            R_sensor: ``(3, 3)``, reference rotation of the sensor on the flange; the rotation vector turns the sensor from it.
+            normals: ``(K, 3)``, reference normals of the planes.
+            tangents: ``(K, 2, 3)``, the directions in which u and v move each normal.
         """
         floats = [
             contiguous(each) for each in (q, factors, T_base_0, T_n_flange, R_sensor, normals, tangents)
@@ -101,16 +104,16 @@ class PlaneProblem:
         first_step: float,
         max_evaluations: int,
     ) -> FitEnd | None:
-        """Return the least-squares optimum by the steps of MINPACK on the normal equations; None where these are too ill-conditioned.
+        """Return the least-squares optimum by the steps of MINPACK on the normal equations; None if these are too ill-conditioned.
 
         Args:
-            start: ``(P,)``.
+            start: ``(P,)``, coordinates from which the fit starts; those that are not free keep these values.
             free: ``(F,)``, indices of the free coordinates.
-            mean: ``(F,)``, means of the priors on them.
-            weight: ``(F,)``, one over the standard deviation of the prior; 0 where there is none.
+            mean: ``(F,)``, means of the priors of the free coordinates.
+            weight: ``(F,)``, one over the standard deviation of each prior; 0 for a coordinate without a prior.
             tolerance: Relative change of the cost, and of the coordinates, below which the fit has converged.
             first_step: Longest first step relative to the scaled norm of the coordinates: the ``factor`` of MINPACK.
-            max_evaluations: The fit ends after so many evaluations of the residual.
+            max_evaluations: Number of evaluations of the residual after which the fit ends in any case.
         """
         assert LIBRARY is not None
         free = np.ascontiguousarray(free, dtype=np.int64)

@@ -1,7 +1,7 @@
-"""The workcell of a config, and a plan of the poses from which its target planes are scanned.
+"""Make the true workcell of a config, and plan the postures from which its target planes are scanned.
 
-Planning poses is most of a scene's work. The plan does not depend on the noise, the number of points in a scan or the
-declared model, so a sweep plans once.
+Planning takes most of the time of a simulation. A plan does not depend on the noise, the number of points in a scan or the declared model, so that
+all cases of a sweep can share one plan.
 """
 
 import json
@@ -25,10 +25,12 @@ from scalar.simulation.world import World
 from scalar.units import DEG
 
 Progress = Callable[[str, int, int], None]
-"""Called as progress(stage, done, of)."""
+"""A function that is called as ``progress(stage, done, total)``, to report how much of a stage is done."""
 
 WORKCELL_KEYS = ("seed", "robot", "true_robot_errors", "planes", "body", "edge_margin_m")
+"""Keys of a config on which a plan depends."""
 WORKCELL_SENSOR_KEYS = ("pose", "fan_half_angle_deg", "range_m", "incidence_max_deg")
+"""Keys of its block ``sensor`` on which a plan depends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,10 +38,10 @@ class Workcell:
     """The true workcell.
 
     Attributes:
-        arm: the true arm, with its weights.
-        nominal: the arm as the config states it.
-        target_planes: the true ones.
-        scanner: its geometry.
+        arm: The true arm, with the weights of its links.
+        nominal: The arm as the config states it.
+        target_planes: The true target planes.
+        scanner: The geometry of the scanner.
     """
 
     arm: Arm
@@ -50,12 +52,12 @@ class Workcell:
 
 @dataclass(frozen=True, eq=False)
 class PosePlan:
-    """Postures for each plane.
+    """Postures from which each target plane is scanned.
 
     Attributes:
-        q: for each plane (k, n) [rad], in the order in which they were found.
-        searches: counts of each search.
-        workcell: what the plan depends on, as text; a plan holds for all configs with the same text.
+        q: For each plane an array ``(k, n)`` [rad], the joint angles of k postures in the order in which they were found.
+        searches: For each plane how many postures the search tried, and which limits refused them.
+        workcell: What the plan depends on, as text; the plan is valid for all configs with the same text (``workcell_text``).
     """
 
     q: tuple[Array, ...]
@@ -85,7 +87,7 @@ def workcell_text(config: Mapping[str, Any]) -> str:
 
 
 def scans_text(config: Mapping[str, Any]) -> str:
-    """Return everything that true scans depend on except their postures, as text that can be compared."""
+    """Return everything on which true scans depend, except their postures, as text that can be compared."""
     surface = "" if is_flat(config["surface"]) else json.dumps(config["surface"], sort_keys=True)
     return workcell_text(config) + surface
 
@@ -95,9 +97,14 @@ def plan_poses(
 ) -> PosePlan:
     """Return postures for each plane of a config, as many as it asks for.
 
+    Args:
+        config: Config of a scene; keys that it lacks are completed with defaults.
+        base_dir: Folder from which the path of the scene's robot starts; None: the working directory.
+        progress: Called while postures are searched.
+
     Raises:
-        InvalidInput: the config is at fault.
-        SimulationError: too few postures see a target plane; the message says which limit refused most.
+        InvalidInput: The config is at fault.
+        SimulationError: Too few postures see a target plane; the message says which limit refused most.
     """
     config = complete_config(config, base_dir=base_dir)
     workcell = workcell_of(config)

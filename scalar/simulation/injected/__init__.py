@@ -1,1 +1,1 @@
-"""Effects that a scene's config injects, from its `injected` list: one file for each place where they act, and a catalogue of all."""
+"""Effects that a scene's config injects, from its list `injected`: a module for each place where effects act, and a catalogue of all effects."""
