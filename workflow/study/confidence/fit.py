@@ -47,8 +47,8 @@ _LEAST_STD = 1e-9  # a feature with a smaller standard deviation counts as const
 def fitted(answers: pd.DataFrame) -> dict[str, Any]:
     """Return ``{kind: coefficients}``, as ``scalar.diagnosis.confidence.predicted`` takes them.
 
-    Answers that repeat the same kind of change several times in a set (``repeated`` above 1) are left out: their confidence is divided by that
-    number.
+    Answers of which several probably describe one cause (``repeated`` above 1, ``scalar.diagnosis.repeated_changes``) are left out: their
+    confidence is divided by that number.
 
     Args:
         answers: As ``answers_of`` and ``tracked_answers_of`` return them.
