@@ -116,6 +116,7 @@ def describe_calibration(calibration: Calibration) -> str:
     from scalar.estimation import transfer
     from scalar.estimation.misfit import lacks_something
     from scalar.geometry.standard_dh import in_rows
+    from scalar.report.unstated_noise import unstated_noise_in_words
 
     summary = calibration.summary
     model = calibration.model
@@ -133,6 +134,8 @@ def describe_calibration(calibration: Calibration) -> str:
             )
         else:
             lines.append(f"  the noise explains the residual (ratio {misfit:.2f})")
+    elif unstated := unstated_noise_in_words(calibration):
+        lines.append(f"  {unstated}")
     std = calibration.std
     standard = model.nominal.standard_dh
 
