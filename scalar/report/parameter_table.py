@@ -161,10 +161,10 @@ def _sensor(calibration: Calibration, T_stated: Array | None) -> Iterator[dict[s
 def _roll_pitch_yaw(model: Model, T_stated: Array | None) -> list[Entry]:
     """Return the rows of the same rotation as a person reads it; its standard errors are those of the rotation vector."""
     found = rpy_from_rotation(model.T_flange_sensor[:3, :3]) / DEG
-    stated = [None] * 3 if T_stated is None else (rpy_from_rotation(T_stated[:3, :3]) / DEG).tolist()
-    names = ("roll", "pitch", "yaw")
+    stated = None if T_stated is None else rpy_from_rotation(T_stated[:3, :3]) / DEG
     return [
-        (name, *values, None, UNKNOWN) for name, *values in zip(names, stated, found.tolist(), strict=True)
+        (name, None if stated is None else float(stated[i]), float(found[i]), None, UNKNOWN)
+        for i, name in enumerate(("roll", "pitch", "yaw"))
     ]
 
 

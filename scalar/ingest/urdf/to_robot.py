@@ -76,15 +76,16 @@ def robot_of_chain(name: str, chain: Chain) -> tuple[Robot, Array]:
         name: Name of the robot.
         chain: A chain with at least one moving joint.
     """
-    T = chain.T_start
-    links, axes = [], []
+    standing = chain.T_start
+    links: list[Array] = []
+    axes: list[Array] = []
     for joint in chain.joints:
-        T = T @ joint.T_origin
+        standing = standing @ joint.T_origin
         if joint.moves:
-            links.append(T)
-            axes.append(frame_on_axis(T, joint.axis))
+            links.append(standing)
+            axes.append(frame_on_axis(standing, joint.axis))
     limits = np.array([joint.limits for joint in chain.moving])
     prismatic = tuple(i for i, joint in enumerate(chain.moving) if joint.slides)
-    robot = robot_from_axes(name, np.array(axes), T, limits, prismatic)
+    robot = robot_from_axes(name, np.array(axes), standing, limits, prismatic)
     frames = robot.frames(np.zeros((1, robot.n_joints)))[0, 1:]
     return robot, inverse(frames) @ np.array(links)
