@@ -7,6 +7,7 @@ from .errors import InvalidInput, ScalarError, Undetermined
 from .estimation.calibrate import calibrate
 from .estimation.result import Calibration
 from .geometry.robot import Robot
+from .ingest.urdf.to_robot import read_robot
 from .sensors.protocol import Measurement
 
 __all__ = [
@@ -24,5 +25,6 @@ __all__ = [
     "calibrate",
     "diagnose",
     "read_dataset",
+    "read_robot",
 ]
 __version__: str

@@ -16,7 +16,7 @@ from tests.cli.test_start_up import SLOW
 from tests.random_scene import make_scene
 
 ROOT = Path(__file__).parents[1]
-WITH_EXAMPLE = ("Calibration", "Dataset", "Robot", "calibrate", "diagnose", "read_dataset")
+WITH_EXAMPLE = ("Calibration", "Dataset", "Robot", "calibrate", "diagnose", "read_dataset", "read_robot")
 
 
 def test_importing_it_imports_no_library() -> None:

@@ -115,7 +115,9 @@ def describe_calibration(calibration: Calibration) -> str:
     """Return a summary of a calibration: parameters, standard errors, and what the data do not determine."""
     from scalar.estimation import transfer
     from scalar.estimation.misfit import lacks_something
+    from scalar.geometry.roll_pitch_yaw import rpy_from_rotation
     from scalar.geometry.standard_dh import in_rows
+    from scalar.report.unstated_noise import unstated_noise_in_words
 
     summary = calibration.summary
     model = calibration.model
@@ -133,6 +135,8 @@ def describe_calibration(calibration: Calibration) -> str:
             )
         else:
             lines.append(f"  the noise explains the residual (ratio {misfit:.2f})")
+    elif unstated := unstated_noise_in_words(calibration):
+        lines.append(f"  {unstated}")
     std = calibration.std
     standard = model.nominal.standard_dh
 
@@ -157,8 +161,10 @@ def describe_calibration(calibration: Calibration) -> str:
                 f"    {shown(name):<9} {nominal:12.4f}  {value:12.4f}  {value - nominal:12.4f}  {std[name] / unit:8.4f} {text}"
             )
     t, r = model.sensor[:3] / MM, model.sensor[3:] / DEG
+    rpy = rpy_from_rotation(model.T_flange_sensor[:3, :3]) / DEG
     lines.append(
         f"  sensor on flange: [{t[0]:.3f} {t[1]:.3f} {t[2]:.3f}] mm, rotation vector [{r[0]:.4f} {r[1]:.4f} {r[2]:.4f}] deg"
+        f" (roll pitch yaw [{rpy[0]:.4f} {rpy[1]:.4f} {rpy[2]:.4f}] deg)"
     )
     for plane in calibration.to_mapping()["planes"]:
         n = plane["normal"]

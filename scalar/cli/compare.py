@@ -18,9 +18,13 @@ if TYPE_CHECKING:
     from scalar.comparison import Comparison
     from scalar.comparison.changes import Change
     from scalar.comparison.disjoint_terms import DisjointTerms
+    from scalar.comparison.moved import Moved
 
 _KINDS = {"a": "length", "alpha": "twist", "d": "offset", "theta": "zero", "beta": "tilt about y"}
 _RIVALS_SHOWN, _NOT_COMPARED_SHOWN = 4, 8
+_COEFFICIENTS_SHOWN = (
+    2  # of one effect; with more, how far they move positions together is what a person can judge
+)
 _MISFIT = 1e-3  # p-value below which the residual is larger than the noise explains, so that the model lacks something
 
 
@@ -111,10 +115,7 @@ def describe_comparison(comparison: Comparison) -> list[str]:
             f"Compare calibrations that hold what it lacks, {how}, or measure the same poses in both campaigns"
         )
     for change, moved in zip(comparison.changes, comparison.moved, strict=True):
-        lines += _change_lines(comparison, change)
-        lines.append(
-            f"    moves predicted positions by {moved.rms / MM:.3f} mm RMS, at most {moved.largest / MM:.3f} mm"
-        )
+        lines += _change_lines(comparison, change, moved)
     if n and comparison.rest_p_value < comparison.alpha:
         lines.append(f"  and more, which no single parameter explains ({_chance(comparison.rest_p_value)})")
     lines += _unchanged_effects(comparison)
@@ -195,13 +196,20 @@ def _with_same_effects(comparison: Comparison) -> str:
     return f"calibrate both with the same effects: {how}"
 
 
-def _change_lines(comparison: Comparison, change: Change) -> list[str]:
-    """Return a line with a change and its sizes, and one with the candidates from which it cannot be distinguished."""
-    sizes = [
-        _sized(comparison.arm.names[i], comparison.arm.units[i], value, std)
-        for i, value, std in zip(change.candidate.columns, change.value, change.std, strict=True)
+def _change_lines(comparison: Comparison, change: Change, moved: Moved) -> list[str]:
+    """Return a line with a change, its sizes and how far it moves positions, and one with the candidates that it cannot be distinguished from."""
+    columns = change.candidate.columns
+    if len(columns) > _COEFFICIENTS_SHOWN:
+        sizes = f"{len(columns)} coefficients, which stand in the JSON (-o FILE.json)"
+    else:
+        sizes = ", ".join(
+            _sized(comparison.arm.names[i], comparison.arm.units[i], value, std)
+            for i, value, std in zip(columns, change.value, change.std, strict=True)
+        )
+    lines = [
+        f"  {_title(comparison, change.candidate.name)}: {sizes}; moves predicted positions by {moved.rms / MM:.3f} mm RMS, "
+        f"at most {moved.largest / MM:.3f} mm ({_chance(change.p_value)})"
     ]
-    lines = [f"  {_title(comparison, change.candidate.name)}: {', '.join(sizes)} ({_chance(change.p_value)})"]
     if change.rivals:
         names = [_title(comparison, rival.name) for rival in change.rivals[:_RIVALS_SHOWN]]
         more = len(change.rivals) - len(names)
@@ -211,10 +219,22 @@ def _change_lines(comparison: Comparison, change: Change) -> list[str]:
 
 
 def _title(comparison: Comparison, name: str) -> str:
-    """Return the title of a candidate: joint and kind for a geometric parameter, the name for an effect."""
+    """Return the title of a candidate: joint and kind for a geometric parameter, the title in reports for an effect."""
+    from scalar.effects.parameter_names import effect_of
+
     kind, _, _ = name.rpartition("_")
+    model = comparison.arm.model
+    titles = {
+        effect_of(own[0]): effect.title
+        for effect, own in zip(model.effects, model.effect_names, strict=True)
+        if own
+    }
     named = _named(comparison, name)
-    return f"joint {named[len(kind) + 1 :]}, {_KINDS[kind]} {named}" if kind in _KINDS else named
+    return (
+        f"joint {named[len(kind) + 1 :]}, {_KINDS[kind]} {named}"
+        if kind in _KINDS
+        else titles.get(name, named)
+    )
 
 
 def _named(comparison: Comparison, name: str) -> str:
@@ -240,12 +260,16 @@ def _sized(name: str, unit: str, value: float, std: float) -> str:
 
 
 def _not_compared(comparison: Comparison) -> list[str]:
-    """Return the parameters that were not compared, one line for each reason."""
-    by_reason: dict[str, list[str]] = {}
+    """Return the parameters and effects that were not compared, one line for each reason; an effect stands there once, whatever its coefficients."""
+    from scalar.effects.parameter_names import effect_of
+
+    by_reason: dict[str, dict[str, None]] = {}
     for name, reason in comparison.not_compared.items():
-        by_reason.setdefault(reason, []).append(_named(comparison, name))
+        shown = effect_of(name) if "." in name else _named(comparison, name)
+        by_reason.setdefault(reason, {})[shown] = None
     lines = []
-    for reason, names in by_reason.items():
+    for reason, found in by_reason.items():
+        names = list(found)
         more = len(names) - _NOT_COMPARED_SHOWN
         shown = ", ".join(names[:_NOT_COMPARED_SHOWN]) + (f" and {more} more" if more > 0 else "")
         lines.append(f"not compared: {shown}: {reason}")

@@ -10,10 +10,10 @@ import click
 
 from scalar.cli.correct_words import (
     Uncorrected,
+    brought_as_near,
     cannot_take,
     faults_of,
     is_near_singular,
-    left_as_given,
     lines_on_left_out,
     lines_on_tool,
     no_posture,
@@ -80,10 +80,10 @@ def correct(
     arm's length: it is 0 at a singularity, and a pose with less than 0.02 is called near one. For the written joint angles, `scalar predict` gives
     the wanted frames to 1e-6 m.
 
-    Rows that cannot be corrected do not stop the others. A row of joint angles (a home pose at a singularity, say) is written as it was given;
-    a wanted frame that the arm cannot take is written without joint angles. Both have corrected = 0. The exit status is then 2, and a line for
-    each such row says why: how far the arm errs there, or how near it comes. With --leave-out such rows are left out, and the exit status is 0.
-    If no wanted frame can be taken, nothing is written.
+    Rows that cannot be corrected do not stop the others. A row of joint angles (a home pose at a singularity, say) is written with the joint angles
+    near by that come nearest, the position before the orientation; a wanted frame that the arm cannot take is written without joint angles. Both
+    have corrected = 0. The exit status is then 2, and a line for each such row says why, how far the arm errs there, or how near it comes. With
+    --leave-out such rows are left out, and the exit status is 0. If no wanted frame can be taken, nothing is written.
 
     \b
     Example:
@@ -94,7 +94,7 @@ def correct(
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.poses import Poses
     from scalar.data.table_units import base_name, columns_of, units_named, units_to_write
-    from scalar.estimation.correction import correct_table, kept_as_given, sensitivity
+    from scalar.estimation.correction import brought_near, correct_table, sensitivity
     from scalar.estimation.result import load_calibration
 
     in_units = units_named(units)
@@ -136,8 +136,8 @@ def correct(
         rows = rows[found.reached]  # the moves of the others are those without these rows
     poses = Poses.from_frame(going, robot.n_joints, order_is_row=False)
     if not may_drop:
-        found = kept_as_given(model, poses, found)
-        refused = [left_as_given(ids[i], found, int(i)) for i in wrong]
+        found, given = brought_near(model, poses, found)
+        refused = [brought_as_near(ids[i], found, given, int(i)) for i in wrong]
     near = sensitivity(model, poses, found.q)
     for line in [
         *(lines_on_left_out(refused) if leave_out else []),

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from scalar.geometry.se3 import Array
 
 _MOST_SHOWN = 10
+_LEAST_SHOWN = 1e-3  # mm or deg
 _MOST_TURN = 180.0  # deg or mm for a shift of 1 mm: larger values are shown as "more than" this
-_EMPTY, _AS_GIVEN = "without joint angles (corrected = 0)", "as it was given, with corrected = 0"
+_EMPTY, _NEAREST = "without joint angles (corrected = 0)", "as near as it comes, with corrected = 0"
 
 
 @dataclass(frozen=True)
@@ -57,12 +58,30 @@ def cannot_take(pose: int, found: Correction, i: int) -> Uncorrected:
     return Uncorrected(pose, why, _EMPTY, "move the pose")
 
 
-def left_as_given(pose: int, found: Correction, i: int) -> Uncorrected:
-    """Return the record of a pose whose joint angles are written as they were given."""
-    off = f"{found.position_error[i] / MM:.2g} mm and {found.orientation_error[i] / DEG:.2g} deg"
-    why = f"{_where(found, i)}, no small change of the joints takes the arm there, and uncorrected it errs by {off}"
-    remedy = "move the pose a few degrees away if it has to be exact, or keep it, as for a home pose"
-    return Uncorrected(pose, why, _AS_GIVEN, remedy)
+def brought_as_near(pose: int, found: Correction, given: Correction, i: int) -> Uncorrected:
+    """Return the record of a pose that is written with the joint angles near by that come nearest.
+
+    Args:
+        pose: Number of the pose.
+        found: The correction with these joint angles.
+        given: The same with the joint angles as they were given.
+        i: Row of the pose in both.
+    """
+    why = (
+        f"{_where(found, i)}, no small change of the joints takes the arm there exactly: it errs by {_errors(found, i)} "
+        f"(uncorrected by {_errors(given, i)})"
+    )
+    return Uncorrected(pose, why, _NEAREST, "move the pose a few degrees away if it has to be exact")
+
+
+def _errors(found: Correction, i: int) -> str:
+    return (
+        f"{_at_least(found.position_error[i] / MM)} mm and {_at_least(found.orientation_error[i] / DEG)} deg"
+    )
+
+
+def _at_least(size: float) -> str:
+    return f"{size:.2g}" if size >= _LEAST_SHOWN else f"less than {_LEAST_SHOWN:g}"
 
 
 def _where(found: Correction, i: int) -> str:

@@ -88,6 +88,15 @@ class Diagnosis:
         return self.shipped.held_out
 
     @property
+    def unobservable_alone(self) -> tuple[Unobservable, ...]:
+        """Return the unobservable effects but those confounded with a named finding, which already stand there.
+
+        With the finding in the model, an effect that is confounded with it leaves no residual either.
+        """
+        rivals = {e.title for finding in self.findings if finding.has_name for e in finding.confounded_with}
+        return tuple(entry for entry in self.unobservable if entry.effect.title not in rivals)
+
+    @property
     def verdict(self) -> str:
         """Return ``no_effect``, ``effect`` or ``unattributed``."""
         if any(not finding.has_name for finding in self.findings) or self.noise_without_a_name:
@@ -171,7 +180,7 @@ class Diagnosis:
             "format": FORMAT,
             "verdict": self.verdict,
             "effects": effects,
-            "unobservable": [s.to_mapping() for s in self.unobservable],
+            "unobservable": [s.to_mapping() for s in self.unobservable_alone],
             "outliers": {
                 "poses": sorted(outliers),
                 "points": self.cleaned.points,

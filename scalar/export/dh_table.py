@@ -7,6 +7,7 @@ import numpy as np
 from scalar.estimation.result import Calibration
 from scalar.export.rigid_part import RigidPart, random_joints
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
+from scalar.geometry.roll_pitch_yaw import rpy_from_rotation
 from scalar.geometry.se3 import Array, log_so3
 from scalar.geometry.standard_dh import standard_rows, standard_table, without_beta
 from scalar.units import DEG, MM
@@ -92,17 +93,21 @@ def dh_markdown(calibration: Calibration, rigid: RigidPart, *, standard: bool = 
         lines.append(_row(str(i + 1), *cells))
     lines += [
         "",
-        "Fixed transforms (translation, rotation vector):",
+        "Fixed transforms (translation; rotation vector rx, ry, rz, and the same rotation as roll, pitch, yaw: Rz(yaw) Ry(pitch) Rx(roll)):",
         "",
-        _row("from", "to", "x [mm]", "y [mm]", "z [mm]", "rx [deg]", "ry [deg]", "rz [deg]"),
-        _rule(8),
+        _row(
+            *("from", "to", "x [mm]", "y [mm]", "z [mm]", "rx [deg]", "ry [deg]", "rz [deg]"),
+            *("roll [deg]", "pitch [deg]", "yaw [deg]"),
+        ),
+        _rule(11),
     ]
     for start, end, T in (
         ("base", "frame 0", T_base_0),
         (f"frame {robot.n_joints}", "flange", T_n_flange),
         ("flange", "sensor", rigid.T_flange_sensor),
     ):
-        numbers = [*(T[:3, 3] / MM), *(log_so3(T[:3, :3]) / DEG)]
+        R = T[:3, :3]
+        numbers = [*(T[:3, 3] / MM), *(log_so3(R) / DEG), *(rpy_from_rotation(R) / DEG)]
         lines.append(_row(start, end, *(f"{x + 0.0:+.9f}" for x in numbers)))
     return "\n".join([*lines, ""])
 
@@ -121,16 +126,32 @@ def beyond_standard_dh(robot: Robot) -> str:
     )
 
 
-def standard_deviations(calibration: Calibration, robot: Robot) -> Array:
-    """Return the standard deviations ``(5, n)`` [m, rad] of the geometry, NaN where a parameter was fixed."""
-    std = calibration.std
-    return np.array([std.get(name, np.nan) for name in robot.parameter_names]).reshape(len(GEOMETRY), -1)
+def standard_deviations(calibration: Calibration, rigid: RigidPart) -> Array:
+    """Return the standard deviations ``(5, n)`` [m, rad] of the geometry of the rigid part, NaN where it is fixed.
+
+    An entry is a parameter g of the model plus what the coefficients c of included effects add, ``g + B c`` (beta is estimated as the effect
+    ``axis_nonparallel``), so its variance is that of this sum.
+
+    Args:
+        calibration: The calibration, with the covariance of its free parameters.
+        rigid: Its rigid part.
+    """
+    names = rigid.robot.parameter_names
+    index = {name: i for i, name in enumerate(names)}
+    D = np.zeros((len(names), len(calibration.free)))
+    for k, name in enumerate(calibration.free):
+        if name in index:
+            D[index[name], k] = 1.0
+        elif name in rigid.added_by:
+            D[:, k] = rigid.added_by[name].ravel()
+    variance = np.einsum("ik,kl,il->i", D, calibration.covariance, D)
+    return np.where(D.any(axis=1), np.sqrt(variance), np.nan).reshape(len(GEOMETRY), -1)
 
 
 def _table(calibration: Calibration, rigid: RigidPart, state: str, standard: bool) -> Array:
     """Return the parameters ``(5, n)`` [m, rad] for one of ``_STATES``: the calibrated ones, the nominal ones, or their standard deviations."""
     if state == "_std":
-        std = standard_deviations(calibration, rigid.robot)
+        std = standard_deviations(calibration, rigid)
         return standard_rows(std, (np.nan, np.nan, np.nan)) if standard else std
     robot = calibration.model.nominal if state else rigid.robot
     return standard_table(robot).rows if standard else robot.geometry

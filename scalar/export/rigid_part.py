@@ -53,6 +53,7 @@ class RigidPart:
         robot: The calibrated robot; its geometry includes the effects that are the same at every pose.
         T_flange_sensor: ``(4, 4)``, the sensor on the flange, which includes them likewise.
         included: The effects that are the same at every pose.
+        added_by: For each of their coefficients, by its name in the model, ``(5, n)``: what one unit of it adds to the geometry.
         left_out: The effects that are not.
         rms: Root mean square of how far all effects left out move the sensor together [m], without those whose column is missing.
         largest: The largest such distance [m].
@@ -61,6 +62,7 @@ class RigidPart:
     robot: Robot
     T_flange_sensor: Array
     included: tuple[Effect, ...]
+    added_by: Mapping[str, Array]
     left_out: tuple[LeftOut, ...]
     rms: float
     largest: float
@@ -86,8 +88,9 @@ def rigid_part(model: Model, columns: Mapping[str, float]) -> RigidPart:
     poses = Poses.from_arrays(q, {"approach": rng.choice([-1.0, 1.0], q.shape), **columns}, q.shape[1])
     robot, T_sensor = model.robot, model.T_flange_sensor
     included: list[Effect] = []
+    added_by: dict[str, Array] = {}
     others: list[tuple[Effect, str | None]] = []
-    for effect in model.effects:
+    for effect, names in zip(model.effects, model.effect_names, strict=True):
         if isinstance(effect, PointEffect):  # acts on measured points, and moves no prediction
             continue
         try:
@@ -101,6 +104,10 @@ def rigid_part(model: Model, columns: Mapping[str, float]) -> RigidPart:
         else:
             robot, T_sensor = with_effect
             included.append(effect)
+            for name, unit in zip(names, np.eye(len(names)), strict=True):
+                with_unit = _with_constant_effect(model.robot, T_sensor, bases, unit)
+                if with_unit is not None:
+                    added_by[name] = with_unit[0].geometry - model.robot.geometry
     rigid = robot.flange(q) @ T_sensor
 
     def shift(effects: Sequence[Effect]) -> tuple[float, float]:
@@ -115,7 +122,7 @@ def rigid_part(model: Model, columns: Mapping[str, float]) -> RigidPart:
         for effect, missing in others
     )
     rms, largest = shift([effect for effect, missing in others if missing is None])
-    return RigidPart(robot, T_sensor, tuple(included), left_out, rms, largest)
+    return RigidPart(robot, T_sensor, tuple(included), added_by, left_out, rms, largest)
 
 
 def _with_constant_effect(

@@ -10,6 +10,8 @@ from scalar.estimation.misfit import lacks_something
 from scalar.estimation.result import Calibration
 from scalar.report.lacking import lacking
 from scalar.report.parameter_table import convention_in_words, gauge_rows, parameter_tables
+from scalar.report.unstated_noise import exceeds_usual_noise, unstated_noise_in_words
+from scalar.report.words import capital
 from scalar.report.workspace_map import workspace_section
 from scalar.sensors import kind_of
 
@@ -61,4 +63,6 @@ def _what_to_do(calibration: Calibration) -> str:
             f"Run 'scalar diagnose' before you rely on that: apart from the scatter within poses, the residual is {misfit:.1f} times what the "
             "noise explains, so the model lacks something, which may cause larger errors at other poses."
         )
+    if exceeds_usual_noise(calibration):
+        return f"{capital(unstated_noise_in_words(calibration))} before you rely on that."
     return f"Use it: 'scalar correct {FILE} program.csv -o corrected.csv' corrects the joint angles of a program."

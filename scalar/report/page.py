@@ -262,7 +262,7 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
 def _unobservable(diagnosis: Diagnosis) -> dict[str, list[dict[str, str]]]:
     """Return the unobservable effects, the most harmful first, those of the same consequence in one row; rows after the first few are apart."""
     together: dict[str, list[str]] = {}
-    for entry in sorted(diagnosis.unobservable, key=lambda entry: -entry.prediction_error):
+    for entry in sorted(diagnosis.unobservable_alone, key=lambda entry: -entry.prediction_error):
         together.setdefault(entry.consequence, []).append(entry.effect.title)
     rows = [
         {"title": words.capital("; ".join(dict.fromkeys(titles))), "text": text}

@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 
 from scalar.effects.wording import stiffness_row
+from scalar.estimation.model import Model
 from scalar.estimation.result import Calibration
 from scalar.evaluate import rotation_vector_near
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
+from scalar.geometry.roll_pitch_yaw import rpy_from_rotation
 from scalar.geometry.se3 import Array, log_so3
 from scalar.geometry.standard_dh import AFTER_THE_JOINT, in_rows
 from scalar.report.words import UNKNOWN
@@ -24,6 +26,7 @@ from scalar.units import DEG, MM
 
 _BEYOND_CHANCE = 1.96  # standard errors: chance alone exceeds them one time in twenty
 DATA_SHEET, STATED = "data sheet", "stated"
+_RPY = "roll pitch yaw: Rz(yaw) Ry(pitch) Rx(roll)"
 _LEAST_DECIMALS, _MOST_DECIMALS = 3, 6
 
 
@@ -73,19 +76,32 @@ Entry = tuple[str, float | None, float, float | None, str]
 def _geometry(calibration: Calibration) -> Iterator[tuple[str, str, float | None, float, float | None, str]]:
     """Yield the kind (``a``, ``alpha`` ...) and the ``Entry`` of every geometric parameter of the robot's own table, row by row."""
     robot, nominal, std = calibration.model.robot, calibration.model.nominal, calibration.std
+    freed = _freed_by_effects(calibration)
     near = calibration.summary.get("kept_near_data_sheet") or {}
     for row in range(0 if nominal.standard_dh else 1, robot.n_joints + 1):
         for k, kind in enumerate(GEOMETRY):
             # A row of a standard-DH table has a, alpha and beta of the model's next joint; row 0 has nothing else.
             joint = row + 1 if nominal.standard_dh and kind in AFTER_THE_JOINT else row
             name = f"{kind}_{joint}"
-            if not 1 <= joint <= robot.n_joints or (name not in std and (kind == "beta" or row == 0)):
+            added, error = freed.get(name, (0.0, std.get(name)))
+            known = name in std or name in freed
+            if not 1 <= joint <= robot.n_joints or (not known and (kind == "beta" or row == 0)):
                 continue
             unit = MM if kind in LENGTHS else DEG
             stated, found = (float(x.geometry[k, joint - 1]) / unit for x in (nominal, robot))
-            error = float(std[name]) / unit if name in std else None
+            found += added / unit
+            error = None if error is None else float(error) / unit
             remark = "fixed" if error is None else "near data sheet" if name in near else ""
             yield kind, f"{kind} {row}", stated, found, error, remark
+
+
+def _freed_by_effects(calibration: Calibration) -> dict[str, tuple[float, float | None]]:
+    """Return value and standard error of what effects add to single parameters that the model itself has fixed: beta, by name."""
+    found: dict[str, tuple[float, float | None]] = {}
+    for effect, error in zip(calibration.model.effects, calibration.effect_std, strict=True):
+        if effect.frees:
+            found[f"{effect.frees}_{effect.target['joint']}"] = (float(effect.coefficients[0]), error[0])
+    return found
 
 
 def _stiffnesses(calibration: Calibration) -> dict[str, Any]:
@@ -138,6 +154,18 @@ def _sensor(calibration: Calibration, T_stated: Array | None) -> Iterator[dict[s
         yield _table(
             "Sensor on the flange" + (", rotation vector" if words == "°" else ""), words, STATED, entries
         )
+        if words == "°" and entries:
+            yield _table(f"Sensor on the flange, {_RPY}", words, STATED, _roll_pitch_yaw(model, T_stated))
+
+
+def _roll_pitch_yaw(model: Model, T_stated: Array | None) -> list[Entry]:
+    """Return the rows of the same rotation as a person reads it; its standard errors are those of the rotation vector."""
+    found = rpy_from_rotation(model.T_flange_sensor[:3, :3]) / DEG
+    stated = None if T_stated is None else rpy_from_rotation(T_stated[:3, :3]) / DEG
+    return [
+        (name, None if stated is None else float(stated[i]), float(found[i]), None, UNKNOWN)
+        for i, name in enumerate(("roll", "pitch", "yaw"))
+    ]
 
 
 def _table(title: str, unit: str, source: str, entries: list[Entry]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from scalar.sensors.point_by_point import PointByPoint
 from scalar.sensors.pose_noise import NoiseComponent
 from scalar.sensors.protocol import Measurement
 from scalar.sensors.residual_noise import estimated_position_noise, noise_factor, scaled_up
-from scalar.sensors.rows import LEAST_SIGMA, Pieces, Rows, stated_sigma
+from scalar.sensors.rows import LEAST_SIGMA, Pieces, Rows, UsualNoise, stated_sigma
 from scalar.sensors.target import Target
 
 if TYPE_CHECKING:
@@ -49,6 +49,7 @@ class Probe(OnPlanes, PointByPoint):
     format = SensorFormat("probe", on_planes=True, needs_nominal_pose=True, table=None)
     words = "touch probe"
     residual_words = "height of a contact over its plane"
+    usual_noise = UsualNoise("a touch probe repeats to 0.01 mm or better", 1e-4)
     carries_scale = False
     contact_iterations = 12
 

@@ -23,7 +23,7 @@ from scalar.data.sensor_formats import SensorFormat
 from scalar.errors import Undetermined
 from scalar.geometry.se3 import Array
 from scalar.sensors.noise_protocol import NoiseProtocol
-from scalar.sensors.rows import Pieces, Rows
+from scalar.sensors.rows import Pieces, Rows, UsualNoise
 from scalar.sensors.target import Guess, Target
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ class Measurement(NoiseProtocol):
         measured: The word with which reports describe its poses, such as "tracked".
         target_words: Name of the target in messages, such as "planes" or "tracker".
         residual_words: What the residual of a pose is, as the label of an axis.
+        usual_noise: What instruments of the kind scatter by; None where the data show the noise even if nobody states it.
         observes_orientation: Whether the rows depend on the orientation of the sensor on the flange.
         carries_scale: Whether the measurement has a length of its own. If it has none, no residual shows the scale of the workcell.
         scans: Whether a pose is a scan of several points along a line on a plane. Its scatter then shows the noise, and its shape a bent plane.
@@ -57,6 +58,7 @@ class Measurement(NoiseProtocol):
     measured: ClassVar[str] = "measured"
     target_words: ClassVar[str] = "target"
     residual_words: ClassVar[str] = "distance between measurement and model"
+    usual_noise: ClassVar[UsualNoise | None] = None
     observes_orientation: bool = False
     carries_scale: bool = True
     scans: bool = False

@@ -118,6 +118,30 @@ def softer(path, terms, size, free=True, **summary):
     return path
 
 
+def test_an_effect_of_many_coefficients_is_one_line(folder):
+    """A gear with nine orders: the terminal says in one line that it changed, by how many mm and whether beyond chance; the JSON has all eighteen."""
+    made = load_calibration(folder / "a.json")
+    for name, size in (("one.json", 1e-4), ("two.json", 3e-4)):
+        gear = JointHarmonic(4, tuple(range(1, 10)), coefficients=np.full(18, size))
+        one = replace(made, model=replace(made.model, effects=(gear,)))
+        names = (*made.free, *one.model.effect_names[0])
+        replace(one, free=names, covariance=np.eye(len(names)) * 1e-12).save(folder / name)
+    said = run("compare", folder / "one.json", folder / "two.json", "-o", folder / "c.json").output
+    (line,) = [
+        line for line in said.splitlines() if gear.title in line and "moves predicted positions" in line
+    ]
+    assert "18 coefficients" in line and "sin" not in said and "p < " in line
+    content = json.loads((folder / "c.json").read_text(encoding="utf-8"))
+    (change,) = content["changes"]
+    assert len(change["parameters"]) == 18
+    assert f"by {change['moves_positions']['rms_mm']:.3f} mm RMS" in line
+    alone = run("compare", folder / "a.json", folder / "two.json").output
+    (line,) = [
+        line for line in alone.splitlines() if line.startswith("not compared") and "joint_harmonic" in line
+    ]
+    assert line.count("joint_harmonic") == 1
+
+
 def test_positions_that_differ_beyond_chance_stand_in_the_headline(folder):
     """A softer joint that the two hold in other coefficients: nothing that both have changed, yet this is not called no change."""
     one = softer(folder / "one.json", ((2, 2),), 1e-4)

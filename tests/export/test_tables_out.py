@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 from scalar.cli import cli
 from scalar.data.io.plain_yaml import load_yaml
+from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import transform_from_rotation_vector
 from scalar.ingest.urdf import robot_from_urdf
@@ -138,9 +139,13 @@ def by_standard_formula(text, table, q):
     transforms = {}
     for line in table.splitlines():
         cells = [cell.strip() for cell in line.strip("| ").split("|")]
-        if len(cells) == 8 and cells[2][:1] in "+-" and cells[2] != "---":
+        if len(cells) == 11 and cells[2][:1] in "+-" and cells[2] != "---":
             numbers = np.array([float(cell) for cell in cells[2:]])
-            transforms[cells[0]] = transform_from_rotation_vector(numbers[:3] / 1e3, np.deg2rad(numbers[3:]))
+            turn, (roll, pitch, yaw) = np.deg2rad(numbers[3:6]), np.deg2rad(numbers[6:])
+            T = transform_from_rotation_vector(numbers[:3] / 1e3, turn)
+            rpy = rotation(2, yaw) @ rotation(1, pitch) @ rotation(0, roll)
+            np.testing.assert_allclose(rpy[:3, :3], T[:3, :3], atol=1e-9)
+            transforms[cells[0]] = T
     T = np.broadcast_to(transforms["base"], (len(q), 4, 4))
     for i, row in enumerate(csv.DictReader(io.StringIO(text))):
         assert row["convention"] == "standard-dh"
@@ -190,6 +195,27 @@ def test_the_table_for_people_has_the_same_numbers_in_millimetres_and_degrees(tm
         cells = [float(cell) for cell in line.strip("| ").split("|")[1:]]
         wanted = [float(row["a_m"]) * 1e3, np.rad2deg(float(row["alpha_rad"])), float(row["d_m"]) * 1e3]
         np.testing.assert_allclose(cells[:3], wanted, atol=1e-5)
+
+
+def test_a_tilt_that_an_effect_holds_has_its_standard_error(tmp_path):
+    """Beta is estimated as an effect: the table has the sum of both, its standard error by the law of the sum, and none where it is fixed."""
+    made = calibrated(robot_of("ur10e"), np.random.default_rng(1))
+    tilt = AxisNonparallel(3, coefficients=np.array([1e-3]))
+    made = replace(made, model=replace(made.model, effects=(tilt,)))
+    free = ("a_3", *made.model.effect_names[0])
+    covariance = np.array([[4e-10, 1e-10], [1e-10, 9e-10]])
+    made = replace(made, free=free, covariance=covariance)
+    for convention in ("modified-dh", "standard-dh"):
+        rows = csv.DictReader(
+            io.StringIO(exported(made, tmp_path, f"{convention}.csv", "--convention", convention))
+        )
+        errors = [row["beta_std_rad"] for row in rows]
+        given = [i for i, error in enumerate(errors) if error]
+        assert given == [2 if convention == "modified-dh" else 1]
+        assert float(errors[given[0]]) == pytest.approx(3e-5, rel=1e-12)
+    both = replace(made, free=("a_3", "beta_3", free[1]), covariance=np.diag([1e-10, 1.6e-9, 9e-10]))
+    row = list(csv.DictReader(io.StringIO(exported(both, tmp_path, "both.csv"))))[2]
+    assert float(row["beta_std_rad"]) == pytest.approx(5e-5, rel=1e-12)
 
 
 def test_the_frames_of_ur_description_lead_to_the_table_of_the_controller(tmp_path):

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from scalar.cli.calibrate import describe_calibration
+from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.estimation.result import load_calibration
 from scalar.geometry.robot import Robot
+from scalar.geometry.roll_pitch_yaw import rotation_from_rpy
 from scalar.report.parameter_table import _fixed, _signed, gauge_rows, parameter_tables
 from tests.calibrated_arms import T_SENSOR, calibrated
 
@@ -97,3 +99,35 @@ def test_a_saved_calibration_knows_its_table(tmp_path) -> None:
     calibrated(robot, np.random.default_rng(0)).save(tmp_path / "calibration.json")
     loaded = load_calibration(tmp_path / "calibration.json")
     assert loaded.model.nominal.standard_end == loaded.model.robot.standard_end == (0.05, -1.4)
+
+
+def test_a_tilt_that_an_effect_holds_stands_among_the_angles() -> None:
+    """Beta has no row unless it is estimated; as the effect axis_nonparallel it has one, with its value, its change and its standard error."""
+    robot = Robot.from_mapping({"name": "arm", "joints": ROWS})
+    made = calibrated(robot, np.random.default_rng(0), size=0.0)
+    tilt = AxisNonparallel(2, coefficients=np.array([2e-3]))
+    made = replace(made, model=replace(made.model, effects=(tilt,)))
+    made = replace(made, free=tuple(made.model.effect_names[0]), covariance=np.array([[1e-8]]))
+    rows = {row["name"]: row for table in parameter_tables(made, None) for row in table["rows"]}
+    assert [name for name in rows if name.startswith("beta")] == ["beta 2"]
+    beta = rows["beta 2"]
+    assert float(beta["found"]) == pytest.approx(np.degrees(2e-3), abs=1e-3)
+    assert float(beta["error"]) == pytest.approx(np.degrees(1e-4), abs=1e-3)
+    assert beta["beyond_chance"]
+
+
+def test_the_sensor_is_turned_by_the_roll_pitch_and_yaw_that_are_shown() -> None:
+    """Beside the rotation vector stand the angles of the same rotation, where the data observe it, and on the terminal."""
+    robot = Robot.from_mapping({"name": "arm", "joints": ROWS})
+    made = replace(
+        calibrated(robot, np.random.default_rng(0)),
+        free=("sensor_rx",),
+        covariance=np.array([[1e-8]]),
+        summary={"poses": 9, "points": 9},
+    )
+    rows = {row["name"]: row for table in parameter_tables(made, T_SENSOR) for row in table["rows"]}
+    shown = np.radians([float(rows[name]["found"].replace("−", "-")) for name in ("roll", "pitch", "yaw")])
+    np.testing.assert_allclose(rotation_from_rpy(shown), T_SENSOR[:3, :3], atol=1e-4)
+    line = next(line for line in describe_calibration(made).splitlines() if "sensor on flange" in line)
+    said = np.radians([float(x) for x in line.partition("roll pitch yaw [")[2].partition("]")[0].split()])
+    np.testing.assert_allclose(said, shown, atol=1e-4)

@@ -9,6 +9,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.correction.inverse import Inverse, twist_to
+from scalar.estimation.correction.nearby import nearest_by_small_changes
 from scalar.estimation.correction.settings import CorrectionSettings
 from scalar.estimation.displacement import kinematics_at
 from scalar.estimation.kinematics import Kinematics
@@ -77,30 +78,50 @@ def correct_joints(model: Model, poses: Poses, settings: CorrectionSettings | No
     return replace(found, reached=found.reached & ~far)
 
 
-def kept_as_given(model: Model, poses: Poses, found: Correction) -> Correction:
-    """Return a correction that keeps the given joint angles where the wanted frame is not reached, with the errors that the arm makes there.
+def brought_near(
+    model: Model, poses: Poses, found: Correction, settings: CorrectionSettings | None = None
+) -> tuple[Correction, Correction]:
+    """Return a correction whose poses that are not reached come as near to the wanted frame as small changes of the joints bring them.
 
-    At a singularity an error of a milliradian asks for a large change of some joints, and the nearest posture may be far from what was meant.
-    The arm is then commanded as it would be without a correction.
+    At a singularity an error of a milliradian asks for a large change of some joints, and the nearest posture may be far from what was meant. There
+    the position is met as well as it can be, and the orientation as far as this leaves it free. ``reached`` stays False.
 
     Args:
         model: The calibrated one.
         poses: The poses given to ``correct_joints``.
         found: The correction that it returned.
+        settings: Thresholds; the defaults if None.
+
+    Returns:
+        That correction, and the same with the joint angles of ``poses`` where the frame is not reached, to say what was gained.
     """
+    settings = settings or CorrectionSettings()
     left = np.flatnonzero(~found.reached)
-    standing = kinematics_at(model, _picked(poses, left)).T_base_sensor
-    off = twist_to(standing, found.T_wanted[left], small=False)
-    q, position, orientation = found.q.copy(), found.position_error.copy(), found.orientation_error.copy()
-    q[left] = poses.q[left]
-    orientation[left], position[left] = np.linalg.norm(off[:, :3], axis=1), np.linalg.norm(off[:, 3:], axis=1)
+    part, wanted = _picked(poses, left), found.T_wanted[left]
+    standing = twist_to(kinematics_at(model, part).T_base_sensor, wanted, small=False)
+    near = nearest_by_small_changes(model, part, wanted, settings)
+    return _with_rows(model, found, left, *near), _with_rows(model, found, left, part.q, standing)
+
+
+def _with_rows(model: Model, found: Correction, rows: Array, q: Array, twist: Array) -> Correction:
+    """Return a correction with other joint angles ``(M, n)`` [rad], and the twists ``(M, 6)`` [rad, m] that they leave, in some rows."""
+    joints, position, orientation = (
+        found.q.copy(),
+        found.position_error.copy(),
+        found.orientation_error.copy(),
+    )
+    joints[rows] = q
+    orientation[rows], position[rows] = (
+        np.linalg.norm(twist[:, :3], axis=1),
+        np.linalg.norm(twist[:, 3:], axis=1),
+    )
     limits = model.robot.limits
     return replace(
         found,
-        q=q,
+        q=joints,
         position_error=position,
         orientation_error=orientation,
-        beyond_limits=(q < limits[:, 0]) | (q > limits[:, 1]),
+        beyond_limits=(joints < limits[:, 0]) | (joints > limits[:, 1]),
     )
 
 

@@ -22,6 +22,8 @@ class CorrectionSettings:
             singularity. Chosen: an error of a milliradian then takes 50 mrad of a joint.
         largest_correction: [rad; m of a travel] change of a joint beyond which the correction of joint angles is refused. Chosen: arms err by some
             milliradians, and half a radian is another posture.
+        small_change: [rad; m of a travel] most by which a joint is changed where that does not reach the wanted frame exactly. Chosen: a straight
+            elbow of an arm of a metre that bends by as much shortens the arm by a millimetre.
         damping: Initial damping of the damped iteration, relative to the squared Jacobian. Chosen: nearly none; each step multiplies or
             divides it by ten.
         orientation_weight: Weight of the orientation, relative to the position, for an arm with fewer than six joints, which can rarely meet
@@ -36,6 +38,7 @@ class CorrectionSettings:
     damped_steps: int = 40
     near_singular: float = 0.02
     largest_correction: float = 0.5
+    small_change: float = 0.1
     damping: float = 1e-6
     orientation_weight: float = 1e-4
     chunk: int = 2000

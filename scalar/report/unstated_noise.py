@@ -1,0 +1,41 @@
+"""The sentence on a residual that nothing can be compared with, because the dataset states no noise and its poses show none.
+
+The noise is then estimated from the residual itself, so what the model lacks counts as noise, and no test shows it. What instruments of the kind
+usually scatter by is stated beside the residual; no computation uses it.
+"""
+
+from __future__ import annotations
+
+from scalar.estimation.result import Calibration
+from scalar.report.words import number
+from scalar.sensors.registry import kind_named
+from scalar.units import MM
+
+
+def exceeds_usual_noise(calibration: Calibration) -> bool:
+    """Return whether the noise is not known, and the residual is larger than instruments of the kind and the arm's repeatability explain."""
+    usual = kind_named(calibration.sensor["kind"]).usual_noise
+    return usual is not None and not _compared(calibration) and calibration.residual_rms > usual.most
+
+
+def unstated_noise_in_words(calibration: Calibration) -> str:
+    """Return what instruments of the kind scatter by, what the rest of the residual means, and what to do; nothing if the noise is known."""
+    usual = kind_named(calibration.sensor["kind"]).usual_noise
+    if usual is None or _compared(calibration):
+        return ""
+    known = f"{usual.words}, and an arm repeats its poses to 0.02 to 0.1 mm"
+    residual = f"{number(calibration.residual_rms / MM)} mm"
+    if exceeds_usual_noise(calibration):
+        return (
+            f"a residual of {residual} is more than noise: {known}; the rest is what the model lacks (gears, deflection, temperature) "
+            "or gross errors. Run 'scalar diagnose', which looks for it"
+        )
+    return (
+        f"no noise is stated, so the residual of {residual} was not tested: {known}; state sensor.noise in dataset.yaml, "
+        "and the residual is compared with it"
+    )
+
+
+def _compared(calibration: Calibration) -> bool:
+    """Return whether the residual was compared with a known noise, or the calibration comes from no fit."""
+    return "misfit" not in calibration.summary or calibration.summary.get("misfit_p_value") is not None

@@ -1,0 +1,33 @@
+"""An effect that is confounded with a finding is listed there, and not among the unobservable effects as well."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from scalar.diagnosis.finding import Finding
+from scalar.diagnosis.observability import Unobservable
+from scalar.diagnosis.result import Diagnosis
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_scale import JointScale
+from scalar.effects.range_scale import RangeScale
+
+
+@pytest.mark.parametrize(
+    ("doubtful", "listed"), [(False, ["range_scale"]), (True, ["joint_scale", "range_scale"])]
+)
+def test_a_rival_of_a_named_finding_is_listed_with_it_alone(doubtful, listed):
+    """With the finding in the model its rival leaves no residual; it stands with the finding if that has a name, and else among the unobservable."""
+    finding = Finding(
+        effect=JointHarmonic(4, (1,)),
+        p_value=1e-9,
+        before=None,
+        after=None,
+        confounded_with=(JointScale(4),),
+        confidence=0.9,
+        std=(None, None),
+        grounds=None,
+        doubtful=doubtful,
+    )
+    hidden = tuple(Unobservable(effect, 0.0, 1e-4, "") for effect in (JointScale(4), RangeScale()))
+    alone = Diagnosis.unobservable_alone.fget(SimpleNamespace(findings=(finding,), unobservable=hidden))
+    assert [entry.effect.name for entry in alone] == listed

@@ -1,0 +1,44 @@
+"""A residual without a stated noise: what instruments of the kind scatter by stands beside it, and a noise that is known is compared instead."""
+
+import re
+
+import pytest
+
+from scalar.cli.calibrate import describe_calibration
+from scalar.estimation.calibrate import calibrate
+from scalar.report import render_calibration
+from tests.random_scene import make_scene
+
+
+@pytest.fixture(scope="module")
+def poor():
+    """Return a tracker's dataset that scatters by 0.5 mm and states no noise, and its calibration."""
+    dataset = make_scene(kind="tracker", seed=2, poses_per_plane=12, noise=5e-4, stated_noise=None).dataset
+    return dataset, calibrate(dataset)
+
+
+def test_a_residual_that_no_tracker_scatters_by_is_called_too_large(poor):
+    """One sentence on the terminal: the size, what a tracker scatters by, what the rest means and what to do; the page does not say to use it."""
+    dataset, calibration = poor
+    said = describe_calibration(calibration)
+    line = next(line for line in said.splitlines() if "more than noise" in line)
+    stated = float(re.search(r"residual of (\S+) mm", line)[1])
+    assert stated == pytest.approx(calibration.residual_rms * 1e3, rel=1e-2)
+    assert "a laser tracker scatters" in line and "the model lacks" in line and "scalar diagnose" in line
+    lead = re.findall(r'<p class="lead">(.*?)</p>', render_calibration(calibration, dataset))[1]
+    assert "scalar diagnose" in lead and "scalar correct" not in lead
+
+
+def test_no_noise_is_invented(poor):
+    """The sentence alone is new: no test of the residual is claimed where nobody stated a noise."""
+    _, calibration = poor
+    assert calibration.sensor["noise"] is None and calibration.summary["misfit_p_value"] is None
+
+
+@pytest.mark.parametrize(("stated", "words"), [(None, "state sensor.noise"), (3e-5, "the noise explains")])
+def test_a_small_residual_is_not_called_too_large(stated, words):
+    """A residual that a tracker may have: how to have it tested, or, with a stated noise, the test."""
+    scene = make_scene(kind="tracker", seed=2, poses_per_plane=12, noise=3e-5, stated_noise=stated)
+    said = describe_calibration(calibrate(scene.dataset))
+    assert words in said and "more than noise" not in said
+    assert ("a laser tracker" in said) == (stated is None)
