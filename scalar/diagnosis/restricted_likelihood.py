@@ -24,6 +24,9 @@ _MOST_STEPS = 40
 _CONVERGED = 1e-4  # nats: a step with a smaller gain is the last
 _HALVINGS = 12  # of a step that lowers the likelihood, at most
 _LARGEST = 1e8  # largest variance of a scaled component, so that data without noise give finite numbers
+_LEAST_SHARE = (
+    1e-6  # of a kernel's mean trace; a median below it is rounding, and would scale the kernel to infinity
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +51,20 @@ def fit_components(background: Background, kernels: Sequence[Array]) -> Componen
         background: The residual, whitened for the noise within poses, and the directions that the model explains.
         kernels: K_k ``(N, m, m)`` each, what a component of unit variance adds to the covariance of each pose's rows.
     """
-    scale = np.array([1.0 / max(float(np.median(np.trace(K, axis1=1, axis2=2))), 1e-300) for K in kernels])
+    scale = np.array([1.0 / _usual_trace(K) for K in kernels])
     scaled = [s * K for s, K in zip(scale, kernels, strict=True)]
     if not kernels:
         return Components(np.zeros(0), np.zeros(0), _evaluate(background, scaled, np.zeros(0))[0])
     starts = [np.full(len(kernels), size) for size in (0.1, 10.0)]
     best = max((_maximised(background, scaled, v) for v in starts), key=lambda found: found.log_likelihood)
     return Components(scale * best.variances, scale * best.std_errors, best.log_likelihood)
+
+
+def _usual_trace(kernel: Array) -> float:
+    """Return the median trace of a kernel ``(N, m, m)``, or the mean where a component moves nothing at half of the poses; 1 where at none."""
+    traces = np.trace(kernel, axis1=1, axis2=2)
+    usual, mean = float(np.median(traces)), float(np.mean(traces))
+    return usual if usual > _LEAST_SHARE * mean else mean if mean > 0 else 1.0
 
 
 def _maximised(background: Background, kernels: list[Array], v: Array) -> Components:
