@@ -63,7 +63,7 @@ def import_dataset(
     if faults or poses is None:
         raise InvalidInput(faults)
     if "order" not in poses.columns:
-        poses.columns["order"] = np.arange(poses.n_rows, dtype=float)
+        poses.columns["order"] = _order(poses)
     if several and points is not None:
         ids = poses.columns["pose"][points.columns.pop("_row").astype(int)]
         points.columns = {"pose": ids, **points.columns}
@@ -81,6 +81,16 @@ def import_dataset(
         raise InvalidInput(faults)
     _write(mapping, poses, points, nests, dataset_dir, force)
     return left_out
+
+
+def _order(poses: ImportedTable) -> np.ndarray:
+    """Return the order of acquisition ``(N,)``: files as the mapping lists them, and in a file the rows by their time, if it is stated."""
+    of_file = np.unique(poses.files.astype(str), return_index=True)[1]
+    file = np.searchsorted(np.sort(of_file), np.arange(poses.n_rows), side="right")
+    time = poses.columns.get("time", np.zeros(poses.n_rows))
+    order = np.empty(poses.n_rows)
+    order[np.lexsort((np.arange(poses.n_rows), time, file))] = np.arange(poses.n_rows)
+    return order
 
 
 def _unit_advice(file: str, key: str, block: Block | None) -> Callable[[str, str], str]:

@@ -1,4 +1,4 @@
-"""Read foreign tables: text with any separator and decimal sign, a spreadsheet, a matrix in a MATLAB file, a scanner's profile.
+"""Read foreign tables: text with any separator and decimal sign, a spreadsheet, a matrix in a MATLAB file, records in YAML, a scanner's profile.
 
 Every row keeps the number of its line in the file, by which the message about a fault names it; the rows of a matrix are numbered from 1.
 MATLAB's newer HDF5 files (save with -v7 instead) and spreadsheets older than .xlsx are not read.
@@ -17,8 +17,9 @@ import numpy as np
 from scalar.data.io.regular_file import MAX_TABLE_BYTES, check_regular_file, read_regular_file
 from scalar.data.located_table import shorten
 from scalar.errors import Fault, InvalidInput
-from scalar.ingest.profile_files import is_gocator, read_gocator, read_opencv
+from scalar.ingest.profile_files import is_gocator, is_opencv, read_gocator, read_opencv
 from scalar.ingest.raw_table import RawTable, last_number, table_of_rows
+from scalar.ingest.records import read_records
 from scalar.ingest.spreadsheet import read_spreadsheet
 
 _SEPARATORS = {"tab": "\t", "space": " "}
@@ -26,7 +27,7 @@ _IS_HDF5 = "a MATLAB 7.3 file, which is HDF5; save it with '-v7'"
 
 
 def read_raw(path: Path, text: Mapping[str, Any], variable: str | None) -> RawTable:
-    """Return the table in a file: a matrix from ``.mat``, a sheet from ``.xlsx``, a profile from ``.yml`` or Gocator's CSV, else text.
+    """Return the table in a file: a matrix from ``.mat``, a sheet from ``.xlsx``, records or a profile from ``.yml``, Gocator's CSV, else text.
 
     Args:
         path: the file.
@@ -48,7 +49,11 @@ def _read(path: Path, text: Mapping[str, Any], variable: str | None) -> RawTable
     if kind == ".xlsx":
         return read_spreadsheet(path.name, raw, text)
     if kind in (".yml", ".yaml"):
-        return read_opencv(path.name, raw)
+        return (
+            read_opencv(path.name, raw)
+            if is_opencv(raw)
+            else read_records(path.name, raw, text.get("missing", []))
+        )
     return read_gocator(path.name, raw) if is_gocator(raw) else _read_text(path.name, raw, text)
 
 

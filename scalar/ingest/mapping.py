@@ -69,6 +69,7 @@ class Block:
         text: how its text files are written, where the mapping says so for this block alone.
         row_profiles: where the values of the profiles stand, if each row of the files is a whole profile; else None.
         column_profiles: the same, if each column is one.
+        rows_per_pose: how many successive rows belong to each pose, where no column says it; else None.
     """
 
     columns: Mapping[str, Column]
@@ -79,6 +80,7 @@ class Block:
     text: Mapping[str, Any] = field(default_factory=dict)
     row_profiles: RowProfiles | None = None
     column_profiles: ColumnProfiles | None = None
+    rows_per_pose: int | None = None
 
 
 @dataclass(frozen=True)

@@ -175,6 +175,7 @@ def _block(
         block.get("text", {}),
         None if rows is None else RowProfiles(**rows),
         None if columns_are is None else ColumnProfiles(**columns_are),
+        block.get("rows_per_pose"),
     )
 
 

@@ -95,7 +95,10 @@ def description_to_si(
             message = _euler_to_vector(transform, to_rad)
             if message:
                 faults.append(((*path, _EULER), message))
+    _convert(_get(mapping, "robot", "tolerance"), ("length",), to_m)
+    _convert(_get(mapping, "robot", "tolerance"), ("angle",), to_rad)
     _convert(_get(mapping, "sensor"), ("noise",), to_m)
+    _convert(_get(mapping, "sensor"), ("rotation_noise",), to_rad)
     for plane in _items(mapping, "planes"):
         _convert(plane, ("distance",), to_m)
         _convert(_get(plane, "known"), ("distance_std",), to_m)

@@ -23,6 +23,11 @@ _UNIFORM, _RAW = "Profile", "RawProfile"
 _END = "End"
 
 
+def is_opencv(raw: bytes) -> bool:
+    """Return whether a YAML file has the list of a profile, or is what OpenCV writes."""
+    return raw.startswith(b"%YAML:1.0") or _LIST.search(raw.decode("utf-8", "replace")) is not None
+
+
 def read_opencv(file: str, raw: bytes) -> RawTable:
     """Return the points of OpenCV's YAML: columns x, y and z, one row for each point; rows are numbered from 1.
 

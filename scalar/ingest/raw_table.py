@@ -17,6 +17,8 @@ FILE_NUMBER = "@file_number"
 """The column that holds the number in the file's name, for files whose names contain the number of their pose."""
 ROW = "@row"
 """The column that counts the rows of a file's table from 1."""
+POSE, ROW_OF_POSE = "@pose", "@row_of_pose"
+"""The columns that say to which pose a row belongs and which of its rows it is, both from 1, where each pose has the same number of rows."""
 HEAD_NUMBER = "@head_number"
 """The column that holds the number in the head of a profile's column, where each column of a file is a profile."""
 MOST_COLUMNS = 10_000  # of a foreign table: a profile in a row has up to some thousand values
@@ -39,6 +41,7 @@ class RawTable:
         decimal: the decimal sign of text.
         missing: texts, in lower case, which mean that nothing was measured.
         number: the last whole number in the file's name, which the column ``@file_number`` holds in every row; None if there is none.
+        rows_per_pose: how many successive rows belong to each pose, which the columns ``@pose`` and ``@row_of_pose`` count; None if nothing says so.
     """
 
     file: str
@@ -48,6 +51,7 @@ class RawTable:
     decimal: str = "."
     missing: frozenset[str] = MISSING
     number: int | None = None
+    rows_per_pose: int | None = None
 
     def find(self, reference: Reference) -> int:
         """Return the position of a column.
@@ -142,6 +146,8 @@ class RawTable:
             raise InvalidInput(Fault(self.file, message))
         if reference == ROW and ROW not in (self.names or ()):
             return np.arange(1.0, len(self.lines) + 1.0)
+        if reference in (POSE, ROW_OF_POSE) and reference not in (self.names or ()):
+            return self._count_by_pose(reference)
         if reference != FILE_NUMBER:
             return self.cells[self.find(reference)]
         if self.number is None:
@@ -149,6 +155,22 @@ class RawTable:
                 Fault(self.file, f"its name has no number for {FILE_NUMBER}; rename it, as in scan_17")
             )
         return np.full(len(self.lines), float(self.number))
+
+    def _count_by_pose(self, reference: Reference) -> np.ndarray:
+        """Return the column ``@pose`` or ``@row_of_pose``, ``(N,)``.
+
+        Raises:
+            InvalidInput: nothing says how many rows a pose has, or the rows are no multiple of it.
+        """
+        n, each = len(self.lines), self.rows_per_pose
+        if each is None:
+            message = f"{reference} needs points.rows_per_pose, the number of successive rows of each pose; add it to the mapping"
+            raise InvalidInput(Fault(self.file, message))
+        if n % each:
+            message = f"{n} rows are no multiple of points.rows_per_pose ({each}); correct it, or give the file a column with the number of the pose"
+            raise InvalidInput(Fault(self.file, message))
+        rows = np.arange(n)
+        return 1.0 + (rows // each if reference == POSE else rows % each)
 
     def _is_missing(self, cells: np.ndarray) -> np.ndarray:
         return np.array([cell.lower() in self.missing for cell in cells], dtype=bool)

@@ -80,6 +80,7 @@ def read_block(
                 raw = points_of_rows(raw, block.row_profiles)
             elif block.column_profiles is not None:
                 raw = points_of_columns(raw, block.column_profiles)
+            raw = replace(raw, rows_per_pose=block.rows_per_pose)
             whole = _read_columns(raw, block, rule, faults, left_out)
             keep, owner = _first_rows(raw, whole, block, faults)
         except InvalidInput as error:

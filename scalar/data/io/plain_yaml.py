@@ -69,9 +69,10 @@ def has_half_character(text: str) -> bool:
 class _Builder:
     """Turns the events of one document into plain data; raises InvalidInput at the first that is refused."""
 
-    def __init__(self, file: str, stream: Iterator[Any]) -> None:
+    def __init__(self, file: str, stream: Iterator[Any], text_keys: bool) -> None:
         self.file = file
         self.stream = stream
+        self.text_keys = text_keys
         self.lines: Lines = {}
 
     def refuse(self, event: Any, message: str, path: tuple[str | int, ...] = ()) -> InvalidInput:
@@ -119,6 +120,8 @@ class _Builder:
         mapping: dict[str, Any] = {}
         while not isinstance(event := self.next(), events.MappingEndEvent):
             key = _scalar(event) if isinstance(event, events.ScalarEvent) else None
+            if not self.text_keys and isinstance(event, events.ScalarEvent):
+                key = event.value
             if not isinstance(key, str):
                 raise self.refuse(event, "a key that is not text; put it in quotes or correct it", path)
             if key in mapping:
@@ -155,29 +158,42 @@ def load_yaml_lines(path: str | os.PathLike[str]) -> tuple[Any, Lines]:
             than 20 deep, or holds a tag, an anchor, an alias, a duplicate key or a second document.
     """
     path = Path(path)
-    raw = read_regular_file(path, MAX_BYTES)
+    return parse_yaml(path.name, read_regular_file(path, MAX_BYTES))
+
+
+def parse_yaml(file: str, raw: bytes, text_keys: bool = True) -> tuple[Any, Lines]:
+    """Return the plain data in the content of a file, and the line of every value in it.
+
+    Args:
+        file: Name of the file, for messages.
+        raw: Its content.
+        text_keys: Whether a key that YAML reads as something else than text (``1.98:``) is refused; else it is kept as it is written.
+
+    Raises:
+        InvalidInput: as for `load_yaml_lines`.
+    """
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         row = raw.count(b"\n", 0, error.start) + 1
         message = f"byte {error.start} is not UTF-8; save the file as UTF-8 text"
-        raise InvalidInput(Fault(path.name, message, row)) from error
-    builder = _Builder(path.name, YAML(typ="safe", pure=True).parse(StringIO(text)))
+        raise InvalidInput(Fault(file, message, row)) from error
+    builder = _Builder(file, YAML(typ="safe", pure=True).parse(StringIO(text)), text_keys)
     try:
         return builder.document(), builder.lines
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         what = " ".join(filter(None, [error.context, error.problem]))
         row = None if mark is None else mark.line + 1
-        raise InvalidInput(Fault(path.name, f"not YAML ({what}); correct this place", row)) from error
+        raise InvalidInput(Fault(file, f"not YAML ({what}); correct this place", row)) from error
     except (ValueError, OverflowError) as error:  # an escape that names no character
         wrong = (found for found in _CHARACTER.finditer(text) if int(found[1], 16) > sys.maxunicode)
         row = next((text.count("\n", 0, found.start()) + 1 for found in wrong), None)
         message = "an escape that names no character; the last character is \\U0010ffff"
-        raise InvalidInput(Fault(path.name, message, row)) from error
+        raise InvalidInput(Fault(file, message, row)) from error
     except YAMLError as error:
         message = f"not YAML ({' '.join(str(error).split())}); save it as plain text"
-        raise InvalidInput(Fault(path.name, message)) from error
+        raise InvalidInput(Fault(file, message)) from error
 
 
 def load_yaml(path: str | os.PathLike[str]) -> Any:
