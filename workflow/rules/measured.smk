@@ -17,7 +17,12 @@ ADDRESSES = (config.get("measured") or {}).get(
     ],
 )
 MEASURED_FIGURES = ["errors", "gears"]
-TRANSFERS = {"ur10_tracker_d": "ur10_tracker_c"}  # set: the campaign whose effects are applied to it
+TRANSFERS = {  # set: the campaign whose effects are applied to it
+    "ur10_tracker_d": "ur10_tracker_c",
+    "iiwa7_1250g": "iiwa7_2500g",
+    "iiwa7_2500g": "iiwa7_1250g",
+    "irb120_test_30": "irb120",
+}
 AT_HAND = SetsAtHand(ORIGINALS, FOLDER, ADDRESSES, Path(f"{MEASURED}/originals"), TRANSFERS, logger.warning)
 
 
@@ -43,7 +48,7 @@ rule get_originals:
 rule import_measured:
     input:
         originals=rules.get_originals.output[0],
-        mapping=local(ROOT / "configs/measured/{set}.yaml"),
+        mapping=lambda w: local(ROOT / f"configs/measured/{ORIGINALS[w.set][0].mapping}.yaml"),
         modules=modules("scalar.ingest.convert"),
     output:
         directory(f"{MEASURED}/{{set}}/dataset"),

@@ -14,7 +14,7 @@ def at_hand(tmp_path):
 
     def look(folder: str = "", address: str = NOWHERE) -> SetsAtHand:
         originals = {
-            name: [Original(name, f"{name}.csv", "", "someone/data", "abc", f"{name}.csv")]
+            name: [Original(name, name, f"{name}.csv", "", "someone/data", "abc", f"{name}.csv")]
             for name in ("one", "two")
         }
         return SetsAtHand(originals, folder, [address], tmp_path / "kept", {"two": "one"}, said.append)

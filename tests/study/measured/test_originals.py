@@ -2,6 +2,7 @@
 
 import hashlib
 import shutil
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,13 @@ from scalar.errors import InvalidInput
 ROOT = Path(__file__).parents[3]
 CONTENT = b"q1;q2\r\n0,1;0,2\r\n"
 ORIGINAL = Original(
-    "a_set", "data.csv", hashlib.sha256(CONTENT).hexdigest(), "someone/some-data", "abc123", "Series/data.csv"
+    "a_set",
+    "a_mapping",
+    "data.csv",
+    hashlib.sha256(CONTENT).hexdigest(),
+    "someone/some-data",
+    "abc123",
+    "Series/data.csv",
 )
 
 
@@ -66,7 +73,15 @@ def test_every_listed_set_has_a_mapping_that_names_its_files():
     """What is fetched is what is imported, with a checksum for each."""
     from scalar.ingest.mapping_reader import load_mapping
 
-    for name, originals in read_originals(ROOT / "workflow/resources/measured.csv").items():
-        rules = load_mapping(ROOT / f"configs/measured/{name}.yaml").poses.files
-        assert {rule.name for rule in rules} == {original.file for original in originals}
+    everything = {
+        **read_originals(ROOT / "workflow/resources/measured.csv"),
+        **read_originals(ROOT / "workflow/resources/measured_by_hand.csv"),
+    }
+    for originals in everything.values():
+        assert len({original.mapping for original in originals}) == 1
+        mapping = load_mapping(ROOT / f"configs/measured/{originals[0].mapping}.yaml")
+        patterns = [rule.name for block in (mapping.poses, mapping.points) if block for rule in block.files]
+        matches = [[p for p in patterns if fnmatchcase(original.file, p)] for original in originals]
+        assert all(len(found) == 1 for found in matches)
+        assert {found[0] for found in matches} == set(patterns)
         assert all(len(original.sha256) == 64 for original in originals)

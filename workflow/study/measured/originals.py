@@ -30,6 +30,7 @@ class Original:
 
     Attributes:
         set: Name of the measured set.
+        mapping: Name of the mapping in ``configs/measured`` that imports it; campaigns of one arm in one format share it.
         file: Name of the file.
         sha256: Checksum of the file.
         repository: Repository that contains it, ``owner/name``.
@@ -38,6 +39,7 @@ class Original:
     """
 
     set: str
+    mapping: str
     file: str
     sha256: str
     repository: str

@@ -39,7 +39,7 @@ def draw_errors(errors: pd.DataFrame) -> Figure:
     """
     sets = list(dict.fromkeys(errors["set"]))
     with styled():
-        figure = new_figure(7.4, 3.3)
+        figure = new_figure(max(7.4, 1.9 * len(sets)), 3.3)
         ax = figure.subplots()
         width = 0.8 / len(MODELS)
         for k, (model, label, colour, hatch) in enumerate(MODELS):
