@@ -85,12 +85,9 @@ def import_dataset(
 
 def _order(poses: ImportedTable) -> np.ndarray:
     """Return the order of acquisition ``(N,)``: files as the mapping lists them, and in a file the rows by their time, if it is stated."""
-    of_file = np.unique(poses.files.astype(str), return_index=True)[1]
-    file = np.searchsorted(np.sort(of_file), np.arange(poses.n_rows), side="right")
+    _, first, file = np.unique(poses.files.astype(str), return_index=True, return_inverse=True)
     time = poses.columns.get("time", np.zeros(poses.n_rows))
-    order = np.empty(poses.n_rows)
-    order[np.lexsort((np.arange(poses.n_rows), time, file))] = np.arange(poses.n_rows)
-    return order
+    return np.argsort(np.lexsort((time, first[file]))).astype(float)
 
 
 def _unit_advice(file: str, key: str, block: Block | None) -> Callable[[str, str], str]:

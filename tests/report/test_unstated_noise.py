@@ -1,4 +1,4 @@
-"""A residual without a stated noise: what instruments of the kind scatter by stands beside it, and a noise that is known is compared instead."""
+"""Where no noise is stated, a sentence compares the residual with the usual noise of such instruments; a known noise is compared instead."""
 
 import re
 

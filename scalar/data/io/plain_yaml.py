@@ -119,9 +119,9 @@ class _Builder:
             return items
         mapping: dict[str, Any] = {}
         while not isinstance(event := self.next(), events.MappingEndEvent):
-            key = _scalar(event) if isinstance(event, events.ScalarEvent) else None
-            if not self.text_keys and isinstance(event, events.ScalarEvent):
-                key = event.value
+            key = None
+            if isinstance(event, events.ScalarEvent):
+                key = _scalar(event) if self.text_keys else event.value
             if not isinstance(key, str):
                 raise self.refuse(event, "a key that is not text; put it in quotes or correct it", path)
             if key in mapping:

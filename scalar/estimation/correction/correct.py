@@ -106,15 +106,10 @@ def brought_near(
 def _with_rows(model: Model, found: Correction, rows: Array, q: Array, twist: Array) -> Correction:
     """Return a correction with other joint angles ``(M, n)`` [rad], and the twists ``(M, 6)`` [rad, m] that they leave, in some rows."""
     joints, position, orientation = (
-        found.q.copy(),
-        found.position_error.copy(),
-        found.orientation_error.copy(),
+        values.copy() for values in (found.q, found.position_error, found.orientation_error)
     )
     joints[rows] = q
-    orientation[rows], position[rows] = (
-        np.linalg.norm(twist[:, :3], axis=1),
-        np.linalg.norm(twist[:, 3:], axis=1),
-    )
+    position[rows], orientation[rows] = _errors_of(twist)
     limits = model.robot.limits
     return replace(
         found,
@@ -157,15 +152,21 @@ def correct_frames(
     if len(left):
         q[left], twist[left] = whole.damped(poses.q[left], left, T_wanted[left])
     limits = model.robot.limits
+    position, orientation = _errors_of(twist)
     return Correction(
         q=q,
         T_wanted=T_wanted,
-        position_error=np.linalg.norm(twist[:, 3:], axis=1),
-        orientation_error=np.linalg.norm(twist[:, :3], axis=1),
+        position_error=position,
+        orientation_error=orientation,
         reached=whole.reached(twist),
         beyond_limits=(q < limits[:, 0]) | (q > limits[:, 1]),
         near_singular=singular_value < settings.near_singular,
     )
+
+
+def _errors_of(twist: Array) -> tuple[Array, Array]:
+    """Return the errors of position ``(N,)`` [m] and orientation ``(N,)`` [rad] of twists ``(N, 6)`` [rad, m]."""
+    return np.linalg.norm(twist[:, 3:], axis=1), np.linalg.norm(twist[:, :3], axis=1)
 
 
 def _picked(poses: Poses, index: Array | slice) -> Poses:

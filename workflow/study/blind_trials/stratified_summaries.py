@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from hashlib import sha256
 from itertools import pairwise
 from typing import Any
 
@@ -14,7 +13,7 @@ import pandas as pd
 from study.blind_trials.statistics import LEVEL, wilson
 from study.blind_trials.stratified_design import FACTORS
 from study.blind_trials.stratified_score import answers, trial_score
-from study.common.provenance import code_version
+from study.common.provenance import code_version, design_identity
 
 ROWS = (
     "no effect, ideal",
@@ -153,11 +152,7 @@ def summarise_trials(
     seconds = {key: float(columns[key].sum()) for key in ("simulate_s", "diagnose_s")}
     numbers = {
         "code": code_version(),
-        "design": {
-            "seed": design["seed"],
-            "sealed_after": design.get("sealed_after"),
-            "sha256": sha256(json.dumps(design, sort_keys=True).encode()).hexdigest(),
-        },
+        "design": design_identity(design),
         "failed": int(judged["failed"].sum()),
         "worst_after_over_before": float(judged.loc[~judged["failed"], "after_over_before"].max()),
         "sets": len(sets),

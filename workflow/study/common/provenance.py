@@ -1,10 +1,13 @@
-"""Which code made a table: version, commit where there is one, and a checksum of the sources of ``scalar`` and of the studies."""
+"""Which code made a table, and by which design: version, commit where there is one, and checksums of the sources and of the design."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import subprocess
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import scalar
 import study
@@ -21,6 +24,12 @@ def code_version() -> dict[str, str | None]:
     """
     checksum = sources_checksum(*_PACKAGES)
     return {"version": scalar.__version__, "commit": _commit(), "sources_sha256": checksum}
+
+
+def design_identity(design: Mapping[str, Any]) -> dict[str, Any]:
+    """Return ``{"seed", "sealed_after", "sha256"}`` of the content of a design of trials; ``sealed_after`` is None without a freeze of the code."""
+    checksum = hashlib.sha256(json.dumps(design, sort_keys=True).encode()).hexdigest()
+    return {"seed": design["seed"], "sealed_after": design.get("sealed_after"), "sha256": checksum}
 
 
 def sources_checksum(*packages: Path) -> str:

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from hashlib import sha256
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from study.blind_trials.statistics import wilson
-from study.common.provenance import code_version
+from study.common.provenance import code_version, design_identity
 from study.tracked_trials.design import SENSORS, STATED
 from study.tracked_trials.run import DRAWN
 from study.tracked_trials.score import RATES, cause_outcome, tracked_score
@@ -128,11 +127,7 @@ def summarise_tracked(
     scores: Any = scored(sets)
     numbers = {
         "code": code_version(),
-        "design": {
-            "seed": design["seed"],
-            "sealed_after": design.get("sealed_after"),
-            "sha256": sha256(json.dumps(design, sort_keys=True).encode()).hexdigest(),
-        },
+        "design": design_identity(design),
         "sets": len(scores),
         **{rate: int(scores[rate].sum()) for rate in RATES},
         "processor_s": float(scores["seconds"].sum()),
