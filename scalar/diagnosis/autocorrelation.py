@@ -32,8 +32,13 @@ _NORMAL_SUFFICES = 0.01  # a larger p-value is taken from the normal distributio
 def depends_on(state: FittedState) -> list[str]:
     """Return the columns along which the residuals are most significantly autocorrelated; an empty list if no autocorrelation is significant."""
     found = autocorrelation_p_values(state, state.background().residual)
-    names = min(found, key=lambda names: found[names])
-    return list(names) if found[names] < state.settings.autocorrelation.alpha_autocorrelation else []
+    return most_significant(found, state.settings.autocorrelation)
+
+
+def most_significant(p_values: dict[tuple[str, ...], float], settings: AutocorrelationSettings) -> list[str]:
+    """Return the columns with the smallest of the p-values of ``autocorrelation_p_values``; an empty list if it is not significant."""
+    names = min(p_values, key=lambda names: p_values[names], default=())
+    return list(names) if names and p_values[names] < settings.alpha_autocorrelation else []
 
 
 def autocorrelation_p_values(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import prod
 
 import numpy as np
@@ -12,6 +13,7 @@ from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.ranking import Scored, rank, score_of
 from scalar.diagnosis.score_test import Projected
+from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
 
@@ -19,6 +21,48 @@ def rivals(state: FittedState, i: int, columns: CandidateColumns) -> tuple[Score
     """Return the score of effect i of a state given its other effects, and the scores of all candidates in its place."""
     left_out = background_without(state, [i])
     return score_together(state, [i], columns.candidates, left_out), rank(state, left_out[0], columns)
+
+
+def rivals_of_strongest_part(
+    state: FittedState, i: int, own: Scored, columns: CandidateColumns
+) -> list[Scored]:
+    """Return the scores of all candidates in place of the strongest part of effect i, its other parts staying in the model, best first.
+
+    A series of a joint's orders may win against each single candidate only because it has several parts. If a candidate explains as much as the
+    strongest part does, the other parts can stand beside that candidate just as well, and the data do not tell the two answers apart.
+
+    Args:
+        state: The state with the effect.
+        i: Index of the effect.
+        own: The score of the whole effect given the other effects.
+        columns: The candidates' columns at the state.
+
+    Returns:
+        Each score is that of the candidate together with the other parts, which stand in ``Scored.beside``. The list is empty if the effect has one
+        part only.
+    """
+    parts = parts_of(state, i)
+    if not parts:
+        return []
+    effect = state.effects[i]
+    left_out = [_background_without(state, *part) for part in parts]
+    scores = [_score(state, [effect], columns.candidates, left) for left in left_out]
+    strongest = int(np.argmax([score.gain for score in scores]))
+    gone, terms = scores[strongest], effect.parts()[strongest]
+    rest = effect.with_terms([k for k in range(effect.n_terms) if k not in terms]).with_coefficients_of(
+        effect
+    )
+    return [
+        replace(
+            s,
+            gain=own.gain - gone.gain + s.gain,
+            dof=own.dof - gone.dof + s.dof,
+            evidence=own.evidence - gone.evidence + s.evidence,
+            beside=rest,
+        )
+        for s in rank(state, left_out[strongest][0], columns)
+        if not s.effect.same_answer(effect)
+    ]
 
 
 def score_together(
@@ -35,14 +79,23 @@ def score_together(
         candidates: The candidate set, from which the numbers of candidates are taken.
         left_out: What ``background_without`` returns for these effects.
     """
+    return _score(state, [state.effects[i] for i in indices], candidates, left_out)
+
+
+def _score(
+    state: FittedState,
+    effects: Sequence[Effect],
+    candidates: CandidateSet,
+    left_out: tuple[Background, Array, Array],
+) -> Scored:
+    """Return the joint score of the columns that were left out, which are those of some effects or of a part of one effect."""
     without, columns, prior_std = left_out
-    # The products of the effects' own columns, conditional on the rest of the model.
+    # The products of these columns, conditional on the rest of the model.
     assert without.released is not None
     given = without.released.T @ columns
     squares = np.sum(columns * columns, axis=0)
     projected = Projected.with_gram(without, columns, given.T @ given, squares, prior_std)
     gain, dof, observability = (x[0] for x in projected.score(np.arange(columns.shape[1])[None]))
-    effects = [state.effects[i] for i in indices]
     families = [sum(c.name == e.name for c, _ in candidates.tried) for e in effects]
     family = prod(count or state.dataset.n_poses for count in families)
     return score_of(
@@ -55,7 +108,13 @@ def background_without(state: FittedState, indices: Sequence[int]) -> tuple[Back
 
     The prior standard deviations are ``(k,)``, infinite for coefficients without a prior.
     """
-    local, prior_std = columns_of_effects(state, indices)
+    return _background_without(state, *columns_of_effects(state, indices))
+
+
+def _background_without(
+    state: FittedState, local: Array, prior_std: Array
+) -> tuple[Background, Array, Array]:
+    """Return the same without the free columns ``local`` ``(F,)`` bool, whose prior standard deviations are ``prior_std`` ``(k,)``."""
     background = without_columns(state.background(), state, local, prior_std)
     measured = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
     return background, whitened(state.whitening, state.linearised()[1][:measured, local]), prior_std
@@ -83,3 +142,24 @@ def columns_of_effects(state: FittedState, indices: Sequence[int]) -> tuple[Arra
         mine[ends[i] : ends[i + 1]] = True
         prior_std[ends[i] : ends[i + 1]] = state.effects[i].prior_std
     return mine[state.free], prior_std[mine & state.free]
+
+
+def parts_of(state: FittedState, i: int) -> list[tuple[Array, Array]]:
+    """Return for each part of effect i of a state (a joint or an order) its free columns ``(F,)`` bool and their prior standard deviations ``(w,)``.
+
+    The list is empty if the effect has one part only, or if some of its coefficients are fixed because they are unobservable.
+    """
+    effect = state.effects[i]
+    parts = effect.parts()
+    of_effect, _ = columns_of_effects(state, [i])
+    where = np.flatnonzero(of_effect)
+    if len(parts) == 1 or len(where) != len(effect.coefficients):
+        return []
+    width = len(effect.coefficients) // effect.n_terms
+    found = []
+    for terms in parts:
+        columns = np.concatenate([np.arange(k * width, (k + 1) * width) for k in terms])
+        part = np.zeros(len(of_effect), dtype=bool)
+        part[where[columns]] = True
+        found.append((part, effect.prior_std[columns]))
+    return found

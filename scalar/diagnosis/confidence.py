@@ -35,8 +35,8 @@ def features(grounds: Grounds) -> dict[str, float]:
     The log odds of the answer and its least log odds enter by their signed logarithm. ``rivalled`` is 1 if a rival explains at least as much, and
     near 0 if none comes near. ``share`` is minus the logarithm of the share of the residual that the answer leaves; it counts less, the larger
     ``rivalled`` is. The numbers of poses and of other answers, the misfit, and the p-value of the autocorrelation (``chance``) enter by their
-    logarithms. The last three features are 0 or 1: whether a flexible term was found as well, whether errors are correlated within scans, and whether
-    the sensor scans.
+    logarithms. The last four features are 0 or 1: whether a flexible term was found as well, whether the same joint has further errors without a
+    name, whether errors are correlated within scans, and whether the sensor scans.
     """
     odds = grounds.log_odds
     rivalled = float(np.exp(-max(odds, 0.0) / _NEAR_NATS))
@@ -52,6 +52,7 @@ def features(grounds: Grounds) -> dict[str, float]:
         "chance": float(np.log(grounds.final_residuals.chance)),
         "others": float(np.log1p(grounds.others)),
         "beside_structure": float(grounds.beside_structure),
+        "structure_there": float(grounds.structure_there),
         "correlated": float(grounds.final_residuals.correlated),
         "scans": float(grounds.final_residuals.scans),
     }

@@ -8,7 +8,7 @@ from dataclasses import replace
 from scalar.data.dataset import Dataset
 from scalar.diagnosis.autocorrelation import depends_on
 from scalar.diagnosis.candidate_columns import CandidateColumns
-from scalar.diagnosis.conditional_scores import rivals
+from scalar.diagnosis.conditional_scores import rivals, rivals_of_strongest_part
 from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.explained import Explained, explained
 from scalar.diagnosis.finding import Finding
@@ -219,7 +219,9 @@ def _finding(
     """
     effect, settings = after.effects[i], after.settings
     # The score of the effect itself given the other effects, and those of all candidates in its place.
-    own, ranking = rivals(scored, i, columns)
+    own, in_its_place = rivals(scored, i, columns)
+    beside_its_rest = [] if is_shrunk(effect) else rivals_of_strongest_part(scored, i, own, columns)
+    ranking = sorted([*in_its_place, *beside_its_rest], key=lambda s: -s.evidence)
     ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
     rivals_of_it = [s for s in ranking if not s.effect.same_answer(effect)]
     confounded = [
@@ -231,21 +233,25 @@ def _finding(
     ]
     if is_shrunk(effect):
         rivals_of_it, confounded, unnamed = [], [], []
-    nearest = rivals_of_it[:NEAREST_RIVALS]
-    odds = fold_odds(i, [s.effect for s in nearest], folds)
+    nearest = [s for s in rivals_of_it if s.beside is None][:NEAREST_RIVALS]
+    without_fold = fold_odds(i, [s.effect for s in nearest], folds)
+    least_odds = [
+        *zip(nearest, without_fold[1:].tolist(), strict=True),
+        *((s, own.evidence - s.evidence) for s in rivals_of_it if s.beside is not None),
+    ]
 
-    def grounds_against(others: Sequence[Scored], least: float) -> Grounds:
-        """Return the grounds of the effect against some of its rivals; ``least`` is its least log odds without one fold [nats]."""
+    def grounds_against(others: Sequence[Scored]) -> Grounds:
+        """Return the grounds of the effect against some of its rivals."""
+        least = min([float(without_fold[0]), *(odds for s, odds in least_odds if s in others)])
         evidence: list[float] = [*(s.evidence for s in others), *unnamed]
         return grounds_of_effect(scored, i, own, evidence, least, final_residuals)
 
-    grounds = grounds_against(rivals_of_it, float(odds.min()))
+    grounds = grounds_against(rivals_of_it)
     own_confidence = confidence(grounds, effect.name)
     # A report lists the confounded effects together with the name. The name is therefore doubtful only if the confidence that the cause is the effect
     # or one of these is too low. This confidence in the whole group is computed against the rivals outside the group.
     others = [s for s in rivals_of_it if not any(s.effect.same_place(like) for like in confounded)]
-    odds_of_others = [value for value, s in zip(odds[1:], nearest, strict=True) if s in others]
-    of_group = confidence(grounds_against(others, float(min([odds[0], *odds_of_others]))), effect.name)
+    of_group = confidence(grounds_against(others), effect.name)
     likely = max(own_confidence, of_group) >= settings.naming.least_confidence
     return Finding(
         effect,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scalar.diagnosis.background import Background
-from scalar.diagnosis.conditional_scores import columns_of_effects, without_columns
+from scalar.diagnosis.conditional_scores import columns_of_effects, parts_of, without_columns
 from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.hold_out import blocks_of
 from scalar.diagnosis.score_test import Projected, evidence
@@ -88,7 +88,7 @@ def fold_odds(i: int, others: Sequence[Effect], folds: Sequence[WithoutFold]) ->
     prior_std = np.concatenate([prior_std, *(effect.prior_std for effect in others)])
     ends = np.cumsum([int(of_effect.sum()), *(len(effect.coefficients) for effect in others)])
     groups = np.split(np.arange(E.shape[1]), ends[:-1])
-    parts = _parts(state, i, of_effect)
+    parts = parts_of(state, i)
     odds_by_fold = []
     for remaining in folds:
         columns = E[remaining.rows]
@@ -97,23 +97,3 @@ def fold_odds(i: int, others: Sequence[Effect], folds: Sequence[WithoutFold]) ->
                    for part, part_prior_std in parts]  # fmt: skip
         odds_by_fold.append([min([own, *of_parts]), *(own - rival for rival in rivals)])
     return np.min(odds_by_fold, axis=0)
-
-
-def _parts(state: FittedState, i: int, of_effect: Array) -> list[tuple[Array, Array]]:
-    """Return for each part of an effect (a joint or an order) its free columns ``(F,)`` bool and their prior standard deviations ``(w,)``.
-
-    The list is empty if the effect has one part only, or if some of its coefficients are fixed because they are unobservable.
-    """
-    effect = state.effects[i]
-    parts = effect.parts()
-    where = np.flatnonzero(of_effect)
-    if len(parts) == 1 or len(where) != len(effect.coefficients):
-        return []
-    width = len(effect.coefficients) // effect.n_terms
-    found = []
-    for terms in parts:
-        columns = np.concatenate([np.arange(k * width, (k + 1) * width) for k in terms])
-        part = np.zeros(len(of_effect), dtype=bool)
-        part[where[columns]] = True
-        found.append((part, effect.prior_std[columns]))
-    return found

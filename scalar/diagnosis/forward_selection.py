@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
-from scalar.diagnosis.conditional_scores import rivals
+from scalar.diagnosis.conditional_scores import rivals, rivals_of_strongest_part
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
 from scalar.diagnosis.merging import merged
@@ -74,6 +74,7 @@ def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedSt
         for i in range(len(state.effects)):
             others = tuple(e for k, e in enumerate(state.effects) if k != i)
             own, ranking = rivals(state, i, columns)
+            ranking += rivals_of_strongest_part(state, i, own, columns)
             if own.evidence <= 0 or own.p_value > settings.alpha_named_effect:
                 state, changed = state.refitted(others), True
                 break
@@ -99,14 +100,16 @@ def _replaced(
         state: The state with the effect.
         others: Its other effects.
         own: The score of the effect given the others.
-        ranking: The scores of all candidates in its place, best first.
+        ranking: The scores of all candidates in its place, or in that of its strongest part.
     """
-    margin, best = state.settings.selection.swap_margin, ranking[0]
+    margin, best = state.settings.selection.swap_margin, max(ranking, key=lambda r: r.evidence)
     joining = next(
         (
             r
             for r in ranking
-            if r.evidence > own.evidence - margin and len(merged(others, r.effect)) == len(others)
+            if r.evidence > own.evidence - margin
+            and r.beside is None
+            and len(merged(others, r.effect)) == len(others)
         ),
         None,
     )
@@ -114,7 +117,8 @@ def _replaced(
     for entry, allowance in ((best if better else None, 0.0), (joining, margin)):
         if entry is None:
             continue
-        trial = state.refitted(merged(others, entry.effect))
+        kept = others if entry.beside is None else (*others, entry.beside)
+        trial = state.refitted(merged(kept, entry.effect))
         # Both fits are compared under the same whitening, because the larger variance component of a worse fit would hide that it is worse.
         left, now = trial.background_whitened_by(state.whitening), state.background()
         lost = 0.5 * now.degrees_of_freedom * np.log(left.sum_of_squares / now.sum_of_squares)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from scalar.diagnosis.autocorrelation import autocorrelation_p_values
+from scalar.diagnosis.autocorrelation import autocorrelation_p_values, most_significant
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.variance_components import VarianceComponent
@@ -30,6 +30,7 @@ class FinalResiduals:
         chance: Smallest p-value of their autocorrelation; it is small if structure remains.
         correlated: Whether components of the noise within scans were identified.
         scans: Whether the sensor scans: its points then show its own noise. A tracker or a probe measures single points.
+        along: Columns along which they are significantly autocorrelated. ``diagnosis.json`` lists these elsewhere.
     """
 
     poses: int
@@ -37,19 +38,26 @@ class FinalResiduals:
     chance: float
     correlated: bool
     scans: bool
+    along: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, state: FittedState) -> FinalResiduals:
         """Return these numbers for the state with all effects that were found."""
         background = state.background()
-        chance = min(autocorrelation_p_values(state, background.residual).values(), default=1.0)
+        p_values = autocorrelation_p_values(state, background.residual)
+        chance = min(p_values.values(), default=1.0)
         return cls(
             poses=state.dataset.n_poses,
             misfit=background.variance,
             chance=min(max(chance, _LEAST_CHANCE), 1.0),
             correlated=bool(state.residuals.measurement.noise_components),
             scans=state.residuals.measurement.scans,
+            along=tuple(most_significant(p_values, state.settings.autocorrelation)),
         )
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the entries of diagnosis.json."""
+        return {key: value for key, value in asdict(self).items() if key != "along"}
 
 
 @dataclass(frozen=True)
@@ -64,6 +72,8 @@ class Grounds:
         share: The share of the squared residual without the answer that the answer explains; for a variance component, its share of the variance.
         others: Number of other effects that were found, flexible terms included.
         beside_structure: Whether a flexible term was found as well.
+        structure_there: Whether the same joint has further errors without a name over its angle: a flexible term, or autocorrelation of the final
+            residuals. An effect of one joint may then be only a part of another, unknown error of this joint.
         final_residuals: What the final residuals show.
     """
 
@@ -73,13 +83,13 @@ class Grounds:
     share: float
     others: int
     beside_structure: bool
+    structure_there: bool
     final_residuals: FinalResiduals
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the entry of diagnosis.json."""
-        return {key: value for key, value in asdict(self).items() if key != "final_residuals"} | asdict(
-            self.final_residuals
-        )
+        own = {key: value for key, value in asdict(self).items() if key != "final_residuals"}
+        return own | self.final_residuals.to_mapping()
 
 
 def grounds_of_effect(
@@ -100,14 +110,17 @@ def grounds_of_effect(
         least: Its least log odds when one fold of the poses is left out [nats].
         final_residuals: What the residuals of the state show.
     """
-    flexible = [effect.flexible for effect in state.effects]
+    effect, other_effects = state.effects[i], [*state.effects[:i], *state.effects[i + 1 :]]
+    without_a_name = [other for other in other_effects if other.flexible]
+    varies_with = {*final_residuals.along, *(name for other in without_a_name for name in other.depends_on)}
     return Grounds(
-        kind=STRUCTURE if flexible[i] else EFFECT,
+        kind=STRUCTURE if effect.flexible else EFFECT,
         log_odds=log_odds(own.evidence, others),
         least_log_odds=least,
         share=own.gain / max(own.gain + state.background().sum_of_squares, 1e-300),
-        others=len(flexible) - 1,
-        beside_structure=any(flexible[:i] + flexible[i + 1 :]),
+        others=len(other_effects),
+        beside_structure=bool(without_a_name),
+        structure_there=f"q{effect.erring_joint}" in varies_with,
         final_residuals=final_residuals,
     )
 
@@ -132,6 +145,7 @@ def grounds_of_component(
         share=1.0 - rows * len(best.covariance) / float(np.einsum("nii->", best.covariance)),
         others=len(state.effects),
         beside_structure=any(effect.flexible for effect in state.effects),
+        structure_there=False,
         final_residuals=final_residuals,
     )
 

@@ -208,6 +208,12 @@ class Effect(Described):
         return False
 
     @property
+    def needs_records(self) -> bool:
+        """Return whether it needs a column of poses.csv that is known only when a pose is measured, such as a torque."""
+        varies_with = {name for name in self.depends_on if not is_joint(name)}
+        return self.flexible and not varies_with <= {GRAVITY, "order"}
+
+    @property
     def stays_with_arm(self) -> bool:
         """Return whether the effect is expected in every campaign with the same arm, with any sensor, at any time and in any surroundings."""
         varies_with = {name for name in self.depends_on if not is_joint(name)}

@@ -44,6 +44,7 @@ class KnownTorques(JointEffect):
     natural: ClassVar[Mapping[str, float]] = {_UNIT: 6e-6}
     natural_source: ClassVar[str] = "a gear of 49 N m per arc minute (Nabtesco RV-20E, catalogue)"
     acts_by_joint_angles: ClassVar[bool] = False
+    needs_records: ClassVar[bool] = True
 
     @abstractmethod
     def torques(self, robot: Robot, poses: Poses) -> Array:

@@ -241,8 +241,8 @@ def _same_pair(one: Pair, other: Pair) -> bool:
 
 
 def _separable_by_poses(*effects: Effect) -> bool:
-    """Return whether poses at other joint angles may separate effects: a change in time needs measurements at another time."""
-    return not any(effect.is_change_in_time for effect in effects)
+    """Return whether planned poses may separate effects: a change in time needs another time, and torques are not known before they are recorded."""
+    return not any(effect.is_change_in_time or effect.needs_records for effect in effects)
 
 
 def _with_found_size(effect: Effect, entry: Mapping[str, Any]) -> Effect:

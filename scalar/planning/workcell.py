@@ -78,7 +78,7 @@ class Workcell:
             view: What a scanner sees; None for the values of ``View``.
             repeatability: Standard deviation, along each axis, with which the arm takes a pose again [m].
             same_campaign: Whether the planned poses are added to those of the calibration. If not, its effects that do not stay with the
-                arm are left out; effects that change in time are always left out.
+                arm are left out; effects that change in time, or that need what is recorded with each pose, are always left out.
         """
         if near is not None:
             sensor = replace(sensor, T_flange_sensor=near.model.T_flange_sensor)
@@ -89,7 +89,7 @@ class Workcell:
         if near is not None:
             arm = near.model
             effects = [e for e in arm.effects if same_campaign or e.stays_with_arm]
-            still = tuple(effect for effect in effects if not effect.is_change_in_time)
+            still = tuple(e for e in effects if not (e.is_change_in_time or e.needs_records))
             calibrated, nominal = (
                 replace(arm_of, limits=robot.limits) for arm_of in (arm.robot, arm.nominal)
             )

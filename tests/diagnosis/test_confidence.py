@@ -31,7 +31,15 @@ left = st.builds(
 )
 names = st.sampled_from(["joint_harmonic", "pose_jitter", "unattributed", "an effect of a user"])
 grounds = st.builds(
-    Grounds, st.sampled_from(KINDS), nats, nats, shares, st.integers(0, 40), st.booleans(), left
+    Grounds,
+    st.sampled_from(KINDS),
+    nats,
+    nats,
+    shares,
+    st.integers(0, 40),
+    st.booleans(),
+    st.booleans(),
+    left,
 )
 
 

@@ -15,7 +15,7 @@ from scalar.effects.thermal_drift import ThermalDrift
 
 def finding(effect: Effect) -> Finding:
     """Return a finding with a high confidence."""
-    grounds = Grounds(EFFECT, 50.0, 40.0, 0.5, 1, False, FinalResiduals(60, 1.0, 1.0, False, True))
+    grounds = Grounds(EFFECT, 50.0, 40.0, 0.5, 1, False, False, FinalResiduals(60, 1.0, 1.0, False, True))
     errors: HeldOutErrors = None  # type: ignore[assignment]
     return Finding(effect, 1e-9, errors, errors, (), 0.98, (), grounds)
 

@@ -20,7 +20,7 @@ from scalar.estimation.joint_fit import fit_from
 from scalar.report import render_report
 from tests.random_scene import make_scene
 
-GROUNDS = Grounds(EFFECT, 50.0, 40.0, 0.5, 1, False, FinalResiduals(3_000, 1.0, 1.0, False, True))
+GROUNDS = Grounds(EFFECT, 50.0, 40.0, 0.5, 1, False, False, FinalResiduals(3_000, 1.0, 1.0, False, True))
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ GROUNDS = {
     "share": 0.5,
     "others": 0,
     "beside_structure": False,
+    "structure_there": False,
     "poses": 100,
     "misfit": 1.0,
     "chance": 0.3,

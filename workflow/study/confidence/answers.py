@@ -89,7 +89,8 @@ def grounds_from(kind: str, entry: Mapping[str, Any]) -> Grounds:
     final_residuals = FinalResiduals(
         **{key: entry[key] for key in ("poses", "misfit", "chance", "correlated", "scans")}
     )
-    own = {key: entry[key] for key in ("log_odds", "least_log_odds", "share", "others", "beside_structure")}
+    named = ("log_odds", "least_log_odds", "share", "others", "beside_structure", "structure_there")
+    own = {key: entry[key] for key in named}
     return Grounds(kind, final_residuals=final_residuals, **own)
 
 

@@ -23,7 +23,9 @@ from study.blind_trials.statistics import wilson
 from study.confidence.answers import HALVES
 
 KINDS = (EFFECT, COMPONENT, STRUCTURE)
-FEATURES = tuple(features(Grounds(EFFECT, 0.0, 0.0, 0.5, 0, False, FinalResiduals(1, 1.0, 1.0, False, True))))
+FEATURES = tuple(
+    features(Grounds(EFFECT, 0.0, 0.0, 0.5, 0, False, False, FinalResiduals(1, 1.0, 1.0, False, True)))
+)
 """Names of the features of an answer, in the order of the columns of a regression."""
 SIGNS = {
     "log_odds": (0.0, None),
