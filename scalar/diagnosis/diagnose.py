@@ -8,33 +8,24 @@ from dataclasses import replace
 from scalar.data.dataset import Dataset
 from scalar.diagnosis.autocorrelation import depends_on
 from scalar.diagnosis.candidate_columns import CandidateColumns
-from scalar.diagnosis.conditional_scores import rivals, rivals_of_strongest_part
-from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.explained import Explained, explained
 from scalar.diagnosis.finding import Finding
-from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.fold_odds import WithoutFold, fold_odds, without_each_fold
-from scalar.diagnosis.grounds import FinalResiduals, Grounds, grounds_of_component, grounds_of_effect
-from scalar.diagnosis.harmonic_spectrum import has_all_orders, is_shrunk, priors_for_whitened_rows
+from scalar.diagnosis.grounds import FinalResiduals, grounds_of_component
 from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors, moving_joints
 from scalar.diagnosis.identified_components import identified_components, only_place
-from scalar.diagnosis.merging import merged
+from scalar.diagnosis.judged_effects import findings_of
 from scalar.diagnosis.near_data_sheet import near_data_sheet
 from scalar.diagnosis.observability import unobservable_effects
 from scalar.diagnosis.outer_split import Answer, OuterSplit, outer_split
-from scalar.diagnosis.ranking import Scored, rank
-from scalar.diagnosis.repeated_changes import repeated_changes_doubted
+from scalar.diagnosis.ranking import rank
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.shipped_fit import ShippedFit, shipped_fit, unconfirmed_effects_help
 from scalar.diagnosis.two_halves import limited_by_halves, two_halves
-from scalar.diagnosis.unmodelled_structure import evidence_without_a_name
 from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
-from scalar.effects import Effect
 from scalar.estimation.measured_effects import with_target_motion
 
 MAX_RANKING = 25  # candidates that the ranking of a diagnosis lists
-NEAREST_RIVALS = 8  # number of rivals, those with the most evidence, with which an effect is compared again without each fold of the poses
 
 
 def diagnose(
@@ -71,7 +62,7 @@ def diagnose(
     dataset = with_target_motion(dataset)
     run = explained(dataset, settings, progress)
     final_residuals, candidates = FinalResiduals.of(run.after), run.candidates
-    found = _findings(run, final_residuals)
+    found = findings_of(run, final_residuals)
     moving = moving_joints(run.before)
     outer = outer_split(dataset, run.cleaned, answer_without, settings, outer_folds, on_fold, cores, moving)
     progress("comparing halves of the poses")
@@ -174,92 +165,3 @@ def _confirmed(
                 after = everything
         run = replace(run, after=after)
     return run, kept, refused
-
-
-def _findings(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding, ...]:
-    """Return a finding for each effect of a run: its confidence, what it is confounded with, and the held-out errors without and with it."""
-    before, after, candidates = run.before, run.after, run.candidates
-    found: list[Finding] = []
-    state, error_before = before, held_out_errors(before)
-    effects: tuple[Effect, ...] = ()
-    scored = priors_for_whitened_rows(after)
-    columns = CandidateColumns.of(scored, candidates)
-    folds = without_each_fold(scored) if after.effects else []
-    without_a_name = evidence_without_a_name(scored, run.flexible_candidates)
-    for i, effect in enumerate(after.effects):
-        effects = merged(effects, effect)
-        state = after.refitted(effects, state.model)
-        errors = error_before, held_out_errors(state)
-        found.append(_finding(after, scored, i, columns, folds, without_a_name[i], errors, final_residuals))
-        error_before = errors[1]
-    return repeated_changes_doubted(found, after.settings.naming.least_confidence)
-
-
-def _finding(
-    after: FittedState,
-    scored: FittedState,
-    i: int,
-    columns: CandidateColumns,
-    folds: Sequence[WithoutFold],
-    unnamed: list[float],
-    errors: tuple[HeldOutErrors, HeldOutErrors],
-    final_residuals: FinalResiduals,
-) -> Finding:
-    """Return the finding for effect i of a state: the effect is compared with all candidates that might explain the data in its place.
-
-    Args:
-        after: The state with all effects.
-        scored: The same with the priors for whitened rows.
-        i: Index of the effect.
-        columns: The candidates' columns at ``scored``.
-        folds: The poses of ``scored`` without each fold.
-        unnamed: Log evidence [nats] of flexible terms in the effect's place.
-        errors: Held-out errors without and with the effect.
-        final_residuals: What the residuals of the state show.
-    """
-    effect, settings = after.effects[i], after.settings
-    # The score of the effect itself given the other effects, and those of all candidates in its place.
-    own, in_its_place = rivals(scored, i, columns)
-    beside_its_rest = [] if is_shrunk(effect) else rivals_of_strongest_part(scored, i, own, columns)
-    ranking = sorted([*in_its_place, *beside_its_rest], key=lambda s: -s.evidence)
-    ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
-    rivals_of_it = [s for s in ranking if not s.effect.same_answer(effect)]
-    confounded = [
-        s.effect
-        for s in ranking
-        if s.evidence > own.evidence - settings.selection.confounded_margin
-        and not s.effect.same_place(effect)
-        and not effect.flexible
-    ]
-    if is_shrunk(effect):
-        rivals_of_it, confounded, unnamed = [], [], []
-    nearest = [s for s in rivals_of_it if s.beside is None][:NEAREST_RIVALS]
-    without_fold = fold_odds(i, [s.effect for s in nearest], folds)
-    least_odds = [
-        *zip(nearest, without_fold[1:].tolist(), strict=True),
-        *((s, own.evidence - s.evidence) for s in rivals_of_it if s.beside is not None),
-    ]
-
-    def grounds_against(others: Sequence[Scored]) -> Grounds:
-        """Return the grounds of the effect against some of its rivals."""
-        least = min([float(without_fold[0]), *(odds for s, odds in least_odds if s in others)])
-        evidence: list[float] = [*(s.evidence for s in others), *unnamed]
-        return grounds_of_effect(scored, i, own, evidence, least, final_residuals)
-
-    grounds = grounds_against(rivals_of_it)
-    own_confidence = confidence(grounds, effect.name)
-    # A report lists the confounded effects together with the name. The name is therefore doubtful only if the confidence that the cause is the effect
-    # or one of these is too low. This confidence in the whole group is computed against the rivals outside the group.
-    others = [s for s in rivals_of_it if not any(s.effect.same_place(like) for like in confounded)]
-    of_group = confidence(grounds_against(others), effect.name)
-    likely = max(own_confidence, of_group) >= settings.naming.least_confidence
-    return Finding(
-        effect,
-        own.p_value,
-        *errors,
-        tuple(confounded),
-        own_confidence,
-        (),
-        grounds,
-        doubtful=not (effect.flexible or likely),
-    )

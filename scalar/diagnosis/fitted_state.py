@@ -16,8 +16,8 @@ from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.variance_components import VarianceComponent, variance_components, whitening_for
 from scalar.effects import Effect
 from scalar.estimation.data_sheet_priors import misfit_ratio
+from scalar.estimation.gauss_newton import optimum_near
 from scalar.estimation.joint_fit import unobservable_coefficients
-from scalar.estimation.least_squares import fit
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.geometry.se3 import Array
@@ -25,13 +25,6 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-# Refits take Gauss-Newton steps by normal equations. If these do not converge, the slower fit of ``least_squares`` is made.
-_STEPS = 10  # largest number of steps; usually three suffice
-_LEAST_DROP = 1e-8  # a step that is expected to lower the cost by a smaller share of the residual's mean square (at least 1) is the last
-_LEAST_EIGENVALUE = (
-    1e-11  # as a share of the largest: with a smaller one, normal equations lose too many digits
-)
-_TOLERANCE = 1e-9  # relative change of cost and coordinates with which the slower fit ends: rounding errors
 _RELINEARISATIONS = (
     8  # largest number, for nonlinear parameters of effects, such as a time constant; usually three suffice
 )
@@ -225,7 +218,7 @@ def _with_weight_of_priors(state: FittedState) -> FittedState:
     ratio = misfit_ratio(state.residuals, model, state.free, settings)
     if abs(ratio / model.misfit_ratio - 1.0) <= settings.identifiability.settled_weight:
         return state
-    weighted = _optimum(state.residuals, replace(model, misfit_ratio=ratio), state.free)
+    weighted = optimum_near(state.residuals, replace(model, misfit_ratio=ratio), state.free)
     return replace(state, model=weighted)
 
 
@@ -244,35 +237,8 @@ def _fitted(
         residuals = Residuals(profiled, residuals.poses, residuals.bases, residuals.known)
     if effects:
         free &= ~unobservable_coefficients(residuals, model, free, settings.estimation.fit.unseen_share)
-    model = _optimum(residuals, model, free).rebased()
+    model = optimum_near(residuals, model, free).rebased()
     again = residuals.reweighted(model)
     if again.measurement is not residuals.measurement:
-        residuals, model = again, _optimum(again, model, free)
+        residuals, model = again, optimum_near(again, model, free)
     return FittedState(dataset, model, geometry_free, free, residuals, settings, rows)
-
-
-def _optimum(residuals: Residuals, model: Model, free: Array) -> Model:
-    """Return the optimum near a model by Gauss-Newton steps; by the slower fit if these do not converge or the equations are ill-conditioned."""
-    start = model
-    cost = np.inf
-    for _ in range(_STEPS):
-        residual, jacobian = residuals.linearise(model)
-        now = float(residual @ residual)
-        if now > cost * (1.0 + 1e-9):
-            break
-        cost = now
-        J = jacobian[:, free]
-        scale = np.linalg.norm(J, axis=0)
-        scale[scale == 0] = 1.0
-        gram, projection = (J.T @ J) / np.outer(scale, scale), (J.T @ residual) / scale
-        values, vectors = np.linalg.eigh(gram)
-        if len(values) == 0 or values[0] < _LEAST_EIGENVALUE * values[-1]:
-            break
-        along = vectors.T @ projection
-        vector = model.vector.copy()
-        vector[free] -= (vectors @ (along / values)) / scale
-        model = model.with_vector(vector)
-        expected_drop = float(np.sum(along**2 / values))
-        if expected_drop < _LEAST_DROP * max(1.0, cost / max(len(residual), 1)):
-            return model
-    return fit(residuals, start, free, tolerance=_TOLERANCE).model

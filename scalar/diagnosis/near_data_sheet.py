@@ -14,7 +14,9 @@ def near_data_sheet(state: FittedState) -> FittedState:
     """Return the optimum with the same effects and the priors of the data sheet; the same state if these priors make no difference."""
     if state.is_rounding:
         return state
-    model = fit_near_data_sheet(state.residuals, state.model, state.free, state.settings.estimation)
+    model = fit_near_data_sheet(
+        state.residuals, state.model, state.free, state.settings.estimation, near_optimum=True
+    )
     if not model.priors:
         return state
     return refit(state.dataset, model, state.geometry_free, model.effects, state.settings, state.rows)

@@ -18,6 +18,7 @@ from dataclasses import replace
 import numpy as np
 
 from scalar.estimation.design_effect import design_effect
+from scalar.estimation.gauss_newton import optimum_near
 from scalar.estimation.initial_estimate import COARSE
 from scalar.estimation.learned_prior_std import group_of, learned_prior_stds
 from scalar.estimation.least_squares import covariance_and_step, fit
@@ -38,6 +39,7 @@ def fit_near_data_sheet(
     settings: EstimationSettings = DEFAULTS,
     *,
     effects_follow: bool = False,
+    near_optimum: bool = False,
 ) -> Model:
     """Return a coarse fit of all parameters, with priors unless the data determine every direction well without them.
 
@@ -53,11 +55,15 @@ def fit_near_data_sheet(
         effects_follow: Whether effects are selected afterwards, from the residual of this fit. A large residual gives the priors much weight, and
             they would keep the geometry from adapting to the effect that causes it. No priors are used then if every direction would be well
             determined with the noise alone.
+        near_optimum: Whether ``initial`` is already an optimum with other priors; Gauss-Newton steps from there save most of the time.
     """
     rules = settings.identifiability
     model = replace(initial, priors=data_sheet_priors(initial, free, rules), misfit_ratio=1.0)
     for _ in range(_ROUNDS):
-        model = fit(residuals, model, free, tolerance=COARSE).model
+        if near_optimum:
+            model = optimum_near(residuals, model, free)
+        else:
+            model = fit(residuals, model, free, tolerance=COARSE).model
         if effects_follow and _determined(
             residuals, model, free, prior_std(model, rules), rules.prior_matters
         ):

@@ -50,17 +50,18 @@ def design_effect(
     scale = np.linalg.norm(jacobian[:, free], axis=0)
     Q = _orthonormal(jacobian[:, free] / np.where(scale == 0, 1.0, scale))
     N, m = len(group), residuals.measurement.rows_per_pose
-    Q_poses = Q[: N * m].reshape(N, m, -1)
-    scores = np.zeros((n_groups, Q.shape[1]))
-    np.add.at(scores, group, np.einsum("nmp,nm->np", Q_poses, residual[: N * m].reshape(N, m)) / ratio)
-    # Priors shift the optimum, and so the scores, without any misfit. The scores are therefore moved to the optimum of the data alone. If residuals
-    # are independent, a group's score has the covariance B = H - H S^+ H there, with H the information matrix of its poses and S the sum of all H.
-    H = np.stack([(rows := Q_poses[group == k].reshape(-1, Q.shape[1])).T @ rows for k in range(n_groups)])
-    inverse = np.linalg.pinv(H.sum(axis=0), rcond=1e-8, hermitian=True)
-    scores -= np.einsum("gij,j->gi", H, inverse @ scores.sum(axis=0))
-    B = H - H @ inverse @ H
-    expected = float(np.trace(B, axis1=1, axis2=2).sum())
-    variance = 2.0 * float(np.sum(B * B))
+    Q_poses, r_poses = Q[: N * m].reshape(N, m, -1), residual[: N * m].reshape(N, m) / ratio
+    rows = [Q_poses[group == k].reshape(-1, Q.shape[1]) for k in range(n_groups)]
+    scores = np.stack([A.T @ r_poses[group == k].ravel() for k, A in enumerate(rows)])
+    # Priors shift the optimum, and so the scores, without any misfit. The scores are therefore moved to the optimum of the data alone. With A the
+    # rows of a group's poses, H = A'A is their information matrix and S the sum of all H. If residuals are independent, the group's score has the
+    # covariance B = H - H S^+ H there.
+    information = np.eye(Q.shape[1]) - Q[N * m :].T @ Q[N * m :]
+    inverse = np.linalg.pinv(information, rcond=1e-8, hermitian=True)
+    shift = inverse @ scores.sum(axis=0)
+    scores -= np.stack([A.T @ (A @ shift) for A in rows])
+    traces = np.array([_traces(A, inverse) for A in rows])
+    expected, variance = float(traces[:, 0].sum()), 2.0 * float(traces[:, 1].sum())
     found = float(np.sum(scores * scores))
     if expected <= 0 or variance <= 0:
         return 1.0
@@ -68,6 +69,23 @@ def design_effect(
     degrees_of_freedom = 2.0 * expected**2 / variance
     p_value = float(chdtrc(degrees_of_freedom, degrees_of_freedom * found / expected))
     return max(found / expected, 1.0) if p_value < least_p_value else 1.0
+
+
+def _traces(A: Array, inverse: Array) -> tuple[float, float]:
+    """Return the traces of B and of B B, where ``B = A' (I - A S^+ A') A``.
+
+    They are those of products of the smaller of two matrices, ``(R, R)`` or ``(F, F)``.
+
+    Args:
+        A: ``(R, F)``.
+        inverse: ``(F, F)``, S^+.
+    """
+    if len(A) < A.shape[1]:
+        product = (np.eye(len(A)) - A @ inverse @ A.T) @ (A @ A.T)
+    else:
+        H = A.T @ A
+        product = H - H @ inverse @ H
+    return float(np.trace(product)), float(np.sum(product * product.T))
 
 
 def _orthonormal(columns: Array) -> Array:

@@ -13,6 +13,7 @@ import pytest
 
 from scalar.diagnosis import (
     focused_choice,
+    judged_effects,
     shipped_fit,
 )
 from scalar.diagnosis.explained import Explained
@@ -150,6 +151,7 @@ def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
         "evidence_without_a_name": lambda *_: [[]],
         "held_out_errors": lambda _: None,
         "rivals": lambda *_: (own, [own, scored(near, 96.0), scored(far, 93.0)]),
+        "rivals_of_strongest_part": lambda *_: [],
         "has_all_orders": lambda *_: False,
         "is_shrunk": lambda _: False,
         "without_each_fold": lambda _: [],
@@ -158,9 +160,9 @@ def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
         "confidence": lambda *_: 0.9,
     }
     for name, stand_in in stand_ins.items():
-        monkeypatch.setattr(DIAGNOSE, name, stand_in)
+        monkeypatch.setattr(judged_effects, name, stand_in)
     after: Any = SimpleNamespace(
         effects=(own.effect,), settings=DEFAULTS, model=None, refitted=lambda *_: after
     )
-    (finding,) = DIAGNOSE._findings(Explained(None, None, after, after, None), None)  # type: ignore[arg-type]
+    (finding,) = judged_effects.findings_of(Explained(None, None, after, after, None), None)  # type: ignore[arg-type]
     assert finding.confounded_with == (near,)

@@ -14,18 +14,19 @@ import pytest
 from scalar.diagnosis import (
     autocorrelation,
     explained,
-    fitted_state,
     forward_selection,
     harmonic_spectrum,
     unmodelled_structure,
 )
 from scalar.diagnosis.autocorrelation import _moving_angles, neighbours_in_order
-from scalar.diagnosis.fitted_state import FittedState, _optimum, refit
+from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.harmonic_spectrum import LinearSystem, _series
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.diagnosis.variance_components import variance_components
 from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.estimation import gauss_newton
+from scalar.estimation.gauss_newton import optimum_near
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.least_squares import covariance_and_step
 from scalar.estimation.residuals import Residuals
@@ -166,11 +167,11 @@ def test_every_way_to_the_optimum_ends_there(way, monkeypatch):
     error of the optimum.
     """
     for name, value in way.items():
-        monkeypatch.setattr(fitted_state, name, value)
+        monkeypatch.setattr(gauss_newton, name, value)
     dataset = make_scene(seed=4, poses_per_plane=15, points_per_scan=8).dataset
     model, prepared = geometry_fit(dataset)
     residuals = Residuals.of(dataset, model)
-    found = _optimum(residuals, model.rebased(), prepared.free)
+    found = optimum_near(residuals, model.rebased(), prepared.free)
     residual, jacobian = residuals.linearise(found)
     assert covariance_and_step(jacobian[:, prepared.free], residual)[1] < 0.01
 

@@ -1,0 +1,123 @@
+"""Judge the effects of a run: what might explain the data in the place of each, and how probable its name is."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+from scalar.data.io.atomic import plain
+from scalar.diagnosis.candidate_columns import CandidateColumns
+from scalar.diagnosis.conditional_scores import rivals, rivals_of_strongest_part
+from scalar.diagnosis.confidence import confidence
+from scalar.diagnosis.explained import Explained
+from scalar.diagnosis.finding import Finding
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.fold_odds import WithoutFold, fold_odds, without_each_fold
+from scalar.diagnosis.grounds import FinalResiduals, Grounds, grounds_of_effect
+from scalar.diagnosis.harmonic_spectrum import has_all_orders, is_shrunk, priors_for_whitened_rows
+from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors
+from scalar.diagnosis.merging import merged
+from scalar.diagnosis.ranking import Scored
+from scalar.diagnosis.repeated_changes import repeated_changes_doubted
+from scalar.diagnosis.settings import Settings
+from scalar.diagnosis.unmodelled_structure import evidence_without_a_name
+from scalar.effects import Effect
+
+NEAREST_RIVALS = 8  # number of rivals, those with the most evidence, with which an effect is compared again without each fold of the poses
+
+
+def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding, ...]:
+    """Return a finding for each effect of a run: its confidence, what it is confounded with, and the held-out errors without and with it."""
+    before, after, candidates = run.before, run.after, run.candidates
+    found: list[Finding] = []
+    state, error_before = before, held_out_errors(before)
+    effects: tuple[Effect, ...] = ()
+    scored = priors_for_whitened_rows(after)
+    columns = CandidateColumns.of(scored, candidates)
+    folds = without_each_fold(scored) if after.effects else []
+    without_a_name = evidence_without_a_name(scored, run.flexible_candidates)
+    for i, effect in enumerate(after.effects):
+        effects = merged(effects, effect)
+        state = after.refitted(effects, state.model)
+        errors = error_before, held_out_errors(state)
+        found.append(_finding(after, scored, i, columns, folds, without_a_name[i], errors, final_residuals))
+        error_before = errors[1]
+    return repeated_changes_doubted(found, after.settings.naming.least_confidence)
+
+
+def _finding(
+    after: FittedState,
+    scored: FittedState,
+    i: int,
+    columns: CandidateColumns,
+    folds: Sequence[WithoutFold],
+    unnamed: list[float],
+    errors: tuple[HeldOutErrors, HeldOutErrors],
+    final_residuals: FinalResiduals,
+) -> Finding:
+    """Return the finding for effect i of a state: the effect is compared with all candidates that might explain the data in its place.
+
+    Args:
+        after: The state with all effects.
+        scored: The same with the priors for whitened rows.
+        i: Index of the effect.
+        columns: The candidates' columns at ``scored``.
+        folds: The poses of ``scored`` without each fold.
+        unnamed: Log evidence [nats] of flexible terms in the effect's place.
+        errors: Held-out errors without and with the effect.
+        final_residuals: What the residuals of the state show.
+    """
+    effect, settings = after.effects[i], after.settings
+    # The score of the effect itself given the other effects, and those of all candidates in its place.
+    own, in_its_place = rivals(scored, i, columns)
+    beside_its_rest = [] if is_shrunk(effect) else rivals_of_strongest_part(scored, i, own, columns)
+    ranking = sorted([*in_its_place, *beside_its_rest], key=lambda s: -s.evidence)
+    ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
+    rivals_of_it = [s for s in ranking if not s.effect.same_answer(effect)]
+    confounded = [] if effect.flexible else _confounded(own, ranking, settings)
+    if is_shrunk(effect):
+        rivals_of_it, confounded, unnamed = [], [], []
+    nearest = [s for s in rivals_of_it if s.beside is None][:NEAREST_RIVALS]
+    without_fold = fold_odds(i, [s.effect for s in nearest], folds)
+    least_odds = [
+        *zip(nearest, without_fold[1:].tolist(), strict=True),
+        *((s, own.evidence - s.evidence) for s in rivals_of_it if s.beside is not None),
+    ]
+
+    def grounds_against(others: Sequence[Scored]) -> Grounds:
+        """Return the grounds of the effect against some of its rivals."""
+        least = min([float(without_fold[0]), *(odds for s, odds in least_odds if s in others)])
+        evidence: list[float] = [*(s.evidence for s in others), *unnamed]
+        return grounds_of_effect(scored, i, own, evidence, least, final_residuals)
+
+    grounds = grounds_against(rivals_of_it)
+    own_confidence = confidence(grounds, effect.name)
+    # A report lists the confounded effects together with the name. The name is therefore doubtful only if the confidence that the cause is the effect
+    # or one of these is too low. This confidence in the whole group is computed against the rivals outside the group.
+    others = [s for s in rivals_of_it if not any(s.effect.same_place(like) for like in confounded)]
+    of_group = confidence(grounds_against(others), effect.name)
+    likely = max(own_confidence, of_group) >= settings.naming.least_confidence
+    return Finding(
+        effect,
+        own.p_value,
+        *errors,
+        tuple(confounded),
+        own_confidence,
+        (),
+        grounds,
+        doubtful=not (effect.flexible or likely),
+    )
+
+
+def _confounded(own: Scored, ranking: Sequence[Scored], settings: Settings) -> list[Effect]:
+    """Return the effects that explain about as much as an effect does, best first; those with the same name and target are listed once.
+
+    Args:
+        own: The score of the effect.
+        ranking: The scores of the candidates, best first.
+        settings: Thresholds.
+    """
+    least = own.evidence - settings.selection.confounded_margin
+    near = [s.effect for s in ranking if s.evidence > least and not s.effect.same_place(own.effect)]
+    answers = [f"{effect.name} {json.dumps(plain(effect.target), sort_keys=True)}" for effect in near]
+    return [effect for k, effect in enumerate(near) if answers[k] not in answers[:k]]
