@@ -1,9 +1,9 @@
 """The parameters of the original paper's model as printed: every unit vector is three numbers, the third a square root of the others.
 
-For six joints and three planes that is 43 parameters, four of them constrained by ``n_z = sqrt(1 - n_x^2 - n_y^2)``. The normal of an
-upright wall has n_z = 0, where the slope of the root is infinite and next to which the root is undefined. The paper does not say how it
-treated that. The possible readings of the root's argument have names: ``raise`` leaves it as it is, so that lmfit stops at the first NaN;
-``clip`` takes max(0, .); ``abs`` takes the absolute value.
+An arm has four parameters for each joint, the sensor seven and each plane four. One of the sensor's and one of each plane's is constrained by
+``n_z = sqrt(1 - n_x^2 - n_y^2)``. The normal of an upright wall has n_z = 0, where the slope of the root is infinite and next to which the root is
+undefined. The paper does not say how it treated that. The possible readings of the root's argument have names: ``raise`` leaves it as it is, so
+that lmfit stops at the first NaN; ``clip`` takes max(0, .); ``abs`` takes the absolute value.
 """
 
 from __future__ import annotations

@@ -51,7 +51,8 @@ def demo(output: Path | None, seed: int | None) -> None:
 
     with atomic_directory(output) as folder:
         say(
-            f"1 of 3: a simulated {scene['robot']['name']} gets a secret effect and scans three planes (seed {seed})"
+            f"1 of 3: a simulated {scene['robot']['name']} gets a secret effect and scans {len(scene['planes'])} planes "
+            f"(seed {seed})"
         )
         with progress("placing the scanner") as advance:
             simulated = simulation.simulate(scene, progress=advance)

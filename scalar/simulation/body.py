@@ -2,8 +2,9 @@
 
 Only the kinematics of an arm are known, not its housings. So each link is a capsule along its a and another along its d (these
 lines are the skeleton). The radius is a share of the arm's reach, which falls linearly from `THICK_BASE` at the base to
-`THICK_WRIST` at the flange. For a VS060 this gives radii of 51 to 27 mm, for a UR10e of 120 to 64 mm, which is about what they
-have. The sensor is a box behind its origin, with a rod from the flange. A config may state all of these sizes.
+`THICK_WRIST` at the flange. For an arm with a reach of 0.68 m this gives radii of 51 to 27 mm, and for one of
+1.6 m 120 to 64 mm, which is about what such arms have. The sensor is a box behind its origin, with a rod from
+the flange. A config may state all of these sizes.
 
 Housings beside the skeleton, cables and the exact shapes are left out. This makes poses a little
 easier or harder to find; it cannot change a measured number.

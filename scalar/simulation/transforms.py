@@ -101,9 +101,9 @@ def vector_from_rotation(R: Array) -> Array:
 def rpy_from_rotation(R: Array) -> tuple[float, float, float]:
     """Return roll, pitch, yaw [rad] with R = Rz(yaw) Ry(pitch) Rx(roll), as URDF counts them.
 
-    Near a pitch of +-90 degrees (the VS060's second joint stands exactly there) roll and yaw are not
-    determined one by one. Yaw is taken first, and roll from what is left after undoing it, so that their
-    errors cancel.
+    Near a pitch of +-90 degrees (a row of a DH table whose alpha and theta are right angles is exactly there)
+    roll and yaw are not determined one by one. Yaw is taken first, and roll from what is left after undoing it,
+    so that their errors cancel.
     """
     yaw = float(np.arctan2(R[1, 0], R[0, 0]))
     c, s = np.cos(yaw), np.sin(yaw)

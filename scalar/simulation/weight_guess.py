@@ -1,8 +1,8 @@
 """A guess of the masses and centres of mass of an arm's links, which makers do not state.
 
 Each link is guessed from its piece of skeleton: a housing of `HOUSING` per metre and a drive of `DRIVE`, both lighter towards the
-wrist. The centre of mass is half-way along the skeleton, plus a small random offset. A UR10e comes to 37 kg this way (33.5 in its
-data sheet), a Panda to 32 (18), a VS060 to 27 (27). A config may state all of these.
+wrist. The centre of mass is half-way along the skeleton, plus a small random offset. Three arms of configs/robots come to 37, 32 and
+27 kg this way, and their data sheets state 33.5, 18 and 27. A config may state all of these.
 """
 
 from collections.abc import Mapping

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.diagnose import diagnose
-from tests.tracked_targets import TrackedArm
+from tests.tracked_targets import drawn_arm
 
 TRUE = 1e-4  # m
 
@@ -14,7 +14,7 @@ TRUE = 1e-4  # m
 def tracked(stated, gear=0.0, jitter=0.0, seed=1, targets=("ball",)):
     """Return 150 poses of an arm, with a gear error of joint 2 and joints that do not repeat [rad]."""
     rng = np.random.default_rng(seed)
-    arm = TrackedArm.drawn(rng, targets)
+    arm = drawn_arm(rng, targets)
     q = arm.poses(150, rng)
     q_true = q + rng.normal(0.0, jitter, q.shape) if jitter else q.copy()
     q_true[:, 1] += gear * np.sin(3 * q[:, 1])

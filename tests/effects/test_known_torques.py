@@ -13,7 +13,7 @@ from scalar.report.parameter_table import parameter_tables
 from tests import kinematics
 from tests.kinematics import PARAMETER_KINDS
 from tests.robot_configs import robot_mapping
-from tests.tracked_targets import TrackedArm
+from tests.tracked_targets import drawn_arm
 
 N = 40
 SOFT = {2: 8e-6, 3: -5e-6}  # rad/(N m), by joint
@@ -22,7 +22,7 @@ PLACE = np.array([0.03, -0.02, 0.08])  # m, flange
 
 def workcell(seed):
     rng = np.random.default_rng(seed)
-    arm = TrackedArm.drawn(rng, ("A",))
+    arm = drawn_arm(rng, ("A",))
     return arm, arm.poses(N, rng), rng
 
 

@@ -20,7 +20,7 @@ from scalar.effects.command_line import parse_effects
 from scalar.estimation.calibrate import calibrate
 from tests.endurance.commands import outcome
 from tests.random_scene import Scene, make_scene
-from tests.tracked_targets import TrackedArm
+from tests.tracked_targets import drawn_arm
 
 N_POSES = 40
 LOADS = "payload_deflection,torque_compliance"
@@ -34,7 +34,7 @@ _DOUBLES = (
 def campaign() -> Dataset:
     """Return a campaign with all that version 2 adds: two targets, whole poses, noises, torques, payloads, commanded joints and nests."""
     rng = np.random.default_rng(11)
-    arm = TrackedArm.drawn(rng, ("near", "far"), sessions=2)
+    arm = drawn_arm(rng, ("near", "far"), sessions=2)
     q = arm.poses(N_POSES, rng)
     payload = np.where(np.arange(N_POSES) % 2, 3.0, 1.0)
     columns = {

@@ -16,7 +16,7 @@ from scalar.estimation.calibrate import calibrate
 from scalar.estimation.measured_effects import with_target_motion
 from scalar.sensors.observed_motion import observed_motion
 from tests import kinematics, small_datasets
-from tests.tracked_targets import TrackedArm, relative
+from tests.tracked_targets import drawn_arm, relative
 
 
 def moved(points, motion):
@@ -32,7 +32,7 @@ def moved(points, motion):
 def campaign(seed, nests=3, size=1.0, noise=2e-5, n=60):
     """Return a simulated arm, the dataset of a campaign in which the tracker drifts and settles, with its nests, and the generator."""
     rng = np.random.default_rng(seed)
-    arm = TrackedArm.drawn(rng, ("A",))
+    arm = drawn_arm(rng, ("A",))
     q = arm.poses(n, rng)
     dataset = arm.dataset(q, rng, noise=noise, stated={"noise": noise})
     share = 1 - np.exp(-np.linspace(0, 2, n))

@@ -11,7 +11,7 @@ from scalar.sensors import measure
 from scalar.sensors.probe import Probe
 from scalar.sensors.residual_noise import factor_within_poses, noise_factor, scaled_up
 from tests.random_scene import make_scene
-from tests.tracked_targets import TrackedArm
+from tests.tracked_targets import drawn_arm
 
 TRUE = 1e-4  # m
 
@@ -43,7 +43,7 @@ def test_a_residual_is_scaled_up_for_the_parameters():
 def test_a_tracker_with_the_wrong_statement(stated):
     """Too large or missing: the noise is estimated to a few per cent. Right or too small: it is kept."""
     rng = np.random.default_rng(5)
-    arm = TrackedArm.drawn(rng, ("ball",))
+    arm = drawn_arm(rng, ("ball",))
     dataset = arm.dataset(arm.poses(200, rng), rng, stated={"noise": stated})
     measured = measure(dataset)
     T = dataset.robot.flange(dataset.q) @ dataset.sensor.T_flange_sensor
@@ -86,7 +86,7 @@ def test_a_probe_with_the_wrong_statement(stated):
 def test_several_targets_show_their_noise_whatever_the_arm_does(names):
     """Each pose is moved by millimetres as a rigid body, and a fifth has a gross error: the scatter of the targets is found to 15 %."""
     rng = np.random.default_rng(11)
-    arm = TrackedArm.drawn(rng, names)
+    arm = drawn_arm(rng, names)
     q = arm.poses(200, rng)
     q_true = q + rng.normal(0.0, 5e-3, q.shape)
     dataset = arm.dataset(q, rng, noise=TRUE, stated={"noise": 2e-5}, q_true=q_true)
@@ -111,7 +111,7 @@ def test_one_target_shows_nothing_within_a_pose():
 def test_a_stated_noise_needs_no_measurements():
     """Before anything is measured, `scalar plan` needs a model of the dataset, though no noise can be judged yet."""
     rng = np.random.default_rng(5)
-    arm = TrackedArm.drawn(rng, ("ball",))
+    arm = drawn_arm(rng, ("ball",))
     dataset = arm.dataset(arm.poses(3, rng), rng, stated={"noise": TRUE})
     unmeasured = replace(
         dataset, points=dataset.points[:0], starts=np.zeros_like(dataset.starts), point_columns={}, targets=()

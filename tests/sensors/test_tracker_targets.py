@@ -14,14 +14,14 @@ from scalar.diagnosis import diagnose
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.result import load_calibration
 from scalar.sensors import measure
-from tests.tracked_targets import TrackedArm, relative
+from tests.tracked_targets import drawn_arm, relative
 
 NAMES = ("A", "B", "C")
 
 
 def cell(seed, names=NAMES, **settings):
     rng = np.random.default_rng(seed)
-    arm = TrackedArm.drawn(rng, names, **settings)
+    arm = drawn_arm(rng, names, **settings)
     return arm, arm.poses(40, rng), rng
 
 
@@ -118,7 +118,7 @@ def distance_between(calibration, name):
 def test_a_gear_is_named_from_several_targets_and_nothing_without_it(errs):
     """With targets that some poses do not show and an unknown noise of orientations, joint 4's error is named, and nothing else."""
     rng = np.random.default_rng(5)
-    arm = TrackedArm.drawn(rng, NAMES[:2])
+    arm = drawn_arm(rng, NAMES[:2])
     q = arm.poses(60, rng)
     true = q.copy()
     if errs:
@@ -137,7 +137,7 @@ def test_a_gear_is_named_from_several_targets_and_nothing_without_it(errs):
 def test_euler_angles_in_place_of_rotation_vectors_are_suspected(euler):
     """KUKA's A, B, C written as rz, ry, rx raise a suspicion; the same orientations as rotation vectors do not."""
     rng = np.random.default_rng(8)
-    arm = TrackedArm.drawn(rng, NAMES[:1])
+    arm = drawn_arm(rng, NAMES[:1])
     dataset = arm.dataset(arm.poses(40, rng), rng, noise=3e-5, turn_noise=1e-4, stated={"noise": 3e-5})
     if euler:
         columns = dataset.point_columns
@@ -154,7 +154,7 @@ def test_poses_are_weighed_by_their_own_noise():
     ratio = []
     for seed in range(8):
         rng = np.random.default_rng(200 + seed)
-        arm = TrackedArm.drawn(rng, ("A",))
+        arm = drawn_arm(rng, ("A",))
         q, elsewhere = arm.poses(60, rng), arm.poses(30, rng)
         noise = np.where(np.arange(60) % 2, 2e-5, 2e-4)[:, None]
         off = []
@@ -175,7 +175,7 @@ def test_an_unstated_noise_of_orientations_is_estimated():
         found = []
         for seed in range(6):
             rng = np.random.default_rng(300 + seed)
-            arm = TrackedArm.drawn(rng, ("A",))
+            arm = drawn_arm(rng, ("A",))
             q = arm.poses(60, rng)
             calibration = calibrate(arm.dataset(q, rng, noise=5e-5, turn_noise=2e-4, stated=stated))
             sigma = 1.0 if stated else calibration.summary["misfit"]

@@ -2,6 +2,7 @@
 # part of the default target: `snakemake tracked_trials` runs them, and goes on with a run that was stopped. The summaries are committed:
 #   cp results/tracked_trials/summaries/* paper/summaries/tracked_trials/
 from study.tracked_trials.design import load_tracked
+from study.tracked_trials.workcell import WORKCELL
 
 try:
     TRACKED_CONFIG = config_path(config.get("tracked_trials", "configs/tracked_trials.yaml"))
@@ -23,6 +24,7 @@ localrules:
 rule run_tracked_trials:
     input:
         robots=[local(ROOT / "configs/robots" / f"{name}.yaml") for name in TRACKED.content["robots"]],
+        workcell=local(WORKCELL),
         modules=modules("study.tracked_trials.run", "study.common.tables"),
     output:
         f"{TRACKED_DIR}/sets/{{sensor}}/{{numbers}}.csv",

@@ -16,9 +16,11 @@ from study.tracked_trials.measure import FIRST, contacts, simulated
 from study.tracked_trials.run import TRIAL_COLUMNS, run_trials, unseen_error
 from study.tracked_trials.score import RATES, tracked_score
 from study.tracked_trials.summaries import summarise_tracked
-from study.tracked_trials.tracked_arm import TrackedArm
+from study.tracked_trials.tracked_arm import TrackedArm, robot_mapping
+from study.tracked_trials.workcell import WORKCELL, TouchedPlane, Workcell, load_workcell
 
 from scalar.errors import InvalidInput
+from tests.tracked_targets import drawn_arm
 
 ROOT = Path(__file__).parents[3]
 CONFIG = ROOT / "configs/tracked_trials.yaml"
@@ -35,7 +37,7 @@ def design():
 @pytest.fixture(scope="module")
 def arm():
     """Return a true arm."""
-    return TrackedArm.drawn(np.random.default_rng(1), (FIRST,))
+    return drawn_arm(np.random.default_rng(1), (FIRST,))
 
 
 def cause(name, target=None, **more):
@@ -98,6 +100,37 @@ def test_a_fault_of_the_config_is_refused(key, value, tmp_path):
     )
     with pytest.raises(InvalidInput, match=key):
         load_tracked(tmp_path / "design.yaml")
+
+
+def test_a_fault_of_the_workcell_is_refused(tmp_path):
+    """A misspelt key of the workcell is refused by its name, as one of a design is."""
+    path = tmp_path / "workcell.yaml"
+    path.write_text(WORKCELL.read_text(encoding="utf-8").replace("behind", "beyond"), encoding="utf-8")
+    with pytest.raises(InvalidInput, match="behind"):
+        load_workcell(path)
+
+
+def test_every_robot_has_the_joints_of_the_workcell(design):
+    """Each robot of the design has every joint that the workcell names, and one after each joint of which one is drawn."""
+    workcell = load_workcell()
+    last = max(*workcell.relative_compliance, *workcell.coupled_joints.values(), 1 + max(workcell.joints))
+    assert all(len(robot_mapping(name)["joints"]) >= last for name in design.content["robots"])
+
+
+def test_planes_and_joints_are_those_of_the_workcell(design):
+    """With another workcell, the probe touches its planes, each in its direction, and causes act in its joints."""
+    planes = tuple(TouchedPlane(f"side_{axis}_{k}", axis, 0.5) for k in range(2) for axis in range(3))
+    workcell = Workcell(planes, (2,), {1: 1.0}, {"joint": 3, "source": 1})
+    other = Design(design.content, workcell)
+    targets = [cause["target"] for k in range(40) for cause in other.trial("probe", k).causes]
+    assert {target["joint"] for target in targets if "joint" in target} == {2, 3}
+    assert {tuple(target["joints"]) for target in targets if "joints" in target} == {(1,)}
+    dataset, _, _ = simulated(other.trial("probe", 1))
+    assert [plane.name for plane in dataset.planes] == [plane.name for plane in planes]
+    assert set(dataset.poses["plane"]) == {plane.name for plane in planes}
+    assert all(
+        np.argmax(plane.normal) == touched.axis for plane, touched in zip(dataset.planes, planes, strict=True)
+    )
 
 
 def test_an_arm_without_causes_is_rigid(arm):

@@ -27,7 +27,6 @@ CANDIDATES = 60
 """Number of random conditions from which those of a set are chosen; with 60, the numbers of all pairs agree within a few per cent."""
 N_INJECTED = {"none": 0, "one": 1, "three": 3, "four": 4, "five": 5, "cause": 1, "shape": 1}
 """``{level of the factor injected: number of effects, causes without a name, or shapes that are injected}``."""
-PLANES = 3  # target planes of every scene of these trials
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,7 @@ class Trial:
         number: Number of the set, from 0.
         seed: Seed of the scene.
         conditions: ``{factor: level}`` for each of ``FACTORS``.
-        overrides: ``{dotted key: value}``, keys of the scene that are replaced.
+        overrides: ``{dotted key: value}``, keys of the scene that are replaced; the number of poses is in the conditions.
         injected: Entries of the scene's key ``injected``.
     """
 
@@ -111,9 +110,7 @@ class Design:
         content = self.content
         rng = np.random.default_rng([content["seed"], number, attempt])
         robot = content["robots"][conditions["robot"]]
-        overrides: dict[str, Any] = dict(content["scene"]) | {
-            "poses_per_plane": conditions["poses"] // PLANES
-        }
+        overrides: dict[str, Any] = dict(content["scene"])
         for block in (
             content["scanners"][conditions["scanner"]],
             content["surfaces"][conditions["surface"]],

@@ -100,13 +100,19 @@ def scenes(design: Design, trial: Trial, root: Path) -> tuple[SimulatedScene, Si
         SimulationError: Too few postures see a target plane, or a scan leaves its target plane.
     """
     # Imported here: the simulator needs pybullet, an optional dependency.
+    from scalar.simulation.config import load_config
     from scalar.simulation.plan import plan_poses
     from scalar.simulation.scene import simulate
 
     scene = root / design.content["robots"][trial.conditions["robot"]]["scene"]
-    injected = [dict(entry) for entry in trial.injected]
+    poses_per_plane = trial.conditions["poses"] // len(load_config(scene)["planes"])
     config = scene_config(
-        scene, [trial.overrides], seed=trial.seed, name=f"set-{trial.number}", injected=injected
+        scene,
+        [trial.overrides],
+        seed=trial.seed,
+        name=f"set-{trial.number}",
+        poses_per_plane=poses_per_plane,
+        injected=[dict(entry) for entry in trial.injected],
     )
     plan = plan_poses(config)
     simulated = simulate(config, plan=plan)

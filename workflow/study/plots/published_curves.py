@@ -27,7 +27,7 @@ from study.published_curves.recovery import EXCLUDED, INDISTINGUISHABLE
 
 _SWEEPS = {
     "noise": "noise of a point [mm]",
-    "poses": "poses on three planes",
+    "poses": "poses on all planes",
     "points": "points a scan",
     "plane_offset": "offset of the initial planes [mm]",
     "plane_tilt": "tilt of the initial planes [°]",

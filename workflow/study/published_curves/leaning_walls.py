@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Mapping, Sequence
-from math import cos, sin
+from math import cos, hypot, sin
 from pathlib import Path
 from typing import Any
 
@@ -31,21 +31,25 @@ READINGS = {
     "baseline-nan-2018": "no number passed on, solver of 2018",
 }
 """Methods that are fitted, with their labels."""
-_AXES = (0, 1)
-"""The coordinate, x or y, along which each wall's normal points mainly; the first plane is the floor."""
-_SIGNS = (1.0, -1.0)
-"""One wall leans towards the arm, the other away from it, as in configs/scenes/paper_tilted.yaml."""
+_UPRIGHT = 0.5
+"""A plane is a wall if the vertical component of its unit normal is smaller than this."""
 
 
 def leaning(config: Mapping[str, Any], lean_deg: float) -> dict[str, Any]:
-    """Return a scene config whose two walls lean by an angle [deg] about their horizontal axes, with the same distances from the base."""
-    floor, *walls = config["planes"]
-    turned = []
-    for wall, axis, sign in zip(walls, _AXES, _SIGNS, strict=True):
-        normal = [0.0, 0.0, sign * sin(lean_deg * DEG)]
-        normal[axis] = cos(lean_deg * DEG)
-        turned.append({**wall, "normal": normal})
-    return {**config, "planes": [floor, *turned]}
+    """Return a scene config whose walls lean by an angle [deg] about their horizontal axes, with the same distances from the base.
+
+    By turns one wall leans towards the arm and the next one away from it, as in configs/scenes/paper_tilted.yaml.
+    """
+    planes, sign = [], 1.0
+    for plane in config["planes"]:
+        x, y, z = (component / hypot(*plane["normal"]) for component in plane["normal"])
+        if abs(z) >= _UPRIGHT:
+            planes.append(plane)
+            continue
+        level = cos(lean_deg * DEG) / hypot(x, y)
+        planes.append({**plane, "normal": [level * x, level * y, sign * sin(lean_deg * DEG)]})
+        sign = -sign
+    return {**config, "planes": planes}
 
 
 def all_runs(config: Mapping[str, Any], published: pd.DataFrame, options: Mapping[str, Any]) -> Curves:

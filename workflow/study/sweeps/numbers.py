@@ -25,8 +25,8 @@ SWEEPS_OF_THE_START = ("plane_tilt", "plane_offset", "initial_model")
 """Sweeps of the error of the initial guess, of which the largest error with which every fit succeeds is computed."""
 ENOUGH = {"poses": (60.0, 120.0), "points": (20.0, 100.0)}
 """``{sweep: (few, many)}``: the original paper claims that few are enough; computed is the error at few divided by that at many."""
-FEWEST = (15.0, 18.0, 21.0)
-"""Numbers of poses on three planes: with 15 there are fewer equations (two per pose) than the 32 unknowns, with 18 and 21 more."""
+FEWEST = 3
+"""How many of the smallest numbers of poses are looked at: those around which the equations, two for each pose, become as many as the unknowns."""
 
 
 def sweep_numbers(
@@ -241,7 +241,7 @@ def _ratio(few: float, many: float) -> Any:
 
 
 def _fewest(placed: Any) -> dict[str, Any]:
-    """Return for each number of poses in ``FEWEST`` where the published mean position error lies among the simulated fits that converged."""
+    """Return where the published mean position error lies among the simulated fits that converged, for the ``FEWEST`` smallest numbers of poses."""
     names = (
         "simulated_min",
         "simulated_median",
@@ -252,7 +252,8 @@ def _fewest(placed: Any) -> dict[str, Any]:
         "inside_range",
     )
     answer: dict[str, Any] = {}
-    rows = placed[(placed["quantity"] == MAIN) & placed["value"].isin(FEWEST)]
+    fewest = sorted(placed["value"].unique())[:FEWEST]
+    rows = placed[(placed["quantity"] == MAIN) & placed["value"].isin(fewest)]
     for record in rows.to_dict("records"):
         entry = answer.setdefault(_plain(record["value"]), {"published_mm": record["published"], "walls": {}})
         of_walls = entry["walls"].setdefault(record["walls"], {})

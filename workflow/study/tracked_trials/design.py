@@ -7,20 +7,19 @@ first sets of a longer design are those of a shorter one.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from study.blind_trials.stratified_design import checked_config, job_names
+from study.tracked_trials.workcell import Workcell, load_workcell
 
 SCHEMA = Path(__file__).parent / "schemas/tracked_trials.schema.json"
 SENSORS = ("tracker", "targets", "probe")
-PLANES = ("floor", "wall_x", "wall_y")  # the planes that the probe touches
 STATED = {"right": 1.0, "fifth": 0.2, "three_times": 3.0, "none": None}
 """``{level: ratio of the stated noise to the true one}``; None: no noise is stated."""
-FLEXIBLE_JOINTS = [2, 3]  # joints of an injected joint_compliance
 NARROWEST, WIDEST = 0.5, 0.9  # bounds of the share of the joints' ranges that is used
 RECORDS_TIME, RECORDS_APPROACH = 0.6, 0.5
 """Probabilities that the time, and the approach of the joints, are recorded if no injected effect needs them."""
@@ -47,6 +46,7 @@ class Trial:
         sessions: Number of sessions; in each the tracker has another place.
         records_time: Whether the dataset has the column ``time``.
         records_approach: Whether the dataset has the columns of the approach.
+        workcell: The planes that a probe touches, and the compliance of the joints.
     """
 
     sensor: str
@@ -65,6 +65,7 @@ class Trial:
     sessions: int
     records_time: bool
     records_approach: bool
+    workcell: Workcell
 
     @property
     def stated_noise_m(self) -> float | None:
@@ -85,9 +86,11 @@ class Design:
 
     Attributes:
         content: Content of the config.
+        workcell: What every set has in common: planes, and the joints in which causes act.
     """
 
     content: Mapping[str, Any]
+    workcell: Workcell = field(default_factory=load_workcell)
 
     def jobs(self) -> list[tuple[str, str]]:
         """Return the sensor and the sets of each job; ``0000-0009`` are the first ten sets, as ``numbers_of`` reads it."""
@@ -122,20 +125,21 @@ class Design:
             sessions=int(rng.integers(1, 3)) if several else 1,
             records_time=bool(rng.random() < RECORDS_TIME) or "thermal_drift" in names,
             records_approach=bool(rng.random() < RECORDS_APPROACH) or "joint_backlash" in names,
+            workcell=self.workcell,
         )
 
     def _cause(self, name: str, rng: np.random.Generator) -> dict[str, Any]:
         """Return an injected cause with a drawn size and target."""
         size = float(rng.uniform(*self.content["effects"][name]))
-        joint = int(rng.integers(1, 5))
+        joint = int(rng.choice(self.workcell.joints))
         entry: dict[str, Any] = {"name": name, "target": {}, "size": size}
         if name == "joint_harmonic":
             target = {"joint": joint, "order": int(rng.choice(self.content["orders"]))}
             return entry | {"target": target, "phase": float(rng.uniform(0, 2 * np.pi))}
         if name == "joint_compliance":
-            return entry | {"target": {"joints": FLEXIBLE_JOINTS}}
+            return entry | {"target": {"joints": list(self.workcell.relative_compliance)}}
         if name == "joint_coupling":
-            return entry | {"target": {"joint": 5, "source": 4}}
+            return entry | {"target": dict(self.workcell.coupled_joints)}
         if name == "joint_scale":
             return entry | {"target": {"joint": joint}, "size": size * float(rng.choice([-1, 1]))}
         if name in ("joint_backlash", "pose_lag", "unknown"):

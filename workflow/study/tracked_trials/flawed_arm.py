@@ -7,7 +7,7 @@ of a weighted sum of two joint angles, stands for causes that are not in the cat
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,6 @@ from study.tracked_trials.tracked_arm import TrackedArm
 GRAVITY = 9.81  # m/s2
 HEAVIEST, LIGHTEST, PAYLOAD = 8.0, 1.5, 4.0
 """Masses [kg]: those of the links decrease from the base to the flange, which carries the payload."""
-SOFTER = {2: 1.0, 3: 1.6}  # {joint: its compliance relative to that of joint 2}
 STEP = 1e-4  # rad, step of the numerical derivative of the potential energy
 WAVES = (3.3, 2.1)  # the square wave is the sign of sin(3.3 q_j + 2.1 q_(j+1)), q in rad
 
@@ -56,10 +55,12 @@ class FlawedArm:
     Attributes:
         arm: The true arm without the causes.
         causes: The injected causes.
+        relative_compliance: ``{joint: its compliance relative to the size of an injected joint_compliance}``; a joint without an entry has that size.
     """
 
     arm: TrackedArm
     causes: Sequence[Cause]
+    relative_compliance: Mapping[int, float] = field(default_factory=dict[int, float])
 
     def flange(self, q: np.ndarray, during: Acquisition | None = None) -> np.ndarray:
         """Return where the flange is ``(N, 4, 4)`` in the base frame, if the encoders read ``(N, n)`` [rad].
@@ -106,7 +107,7 @@ class FlawedArm:
                 for joint in target["joints"]:
                     step = STEP * np.eye(q.shape[1])[joint - 1]
                     torque = (self.moments(q + step)[0] - self.moments(q - step)[0]) / (2 * STEP)
-                    true[:, joint - 1] -= size * SOFTER[joint] * torque
+                    true[:, joint - 1] -= size * self.relative_compliance.get(joint, 1.0) * torque
             elif name == "joint_backlash" and during is not None:
                 true[:, j] += size / 2 * during.approach[:, j]
             elif name == "pose_lag" and during is not None:

@@ -1,4 +1,4 @@
-"""Simulate the datasets of arms with injected causes: a tracker measures one target or three, or a probe touches three planes."""
+"""Simulate the datasets of arms with injected causes: a tracker measures one target or three, or a probe touches planes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.data.declared import PlaneGuess, Sensor
-from study.tracked_trials.design import PLANES, Trial
+from study.tracked_trials.design import Trial
 from study.tracked_trials.flawed_arm import Acquisition, FlawedArm
 from study.tracked_trials.tracked_arm import GUESS, TrackedArm
 
@@ -34,7 +34,7 @@ def simulated(trial: Trial) -> tuple[Dataset, np.ndarray, np.ndarray]:
     """Return a trial's dataset, and unseen joint angles ``(M, n)`` [rad] with the true frames of the first target ``(M, 4, 4)``."""
     rng = np.random.default_rng(trial.seed)
     tracked = TrackedArm.drawn(rng, TARGETS[trial.sensor], trial.robot, trial.sessions)
-    arm = FlawedArm(tracked, trial.causes)
+    arm = FlawedArm(tracked, trial.causes, trial.workcell.relative_compliance)
     low, high = tracked.robot.limits.T
     half = trial.share_of_range * np.minimum((high - low) / 2, WIDEST)
     middle = (low + high) / 2
@@ -83,20 +83,24 @@ def _probe(
 ) -> Dataset:
     """Return the dataset of a probe, whose contacts are sought from joint angles ``(N, n)`` [rad]."""
     places = arm.arm.at(q, FIRST)[:, :3, 3]
-    normals = np.roll(np.eye(3), 1, axis=0) + rng.normal(0, LEANING, (3, 3))  # of floor and two walls
+    normals = np.eye(3)[[plane.axis for plane in trial.workcell.planes]]
+    normals += rng.normal(0, LEANING, normals.shape)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     distances = np.array(
-        [np.quantile(places @ normal, part) for normal, part in zip(normals, (0.35, 0.65, 0.65), strict=True)]
+        [
+            np.quantile(places @ n, plane.behind)
+            for n, plane in zip(normals, trial.workcell.planes, strict=True)
+        ]
     )
-    which = np.arange(len(q)) % len(PLANES)
+    which = np.arange(len(q)) % len(trial.workcell.planes)
     touched = distances[which] + trial.noise_m * rng.normal(size=len(q))
     q, kept = contacts(arm, q, during, normals[which], touched)
     during, which = during.of(kept), which[kept]
     planes = [
         PlaneGuess(
-            name, normal + rng.normal(0, GUESS_TURN, 3), float(distance + rng.normal(0, GUESS_DISTANCE))
+            plane.name, normal + rng.normal(0, GUESS_TURN, 3), float(distance + rng.normal(0, GUESS_DISTANCE))
         )
-        for name, normal, distance in zip(PLANES, normals, distances, strict=True)
+        for plane, normal, distance in zip(trial.workcell.planes, normals, distances, strict=True)
     ]
     return Dataset.from_arrays(
         robot=arm.arm.robot,
@@ -104,7 +108,7 @@ def _probe(
         q=q,
         points=None,
         planes=planes,
-        plane=[PLANES[k] for k in which],
+        plane=[trial.workcell.planes[k].name for k in which],
         columns=_columns(trial, during),
     )
 

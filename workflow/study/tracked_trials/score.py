@@ -1,6 +1,6 @@
 """Score the answer to a set of the tracked trials: what is right, missed and wrong, and whether the correction helps at unseen poses.
 
-A name is right if the effect and its joints are those of an injected cause. A compliance of joints 2 and 3 may leave one of them out, a harmonic
+A name is right if the effect and its joints are those of an injected cause. A compliance of several joints may leave some of them out, a harmonic
 may have further orders, and ``pose_jitter`` is right if the joints do not repeat exactly. A cause that is no effect of the catalogue (``unknown``)
 is rightly answered by ``unattributed``.
 """

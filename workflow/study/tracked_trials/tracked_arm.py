@@ -45,19 +45,27 @@ class TrackedArm:
 
     @classmethod
     def drawn(
-        cls, rng: np.random.Generator, names: tuple[str, ...], name: str = "vs060", sessions: int = 1
+        cls, rng: np.random.Generator, targets: tuple[str, ...], name: str, sessions: int = 1
     ) -> TrackedArm:
-        """Return a workcell whose targets sit within 0.15 m of the flange, the first near ``GUESS``."""
+        """Return a workcell whose targets sit within 0.15 m of the flange, the first near ``GUESS``.
+
+        Args:
+            rng: Draws the errors of the geometry, the targets' places and the tracker's.
+            targets: Names of the targets.
+            name: Name of the arm in ``configs/robots``.
+            sessions: Number of sessions; in each the tracker has another place.
+        """
         joints = robot_mapping(name)["joints"]
         geometry = np.array([[j.get(kind, 0.0) for j in joints] for kind in PARAMETER_KINDS])
         size = np.array([1e-3, 2e-3, 1e-3, 2e-3, 0.0])[:, None]
         error = size * rng.uniform(-1, 1, geometry.shape)
         error[1, np.abs(np.sin(geometry[1])) < 0.1] *= 0.5
-        targets = {names[0]: GUESS @ kinematics.random_transform(rng, 3e-3, 2e-2)}
-        for other in names[1:]:
-            targets[other] = GUESS @ kinematics.random_transform(rng, 0.15, 1.5)
+        first, *others = targets
+        T_flange_target = {first: GUESS @ kinematics.random_transform(rng, 3e-3, 2e-2)}
+        for other in others:
+            T_flange_target[other] = GUESS @ kinematics.random_transform(rng, 0.15, 1.5)
         frames = np.stack([kinematics.random_transform(rng, 2.0, 1.0) for _ in range(sessions)])
-        return cls(name, geometry + error, targets, frames)
+        return cls(name, geometry + error, T_flange_target, frames)
 
     @property
     def robot(self) -> Robot:
