@@ -186,15 +186,21 @@ def check_parameters(
         raise Undetermined(
             [f"{_poses_give(dataset.n_poses)} {equations} equations for {needed} unknowns"
              f"{', however many points they have' if measurement.scans else ''}: "
-             f"measure at least {more} more poses, better twice as many, or state robot.tolerance, so that 'scalar calibrate' keeps "
-             "undetermined parameters near the data sheet"]
+             f"measure at least {more} more poses, better twice as many; {_without_them(dataset, 'undetermined parameters')}"]
         )  # fmt: skip
     unseen = [h for h in identifiability.fixed if h.cause == "poses"]
     if unseen:
         raise Undetermined(
             [f"these poses do not determine {h.name}: {h.reason}; measure more poses that differ in all joints and all over the "
-             "planes, or state robot.tolerance, so that 'scalar calibrate' keeps it near the data sheet" for h in unseen]
+             f"{'planes' if dataset.planes else 'workspace'}; {_without_them(dataset, 'it')}" for h in unseen]
         )  # fmt: skip
+
+
+def _without_them(dataset: Dataset, what: str) -> str:
+    """Return what is possible without further poses, and how."""
+    if dataset.robot.tolerance is None:
+        return f"or state robot.tolerance, so that 'scalar calibrate' keeps {what} near the data sheet"
+    return f"a diagnosis needs them, but 'scalar calibrate' keeps {what} near the data sheet, because robot.tolerance is stated"
 
 
 def check_setup(

@@ -146,7 +146,18 @@ def test_fifteen_poses_are_refused_by_counting():
         scene = make_scene(poses_per_plane=5, points_per_scan=points, seed=2)
         with pytest.raises(Undetermined, match="15 poses give 30 equations for 32 unknowns") as refusal:
             prepare(scene.dataset)
-            assert "at least 1 more" in str(refusal.value)
+        assert "at least 1 more" in str(refusal.value)
+
+
+@pytest.mark.parametrize("tolerance", [None, {"length": 5e-4, "angle": 5e-4}])
+def test_a_tolerance_is_asked_for_only_if_none_is_stated(tolerance):
+    """With it 'scalar calibrate' keeps undetermined parameters near the data sheet; a diagnosis needs poses, and says so."""
+    dataset = make_scene(poses_per_plane=5, points_per_scan=10, seed=2).dataset
+    dataset = replace(dataset, robot=replace(dataset.robot, tolerance=tolerance))
+    with pytest.raises(Undetermined) as refusal:
+        prepare(dataset)
+    assert ("or state robot.tolerance" in str(refusal.value)) == (tolerance is None)
+    assert ("because robot.tolerance is stated" in str(refusal.value)) == (tolerance is not None)
 
 
 def test_sixteen_poses_are_not_refused():
