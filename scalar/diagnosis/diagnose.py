@@ -13,6 +13,7 @@ from scalar.diagnosis.finding import Finding
 from scalar.diagnosis.grounds import FinalResiduals, grounds_of_component
 from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors, moving_joints
 from scalar.diagnosis.identified_components import identified_components, only_place
+from scalar.diagnosis.joint_selection import settings_for_parts
 from scalar.diagnosis.judged_effects import findings_of
 from scalar.diagnosis.near_data_sheet import near_data_sheet
 from scalar.diagnosis.observability import unobservable_effects
@@ -63,10 +64,10 @@ def diagnose(
     run = explained(dataset, settings, progress)
     final_residuals, candidates = FinalResiduals.of(run.after), run.candidates
     found = findings_of(run, final_residuals)
-    moving = moving_joints(run.before)
-    outer = outer_split(dataset, run.cleaned, answer_without, settings, outer_folds, on_fold, cores, moving)
+    moving, of_parts = moving_joints(run.before), settings_for_parts(settings, run.cleaned.dataset.n_poses)
+    outer = outer_split(dataset, run.cleaned, answer_without, of_parts, outer_folds, on_fold, cores, moving)
     progress("comparing halves of the poses")
-    halves = two_halves(dataset, run, answer_without, settings, cores)
+    halves = two_halves(dataset, run, answer_without, of_parts, cores)
     found = limited_by_halves(found, halves, settings.naming.least_confidence)
     run, found, refused = _confirmed(run, found, outer)
     before, after = run.before, run.after

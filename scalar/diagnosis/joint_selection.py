@@ -9,6 +9,8 @@ predicts held-out poses clearly better.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from scalar.diagnosis.backward_elimination import eliminate_backward
@@ -17,6 +19,7 @@ from scalar.diagnosis.conditional_scores import background_without, score_togeth
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.forward_selection import reconsidered, select_forward
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
+from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.subset_search import best_subset
 
 SEARCHES = 2  # the second is linearised at the optimum with the effects of the first, because large effects are not linear about a model without them
@@ -47,6 +50,22 @@ def select_jointly(before: FittedState, forward: FittedState, candidates: Candid
     completed = select_forward(tested, candidates)
     chosen = _clearly_better(forward, completed, candidates)
     return chosen if chosen is tested else eliminate_backward(chosen)
+
+
+def settings_for_parts(settings: Settings, n_poses: int) -> Settings:
+    """Return the settings with which parts of a dataset are diagnosed in the same way as all its poses.
+
+    A part of a dataset of many poses may have few enough for the comparison of whole sets of effects. It would then be diagnosed in another way, and
+    say nothing of the way that found the effects of the whole.
+
+    Args:
+        settings: Thresholds for the whole.
+        n_poses: Number of poses of the whole.
+    """
+    search = settings.subset_search
+    if n_poses <= search.most_poses:
+        return settings
+    return replace(settings, subset_search=replace(search, most_poses=0))
 
 
 def _clearly_better(state: FittedState, trial: FittedState, candidates: CandidateSet) -> FittedState:

@@ -173,6 +173,22 @@ def test_the_share_of_runs(cleaned):
     assert found.noise_selected_in("scan_bias") == 0.75
 
 
+@pytest.mark.parametrize("most", [119, 120])
+def test_parts_are_diagnosed_in_the_way_of_the_whole(most, monkeypatch):
+    """Whole sets of effects are compared in the parts only if they are compared in the whole, although each part has few enough poses for it."""
+    dataset = scale(5, poses_per_plane=40)[0].dataset
+    asked: list[int] = []
+
+    def geometry_and_settings(part: Dataset, settings: Settings) -> Answer:
+        asked.append(settings.subset_search.most_poses)
+        return geometry_alone(part, settings)
+
+    monkeypatch.setattr(DIAGNOSE, "answer_without", geometry_and_settings)
+    settings = replace(DEFAULTS, subset_search=replace(DEFAULTS.subset_search, most_poses=most))
+    diagnose(dataset, settings=settings, outer_folds=2, cores=1)
+    assert set(asked) == {most if most == 120 else 0}
+
+
 def test_what_no_run_confirms_is_no_finding(monkeypatch):
     """An effect that the runs do not find is listed as not confirmed, with little confidence, and is not in after.json."""
     dataset = scale(5, poses_per_plane=40)[0].dataset
