@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from study.claims.answers import Found, Results
 from study.claims.judge import (
     ABSENT,
     CHANGED,
@@ -13,8 +14,6 @@ from study.claims.judge import (
     FAR,
     MOST,
     SAME,
-    Found,
-    Results,
     judge,
     judge_claims,
 )
