@@ -28,7 +28,7 @@ def test_a_fault_is_one_printable_line_whatever_it_quotes(
     [(InvalidInput(Fault("a", "b")), 2), (Undetermined("too few poses"), 3), (NotConverged("stopped"), 3)],
 )
 def test_exit_status_and_survival_of_pickling(error: ScalarError, status: int) -> None:
-    """Each kind has its exit status, and crosses a process border unchanged."""
+    """Each kind of error has its exit status, and passes between processes unchanged."""
     copy = pickle.loads(pickle.dumps(error))
     assert error.exit_status == status
     assert type(copy) is type(error)
@@ -36,6 +36,6 @@ def test_exit_status_and_survival_of_pickling(error: ScalarError, status: int) -
 
 
 def test_one_line_a_fault() -> None:
-    """As many lines as faults, in their order."""
+    """An error has as many lines as faults, in their order."""
     error = InvalidInput([Fault("a", "one\ntwo"), Fault("b", "three")])
     assert [line.split(":")[0] for line in str(error).splitlines()] == ["a", "b"]

@@ -17,7 +17,7 @@ HARMLESS = "tests/test_units.py::test_units_are_converted_by_the_constants_of_on
 
 @pytest.mark.slow
 def test_every_guarding_test_fails_with_its_setting_changed():
-    """In a process of its own, since the defaults are changed while the tests run."""
+    """Each guarding test fails with its setting halved or doubled, which is tried in another process because it changes the defaults."""
     paths = os.pathsep.join([str(ROOT), str(ROOT / "workflow")])
     ended = subprocess.run(
         [sys.executable, "-m", "tests.guarding"],

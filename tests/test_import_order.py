@@ -20,7 +20,7 @@ def contracts():
 
 @pytest.mark.parametrize("contract", sorted(contracts()))
 def test_the_imports_keep_the_contract(contract, capsys):
-    """Imports in functions and behind TYPE_CHECKING count; what breaks a contract is printed with file and line."""
+    """The imports keep every contract, those in functions and behind TYPE_CHECKING included, and a breach is printed with file and line."""
     status = lint_imports(str(PYPROJECT), limit_to_contracts=(contract,), no_cache=True)
     assert status == 0, capsys.readouterr().out
 

@@ -42,7 +42,7 @@ def without_library(monkeypatch):
 @given(st.integers(1, 8), st.integers(1, 5), st.integers(0, 2**32 - 1))
 @settings(max_examples=20)
 def test_frames_are_the_products_of_link_transforms(n, N, seed):
-    """For any chain: ``T_base_i`` is the product of the transforms of the links up to i, to rounding."""
+    """For any chain, ``T_base_i`` is the product of the transforms of the links up to i, to rounding."""
     rng = np.random.default_rng(seed)
     geometry, q, T = rng.normal(size=(5, n)), rng.normal(size=(N, n)), np.eye(4)
     T[:3, 3] = rng.normal(size=3)
@@ -59,7 +59,7 @@ def test_frames_are_the_products_of_link_transforms(n, N, seed):
 @pytest.mark.parametrize("axis", ["ray", "z"])
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
 def test_scans_are_compressed_alike(axis, noise, monkeypatch):
-    """Weighted or not, with and without noise, scans of one, two and many points: ``R'R`` and the rank are those of NumPy's factors."""
+    """For weighted and unweighted scans of one, two and many points, with and without noise, ``R'R`` and the rank are those of NumPy's factors."""
     points, starts, c = scans(seed=3, noise=noise)
     for contact in (None, c):
         compiled = profile.line_factors(points, starts, contact, axis, 2e-4)
@@ -73,7 +73,7 @@ def test_scans_are_compressed_alike(axis, noise, monkeypatch):
 @needs_library
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
 def test_any_functions_of_the_points_are_compressed_alike(noise):
-    """Functions up to the fourth power, on scans of one, two and many points: ``R'R`` is that of the functions, as by NumPy."""
+    """For functions up to the fourth power and scans of one, two and many points, ``R'R`` is that which NumPy computes."""
     points, starts, _ = scans(seed=5, noise=noise)
     basis = profile.point_basis(("1", "x", "z", "xx", "xz", "uz", "rz", "dz", "uz:04"), points, "ray")
     compiled, expected = compress(basis, starts), compress_keeping_q(basis, starts)[0]
@@ -85,7 +85,7 @@ def test_any_functions_of_the_points_are_compressed_alike(noise):
 @pytest.mark.parametrize("axis", ["ray", "z"])
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
 def test_profiles_of_scans_are_those_of_numpy(axis, noise, monkeypatch):
-    """Every function of a point that an effect may need, on scans of one, two and many points: the same components along 1, t and t^2."""
+    """Every function of a point that an effect may need has the same components along 1, t and t^2, for scans of any length."""
     points, starts, c = scans(seed=4, noise=noise)
     names = ("1", "x", "z", "xx", "xz", "zz", "ux", "uz", "rx", "rz", "dx", "dz", "ux:30", "uz:12", "uz:04")
     compiled = profile.profile_factors(names, points, starts, c, axis, 2e-4)
@@ -99,7 +99,7 @@ def test_profiles_of_scans_are_those_of_numpy(axis, noise, monkeypatch):
 @needs_library
 @pytest.mark.parametrize("kind", ["line-laser", "probe"])
 def test_rows_and_jacobian_are_those_of_numpy(kind, monkeypatch):
-    """At a model away from its references: rows and every column agree to rounding."""
+    """At a model away from its references, rows and every column agree to rounding."""
     prepared = prepare(make_scene(kind=kind, seed=2, poses_per_plane=20).dataset)
     of, vector = prepared.residuals, prepared.coarse.vector
     model = prepared.coarse.with_vector(vector + 1e-2 * np.random.default_rng(0).normal(size=len(vector)))
@@ -115,7 +115,7 @@ def test_rows_and_jacobian_are_those_of_numpy(kind, monkeypatch):
 @needs_library
 @pytest.mark.parametrize("kind", ["line-laser", "probe"])
 def test_fits_end_at_the_optimum_of_minpack(kind, monkeypatch):
-    """From the initial estimate, with and without priors: same cost to 1e-10, values within 1e-6 standard errors of SciPy's."""
+    """From the initial estimate, with and without priors, costs agree to 1e-10, and values to 1e-6 standard errors of SciPy's."""
     prepared = prepare(make_scene(kind=kind, seed=7, poses_per_plane=30).dataset)
     for start in (prepared.initial.model, with_priors(prepared)):
         ours = fit(prepared.residuals, start, prepared.free)
@@ -140,7 +140,7 @@ def with_priors(prepared):
 
 @needs_library
 def test_ill_conditioned_normal_equations_are_left_to_minpack():
-    """With the gauge free, columns are all but dependent: the library gives up, and SciPy's orthogonal factors end the fit."""
+    """If the gauge is free, columns are almost dependent: the library gives up, and SciPy's orthogonal factors end the fit."""
     prepared = prepare(make_scene(seed=2, poses_per_plane=20).dataset)
     everything = np.ones(len(prepared.free), dtype=bool)  # the gauge as well
     found = fit(prepared.residuals, prepared.initial.model, everything)

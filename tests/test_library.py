@@ -27,7 +27,7 @@ def test_importing_it_imports_no_library() -> None:
 
 
 def test_its_names_are_those_of_the_stub() -> None:
-    """What a type checker sees is what there is: every name of the stub can be imported, and has a docstring."""
+    """Every name of the stub, which a type checker sees, can be imported and has a docstring."""
     stub = ast.parse((ROOT / "scalar" / "__init__.pyi").read_text(encoding="utf-8"))
     names = {alias.name for node in stub.body if isinstance(node, ast.ImportFrom) for alias in node.names}
     assert names == set(scalar.__all__)

@@ -33,7 +33,7 @@ def from_arrays(data: Dataset) -> Dataset:
 
 
 def test_a_probe_with_reference_planes_from_arrays_is_the_folder(folder_dataset, tmp_path):
-    """What arrays give and what the folder that is written of them gives are the same, standard deviations of the planes included."""
+    """Arrays and the folder that is written from them give the same calibration, standard deviations of the planes included."""
     data = from_arrays(folder_dataset)
     data.write(tmp_path / "d")
     read = read_dataset(tmp_path / "d")
@@ -46,7 +46,7 @@ def test_a_probe_with_reference_planes_from_arrays_is_the_folder(folder_dataset,
 
 
 def test_reference_planes_from_arrays_carry_the_scale(folder_dataset):
-    """A probe brings no length of its own: with reference planes none of the arm's is fixed for the scale, without them one is."""
+    """With reference planes no length of a probe's arm is fixed for the scale, and without them one is."""
     rough = tuple(replace(p, distance_std=None, normal_std=None) for p in folder_dataset.planes)
     reasons = [
         " ".join(calibrate(from_arrays(data)).fixed.values())
@@ -73,7 +73,7 @@ def slipped(dataset: Dataset) -> Calibration:
 
 
 def test_predict_takes_columns_by_keyword(folder_dataset):
-    """``order`` as an array, as one number, and left out (the state at the end): before the slip and after it, 1 mm apart."""
+    """``order`` may be an array, one number, or absent, which means the end; predictions before and after the slip are 1 mm apart."""
     calibration = slipped(folder_dataset)
     q = folder_dataset.q[:2]
     before, after = calibration.predict(q, order=0.0), calibration.predict(q, order=[20.0, 20.0])
@@ -85,6 +85,6 @@ def test_predict_takes_columns_by_keyword(folder_dataset):
 
 
 def test_a_column_of_another_length_is_refused_by_name(folder_dataset):
-    """Three orders for two poses: the message has the name of the keyword."""
+    """Three orders for two poses are refused, and the message has the name of the keyword."""
     with pytest.raises(InvalidInput, match=r"order.*\(3,\).*\(2,\)"):
         slipped(folder_dataset).predict(folder_dataset.q[:2], order=[0.0, 1.0, 2.0])

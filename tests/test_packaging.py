@@ -90,7 +90,7 @@ def test_only_the_simulator_names_pybullet() -> None:
 
 
 def test_versions_agree() -> None:
-    """scalar.__version__ is the source; pyproject reads it, CITATION.cff and CHANGELOG.md agree."""
+    """pyproject, CITATION.cff and CHANGELOG.md have the version of scalar.__version__."""
     assert PYPROJECT["project"]["dynamic"] == ["version"]
     assert PYPROJECT["tool"]["hatch"]["version"]["path"] == "scalar/__init__.py"
     citation = YAML(typ="safe").load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))

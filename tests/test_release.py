@@ -54,7 +54,7 @@ def test_one_version_everywhere(checkout: Path):
 
 @pytest.mark.parametrize("version", ["", "1.0", "v9.9.9", "0.0.1"])
 def test_a_wrong_version_changes_nothing(checkout: Path, version: str):
-    """No version, or one that is not later than the present one."""
+    """A text that is no version, and a version that is not later than the present one, are refused, and nothing changes."""
     before = [(checkout / name).read_bytes() for name in FILES]
     with pytest.raises(ValueError, match=r"version|later"):
         load().release(checkout, version, DAY)
@@ -62,7 +62,7 @@ def test_a_wrong_version_changes_nothing(checkout: Path, version: str):
 
 
 def test_a_release_without_a_change_is_refused(checkout: Path):
-    """Twice in a row: the second has nothing to list."""
+    """A second release in a row is refused, because it has nothing to list."""
     load().release(checkout, "99.1.0", DAY)
     with pytest.raises(ValueError, match="Unreleased"):
         load().release(checkout, "99.2.0", DAY)

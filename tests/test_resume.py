@@ -74,7 +74,7 @@ def killed(folder: Path, arguments: list[str], after: float, how: signal.Signals
 @pytest.mark.slow
 @pytest.mark.skipif("SCALAR_KILLS" not in os.environ, reason="by hand: SCALAR_KILLS=3")
 def test_killed_anywhere_and_resumed_it_gives_the_same_bytes(tmp_path):
-    """SIGKILL or SIGTERM at random moments, to Snakemake alone or to all its jobs as well; a plain call carries on."""
+    """After SIGKILL or SIGTERM at random moments, to Snakemake alone or to its jobs too, a plain call completes the run with the same bytes."""
     folders = [copy_checkout(tmp_path / name) for name in ("whole", "killed")]
     arguments = ["--configfile", CONFIG] if CONFIG else [*TARGETS, "--configfile", "configs/small.yaml"]
     for folder in folders:

@@ -52,7 +52,7 @@ def make(clone: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 def test_wrong_python_is_one_clear_line(
     bare_clone: Path, tmp_path: Path, version: str | None, said: str
 ) -> None:
-    """Without Python 3.11 `make` touches nothing and fails, in one line: what is needed, what was found."""
+    """Without Python 3.11 `make` fails and changes nothing, and one line states what is needed and what was found."""
     python = fake_python(tmp_path / "bin", version) if version else tmp_path / "bin" / "python3"
     run = make(bare_clone, "env", f"PYTHON={python}")
     assert run.returncode != 0
@@ -72,7 +72,7 @@ def test_half_built_environment_is_not_taken_for_complete(bare_clone: Path) -> N
 
 
 def test_our_modules_are_compiled_and_never_stale(bare_clone: Path) -> None:
-    """`make env` compiles our modules, those that changed since; what runs is the source, whatever its time says."""
+    """`make env` compiles the modules that changed since the last call, and what runs is the source, whatever its time says."""
     (bare_clone / ".venv" / "bin").mkdir(parents=True)
     (bare_clone / ".venv" / "bin" / "python").symlink_to(sys.executable)
     for stamp in STAMPS[:-1]:

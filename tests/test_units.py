@@ -20,7 +20,7 @@ CONSTANT = re.compile(
 
 
 def test_a_thousand_millimetres_are_a_metre() -> None:
-    """1000 mm = 1 m."""
+    """1000 MM is one metre."""
     assert 1000 * MM == 1.0
 
 
@@ -31,7 +31,7 @@ def test_half_a_turn_is_pi() -> None:
 
 
 def test_thousandths_are_thousandths() -> None:
-    """1000 µm = 1 mm, 1000 mrad = 1 rad, 1000 ms = 1 s."""
+    """1000 µm is 1 mm, 1000 mrad is 1 rad, and 1000 ms is 1 s."""
     assert math.isclose(1000 * UM, MM, rel_tol=1e-15)
     assert 1000 * MRAD == 1.0 == 1000 * MS
 

@@ -114,7 +114,7 @@ def test_the_datasets_are_read_like_a_users(built):
 
 @pytest.mark.slow
 def test_tables_hold_a_row_for_every_seed_method_and_alignment(built):
-    """Nothing is lost between batches, and every column is explained."""
+    """No row is lost between batches, and every column is explained."""
     from study.headline.evaluate import ERROR_COLUMNS, PARAMETER_COLUMNS, PLANE_COLUMNS
 
     folder, _ = built
@@ -128,7 +128,7 @@ def test_tables_hold_a_row_for_every_seed_method_and_alignment(built):
 
 @pytest.mark.slow
 def test_a_second_run_does_nothing(built):
-    """All is up to date."""
+    """After a run, no job is left to do."""
     folder, _ = built
     assert "Nothing to be done" in snakemake(folder, *SMOKE).stdout
 
@@ -182,7 +182,7 @@ def test_figures_are_redrawn_from_tables_alone(built):
     ],
 )
 def test_editing_a_module_reruns_what_depends_on_it(built, module, reruns, spares):
-    """However deep the import, and nothing that does not need it."""
+    """A change of a module reruns exactly the jobs that import it, however indirectly."""
     folder, _ = built
     old, new = ("\n}", "\n\n}") if module.endswith(".json") else ('"""', '"""Edited. ')
     with edited(folder / module, old, new):
@@ -194,7 +194,7 @@ def test_editing_a_module_reruns_what_depends_on_it(built, module, reruns, spare
 
 @pytest.mark.slow
 def test_the_modules_listed_are_those_that_are_imported(built):
-    """A second opinion on the import statements that were read: what Python itself loads."""
+    """The modules that are read from import statements are those that Python itself loads."""
     folder, _ = built
     ran = snakemake(folder, "--detailed-summary", *SMOKE)
     rows = [line.split("\t") for line in ran.stdout.splitlines() if line.count("\t") == 7]

@@ -51,7 +51,7 @@ def test_the_environment_of_a_job_is_the_locked_one():
 
 
 def test_the_catalogue_finds_what_it_needs():
-    """The catalogue's file, a Snakefile in workflow/, and a config/ whose README explains every key that a config may have."""
+    """The repository has the catalogue's file, a Snakefile in workflow/, and a config/ whose README explains every key."""
     usage = YAML(typ="safe").load((ROOT / ".snakemake-workflow-catalog.yml").read_text("utf-8"))["usage"]
     assert usage["software-stack-deployment"]["conda"] is True
     assert usage["mandatory-flags"]["flags"] == "--sdm conda"

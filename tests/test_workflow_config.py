@@ -17,7 +17,7 @@ def checkout(tmp_path_factory) -> Path:
 
 
 def test_rule_files_hold_rules_only():
-    """What they look up stands in workflow/study, typed and tested, or in common.smk, which holds no rule."""
+    """Functions that rules use stand in workflow/study, typed and tested, or in common.smk, which has no rule."""
     files = {path.name: path.read_text("utf-8") for path in (ROOT / "workflow/rules").glob("*.smk")}
     holding = {
         what: {name for name, text in files.items() if re.search(rf"^\s*{what} .+?:", text, re.MULTILINE)}
@@ -40,7 +40,7 @@ def test_rule_files_hold_rules_only():
     ],
 )
 def test_a_misspelt_config_fails_at_load_with_its_name(checkout, file, old, new, named):
-    """Before any job starts."""
+    """A misspelt key is refused by its name before any job starts."""
     with edited(checkout / file, old, new):
         ran = snakemake(checkout, *SMOKE)
     assert ran.returncode != 0
@@ -80,7 +80,7 @@ def test_the_papers_config_is_sound():
     ],
 )
 def test_former_names_of_targets_still_work(former, present):
-    """What a script asked for by a former name is made by the rule of the present name."""
+    """A target that is asked for by its former name is made by the rule of the present name."""
     wanted = [
         jobs(snakemake(ROOT, name, "--dry-run", "--forceall", "--quiet", "reason", "--nolock", *SMOKE).stdout)
         for name in (former, present)

@@ -8,8 +8,8 @@ NO_NETWORK = 'addresses: ["http://127.0.0.1:9/{path}"]'
 
 
 @pytest.mark.slow
-def test_measured_robots_without_data_are_left_out_kindly(tmp_path):
-    """With neither folder nor network it says which files are missing and what to do, and fails nothing."""
+def test_measured_robots_without_data_are_left_out_with_a_message(tmp_path):
+    """Without folder and network the workflow says which files are missing and what to do, and nothing fails."""
     folder = copy_checkout(tmp_path)
     for dry in (["--dry-run"], []):
         ran = snakemake(folder, "measured", *dry, *SMOKE, "--config", f"measured={{{NO_NETWORK}}}")
@@ -23,7 +23,7 @@ def test_measured_robots_without_data_are_left_out_kindly(tmp_path):
 
 @pytest.mark.slow
 def test_measured_robots_with_a_folder_run_as_far_as_their_files_go(tmp_path):
-    """Sets whose files are there are planned, transfer included, the others named; other content is refused."""
+    """Sets whose files are there are planned, the transfer included, and the others are named; a file with other content is refused."""
     folder, data = copy_checkout(tmp_path / "checkout"), tmp_path / "data"
     data.mkdir()
     (data / "measurements_random_poses.csv").write_text("not these")

@@ -12,17 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scalar.data.poses import is_joint
-from scalar.diagnosis.autocorrelation import depends_on
 from scalar.diagnosis.background import Background
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.candidate_set import flexible
-from scalar.diagnosis.conditional_scores import (
-    background_without,
-    columns_of_effects,
-    score_together,
-    without_columns,
-)
+from scalar.diagnosis.conditional_scores import background_without, score_together
+from scalar.diagnosis.dropped_effects import without_effects_of_same_curve, without_minor_effects
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.forward_selection import reconsidered, select_forward
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
@@ -58,8 +52,8 @@ def with_flexible_terms(
         trial = _with_replacement(state, named, pools) or _with_best(state, pools)
         if trial is None:
             break
-        state = _without_effects_of_same_curve(select_forward(reconsidered(trial, named)[0], named))
-    return _without_minor_effects(_without_effects_of_same_curve(reconsidered(state, named)[0]))
+        state = without_effects_of_same_curve(select_forward(reconsidered(trial, named)[0], named))
+    return without_minor_effects(without_effects_of_same_curve(reconsidered(state, named)[0]))
 
 
 def _in_parts(pool: Sequence[Effect]) -> list[CandidateSet]:
@@ -247,51 +241,3 @@ def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
             in_time.append(i)
     yield from (indices for indices in [*by_joint.values(), in_time] if len(indices) > 1)
     yield from ([i] for i, effect in enumerate(effects) if not effect.flexible)
-
-
-def _without_effects_of_same_curve(state: FittedState) -> FittedState:
-    """Return a state without the named effects of a joint's own angle if a flexible term describes that joint's error over the same angle.
-
-    Such effects only fit what the flexible term leaves of the same curve.
-    """
-    curves = {effect.own_angle_joint for effect in state.effects if effect.flexible} - {None}
-    kept = tuple(
-        effect for effect in state.effects if effect.flexible or effect.own_angle_joint not in curves
-    )
-    if len(kept) == len(state.effects):
-        return state
-    return state.refitted(kept)
-
-
-def _without_minor_effects(state: FittedState) -> FittedState:
-    """Return a state without the named effects that explain little compared with the unmodelled structure, since they are as likely a part of it.
-
-    The unmodelled structure is what the flexible terms explain and, if residuals are autocorrelated, what remains beyond the noise within scans. If
-    it depends on anything but joints (time, a recorded column, gravity, the place on a plane), a change in time has to explain more than all of it.
-    Any other named effect has to explain more than the share ``minor_share`` of it.
-    """
-    plain, settings = state.background_within_scans(), state.settings.flexible_terms
-    flexible_terms = [i for i, effect in enumerate(state.effects) if effect.flexible]
-    columns = [v for i in flexible_terms for v in state.effects[i].depends_on]
-    structure = _explained(state, plain, flexible_terms) if flexible_terms else 0.0
-    along = depends_on(state) if state.variance_components else []
-    if along:
-        structure += max(plain.sum_of_squares - plain.degrees_of_freedom, 0.0)
-    not_of_joints_alone = any(not is_joint(name) for name in [*columns, *along])
-    minor = [
-        i
-        for i, effect in enumerate(state.effects)
-        if i not in flexible_terms
-        and _explained(state, plain, [i])
-        < (1.0 if not_of_joints_alone and effect.is_change_in_time else settings.minor_share) * structure
-    ]
-    if not minor:
-        return state
-    kept = tuple(effect for i, effect in enumerate(state.effects) if i not in minor)
-    return state.refitted(kept)
-
-
-def _explained(state: FittedState, plain: Background, indices: Sequence[int]) -> float:
-    """Return by how much the squared residual of ``plain``, the background within scans, would grow without the effects ``indices``."""
-    local, prior_std = columns_of_effects(state, indices)
-    return without_columns(plain, state, local, prior_std).sum_of_squares - plain.sum_of_squares

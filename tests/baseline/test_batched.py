@@ -138,8 +138,9 @@ def test_another_path_has_the_same_end(upright, reading, defaults, nudge):
 
 @pytest.mark.parametrize("nudge", range(4))
 def test_a_chaotic_run_ends_between_the_optimum_and_the_start(nudge):
-    """`abs` on upright walls with the differences of 2018: every run ends by MINPACK's own rule, better than it began by a
-    factor of ten, and worse than the optimum of the same dataset, whatever its path.
+    """A run of `abs` on upright walls with the differences of 2018 ends by MINPACK's own rule, whatever its path.
+
+    It is then better than the start by a factor of ten, and worse than the optimum of the same dataset.
     """
     upright, reading, defaults = CHAOTIC
     optimum = ends(upright, "clip", "now")[1].residual_rms
@@ -154,7 +155,7 @@ def test_a_chaotic_run_ends_between_the_optimum_and_the_start(nudge):
 @pytest.mark.parametrize("upright", [False, True])
 @pytest.mark.parametrize(("defaults", "agreement"), [("now", 1e-8), ("2018", 1e-6)])
 def test_one_step_from_the_same_state_is_the_same(upright, reading, defaults, agreement):
-    """Stopped at the first trial, both computations are at the same parameters, to rounding divided by the step of the differences."""
+    """If both computations are stopped at the first trial, they have the same parameters, to rounding divided by the step of the differences."""
     # The residual at the start, a column for each parameter, and the residual at the trial.
     first_trial = 1 + 32 + 1
     held = PUBLISHED_FIXED
@@ -203,7 +204,7 @@ def test_the_defaults_of_now_are_those_of_the_lmfit_that_is_installed():
 
 
 def test_a_fit_that_runs_on_is_capped_and_keeps_its_last_trial():
-    """It makes no more evaluations than allowed, each column counted as one."""
+    """A fit makes no more evaluations than allowed, where each column counts as one, and keeps the parameters of its last trial."""
     ended = fit_baseline(dataset(), "clip", PUBLISHED_FIXED, 40)
     assert ended.status == "capped"
     assert ended.evaluations <= 40
@@ -211,7 +212,7 @@ def test_a_fit_that_runs_on_is_capped_and_keeps_its_last_trial():
 
 
 def test_what_is_no_number_is_handed_on_if_asked_for():
-    """Beside an upright wall lmfit's default ends the fit at the start. MINPACK rejects a trial that is no number, and the fit goes on."""
+    """Beside an upright wall lmfit's default ends the fit at the start; MINPACK instead rejects a trial that is no number and goes on."""
     held, data = PUBLISHED_FIXED, dataset(upright=True)
     refused = fit_baseline(data, "raise", held, 5000)
     handed_on = fit_baseline(data, "raise", held, 5000, nan_policy="propagate")
@@ -224,7 +225,7 @@ def test_what_is_no_number_is_handed_on_if_asked_for():
 
 
 def test_a_root_that_is_never_negative_is_the_same_either_way():
-    """With walls that lean enough, what is done with what is no number changes nothing."""
+    """If the walls lean enough, no root is undefined, and the treatment of what is no number changes nothing."""
     held, data = PUBLISHED_FIXED, dataset(upright=False)
     ended = [fit_baseline(data, "raise", held, 5000, nan_policy=policy) for policy in batched.NAN_POLICIES]
     assert ended[0].status == "converged"

@@ -54,7 +54,7 @@ def lean(normals):
 
 @pytest.mark.parametrize(("robot", "count"), [("vs060", 43), ("panda", 47)])
 def test_a_unit_vector_is_three_parameters_one_of_them_constrained(robot, count):
-    """4 n DH parameters, 7 of the scanner, 4 of each plane; one expression for each unit vector."""
+    """The model has 4 n DH parameters, 7 of the scanner and 4 of each plane, and one constraint for each unit vector."""
     dataset = scene(robot=robot).dataset
     planes = prepare(dataset).residuals.measurement.initial_target(dataset)
     how = Parameterisation(dataset.robot, planes)
@@ -74,7 +74,7 @@ def test_the_fixed_parameters_are_derived_and_are_the_papers():
 
 @pytest.mark.parametrize("seed", range(10))
 def test_published_parameters_hold_every_pose_and_plane(seed):
-    """From a model to the published parameters and back is the identity; no third component of a unit vector is negative."""
+    """Converting a model to the published parameters and back is the identity, and no third component of a unit vector is negative."""
     rng = np.random.default_rng(seed)
     robot = scene().dataset.robot
     T = np.eye(4)
@@ -138,7 +138,7 @@ def test_compressed_rows_give_the_baseline_its_own_optimum():
 
 
 def test_left_alone_lmfit_stops_at_an_upright_wall_and_that_is_reported():
-    """``raise``: a NaN ends the fit at once; the status says so, the robot stays nominal, and no standard errors are given."""
+    """With ``raise`` a NaN ends the fit at once: the status says so, the robot stays nominal, and no standard errors are given."""
     before = np.geterr()
     found = published("raise", upright=True)
     assert found.summary["status"] == "raised"
@@ -158,7 +158,7 @@ def test_the_other_readings_get_past_an_upright_wall(reading):
 
 
 def test_a_fit_that_hits_the_cap_says_so_and_is_still_reported(tmp_path):
-    """``capped``: no more evaluations than allowed, finite parameters, and a calibration that can be saved."""
+    """A fit with the status ``capped`` made no more evaluations than allowed, and has finite parameters and a calibration that can be saved."""
     found = published("clip", max_nfev=60)
     assert found.summary["status"] == "capped"
     assert found.summary["evaluations"] <= 60
@@ -178,8 +178,9 @@ def test_what_it_cannot_do_is_refused():
 
 
 def test_our_fit_of_compressed_rows_is_scipys_of_all_points():
-    """The optimum of the compressed rows is that of all weighted points, found by SciPy with
-    other kinematics, other coordinates and differences: to 1e-9 in every length and angle.
+    """The optimum of the compressed rows is that of all weighted points, to 1e-9 in every length and angle.
+
+    SciPy finds the latter with other kinematics, other coordinates and differences.
     """
     data = scene().dataset
     prepared = prepare(data)

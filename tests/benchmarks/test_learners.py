@@ -17,7 +17,7 @@ def error(q):
 @pytest.mark.parametrize("planes", [False, True], ids=["tracker", "contacts"])
 @pytest.mark.parametrize("learner", ["process", "network"])
 def test_a_smooth_error_is_learned(planes, learner):
-    """At angles that were not seen most of the error is predicted, from three components or from one along many normals."""
+    """Most of a smooth error is predicted at angles that were not seen, from three components or from one along many normals."""
     rng = np.random.default_rng(4)
     q = rng.uniform(-2, 2, (400, 2))
     normals = rng.standard_normal((400, 1, 3))
@@ -34,7 +34,7 @@ def test_a_smooth_error_is_learned(planes, learner):
 
 
 def test_noise_is_not_learned():
-    """What does not depend on the angles is left as it is, to a tenth of its size."""
+    """Noise, which does not depend on the angles, is left as it is, to a tenth of its size."""
     rng = np.random.default_rng(5)
     q, y = rng.uniform(-2, 2, (150, 3)), 1e-3 * rng.standard_normal((150, 3))
     d = np.repeat(FRAME, 150, axis=0)
@@ -43,7 +43,7 @@ def test_noise_is_not_learned():
 
 
 def test_the_gradient_agrees_with_differences():
-    """Every array of weights, by central differences of the mean squared residual."""
+    """The gradient by every array of weights agrees with central differences of the mean squared residual."""
     rng = np.random.default_rng(6)
     x, y = rng.standard_normal((7, 4)), rng.standard_normal((7, 2))
     d = rng.standard_normal((7, 2, 3))
@@ -63,7 +63,7 @@ def test_the_gradient_agrees_with_differences():
 
 
 def test_the_halves_share_no_pose():
-    """Blocks of successive poses alternate, and a repetition goes where its first time went."""
+    """Blocks of successive poses alternate between the halves, and a repetition of a pose is in the half of the first such pose."""
     q = np.random.default_rng(7).uniform(-1, 1, (200, 6))
     q[150:190] = q[:40]
     block, first = halves(q)

@@ -16,7 +16,7 @@ from scalar.effects.joint_scale import JointScale
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 10_000), st.floats(0.05, 0.9))
 def test_descent_ends_where_the_optimality_conditions_hold(seed, share):
-    """The gradient is the penalty against the sign of each nonzero coefficient, and no larger elsewhere."""
+    """At the end, the gradient is the penalty against the sign of each nonzero coefficient, and is no larger elsewhere."""
     rng = np.random.default_rng(seed)
     A, y = rng.standard_normal((40, 8)), rng.standard_normal(40)
     A /= np.linalg.norm(A, axis=0)
@@ -36,7 +36,7 @@ def test_orthogonal_columns_are_shrunk_one_by_one():
 
 
 def test_noise_is_left_alone_and_a_column_is_found():
-    """Of columns without any part in the residual none is taken; one that makes the residual is, and few others."""
+    """Columns that have no part in the residual are not taken, and the column that makes the residual is taken with few others."""
     rng = np.random.default_rng(5)
     A = np.linalg.qr(rng.standard_normal((400, 12)))[0]
     noise = rng.standard_normal(400)
@@ -49,7 +49,7 @@ def test_noise_is_left_alone_and_a_column_is_found():
 
 
 def test_entries_are_those_of_a_diagnosis():
-    """Name and target as the score reads them."""
+    """The entries have the name and the target in the form that the score reads."""
     (entry,) = entries([JointScale(2)])
     assert (entry["name"], entry["target"]) == ("joint_scale", {"joint": 2})
 
@@ -65,7 +65,7 @@ def test_stability_selection_takes_the_strongest_columns_first():
 
 
 def test_a_column_of_the_model_is_never_selected():
-    """What the model explains already leaves nothing to a column that is a combination of its own."""
+    """A combination of the model's own columns is never selected, because it explains nothing that the model has not explained already."""
     rng = np.random.default_rng(4)
     J = rng.standard_normal((200, 3))
     E = np.column_stack([J @ [1.0, 2.0, -1.0], rng.standard_normal((200, 19))])
@@ -73,7 +73,7 @@ def test_a_column_of_the_model_is_never_selected():
 
 
 def test_the_process_predicts_a_smooth_error_and_leaves_noise_alone():
-    """Trained on one component a pose, it predicts a smooth error elsewhere better than nothing; of noise it makes all but nothing."""
+    """Trained on one component of each pose, the process predicts a smooth error at other poses, and predicts almost nothing from noise."""
     rng = np.random.default_rng(6)
     q, there = rng.uniform(-1, 1, (300, 2)), rng.uniform(-1, 1, (50, 2))
     normals = np.eye(3)[np.arange(300) % 3]
@@ -88,14 +88,14 @@ def test_the_process_predicts_a_smooth_error_and_leaves_noise_alone():
     assert np.abs(silent).max() < 5e-5
 
 
-def test_chords_know_a_turn():
-    """Angles a turn apart are the same place."""
+def test_angles_a_turn_apart_are_the_same_place():
+    """The kernel treats two angles that differ by a full turn as the same place."""
     q = np.array([[0.3, -0.2]])
     assert squared_chords(q, q + 2 * np.pi) == pytest.approx(np.zeros((1, 1)), abs=1e-15)
 
 
 def test_the_summary_compares_set_by_set():
-    """Counts are of all sets; what one contestant alone answers without a fault, and whose correction is nearer, is counted in pairs."""
+    """Counts are of all sets. Pairs of contestants are compared by who alone answers without a fault, and by whose correction is nearer."""
 
     def rows(name, clean, after):
         flags = dict.fromkeys(("missed", "wrong", "worse", "much_worse"), False)

@@ -42,7 +42,10 @@ def folder(tmp_path):
 
 
 def test_a_changed_zero_is_said_and_written(folder):
-    """The terminal names the joint, its size in degrees and the move; the JSON has the same in SI, and says what was compared."""
+    """The terminal names the joint, the size of its change in degrees and the move.
+
+    The JSON has the same in SI units, and states what was compared.
+    """
     result = run("compare", folder / "a.json", folder / "b.json", "-o", folder / "c.json")
     assert result.exit_code == 0, result.output
     assert "1 change beyond chance" in result.output
@@ -55,8 +58,8 @@ def test_a_changed_zero_is_said_and_written(folder):
     assert content["changes"][0]["moves_positions"]["rms_mm"] > 0
 
 
-def test_who_gave_standard_dh_reads_the_rows_of_that_table(folder):
-    """a_3 of modified DH is the length in row 2 of standard DH; the JSON keeps the names of the model."""
+def test_a_user_of_standard_dh_reads_the_rows_of_that_table(folder):
+    """The a_3 of modified DH is shown as the length in row 2 of standard DH, and the JSON keeps the names of the model."""
     for name, step in (("a.json", 0.0), ("b.json", 2e-4)):
         made = load_calibration(folder / name)
         model = made.model.with_vector(made.model.vector + step * (np.array(made.model.names) == "a_3"))
@@ -71,7 +74,7 @@ def test_who_gave_standard_dh_reads_the_rows_of_that_table(folder):
 
 
 def test_calibrations_whose_noise_nobody_stated_are_compared(folder):
-    """A tracker without stated noise: its calibration says null for what would compare the residual with the noise."""
+    """For a tracker without stated noise, the numbers that would compare the residual with the noise are null."""
     for name in ("a.json", "b.json"):
         content = json.loads((folder / name).read_text(encoding="utf-8"))
         content["summary"] |= {"misfit": 1.0, "misfit_p_value": None}
@@ -82,7 +85,7 @@ def test_calibrations_whose_noise_nobody_stated_are_compared(folder):
 
 
 def test_models_that_lack_something_show_no_change_of_the_arm(folder):
-    """Where the residual is many times the noise, a difference beyond chance is said to be one, not to be a change, with what would show one."""
+    """If the residual is many times the noise, a difference beyond chance is not called a change. The message says what would show one."""
     for name in ("a.json", "b.json"):
         content = json.loads((folder / name).read_text(encoding="utf-8"))
         content["summary"] |= {"misfit": 28.0, "misfit_p_value": 0.0}
@@ -94,7 +97,10 @@ def test_models_that_lack_something_show_no_change_of_the_arm(folder):
 
 
 def test_different_effects_are_said_first(folder):
-    """What one calibration has as an effect, the other has in its geometry: this is said before any change, and not where both have the same."""
+    """If one calibration has as an effect what the other has in its geometry, this is said before any change.
+
+    It is not said if both have the same effects.
+    """
     other = load_calibration(folder / "b.json")
     gear = JointHarmonic(4, (2,), coefficients=np.array([1e-4, 0.0]))
     replace(other, model=replace(other.model, effects=(gear,))).save(folder / "gear.json")
@@ -119,7 +125,10 @@ def softer(path, terms, size, free=True, **summary):
 
 
 def test_an_effect_of_many_coefficients_is_one_line(folder):
-    """A gear with nine orders: the terminal says in one line that it changed, by how many mm and whether beyond chance; the JSON has all eighteen."""
+    """For a gear with nine orders, one line of the terminal says by how many mm it changed and whether that is beyond chance.
+
+    The JSON has all eighteen coefficients.
+    """
     made = load_calibration(folder / "a.json")
     for name, size in (("one.json", 1e-4), ("two.json", 3e-4)):
         gear = JointHarmonic(4, tuple(range(1, 10)), coefficients=np.full(18, size))
@@ -143,7 +152,7 @@ def test_an_effect_of_many_coefficients_is_one_line(folder):
 
 
 def test_positions_that_differ_beyond_chance_stand_in_the_headline(folder):
-    """A softer joint that the two hold in other coefficients: nothing that both have changed, yet this is not called no change."""
+    """If none of the common coefficients changed, but positions did beyond chance, the headline does not say that nothing changed."""
     one = softer(folder / "one.json", ((2, 2),), 1e-4)
     two = softer(folder / "two.json", ((2, 2), (2, 3), (3, 3)), 5e-4)
     said = run("compare", one, two, "-o", folder / "c.json").output
@@ -156,7 +165,7 @@ def test_positions_that_differ_beyond_chance_stand_in_the_headline(folder):
 
 
 def test_an_effect_in_other_coefficients_is_compared_by_positions(folder):
-    """A joint's sag by the torque of one link in A, of two in B: no coefficient is common, the positions that both make are compared."""
+    """If a joint's sag has no coefficient in common in A and B, the positions that result are compared."""
     one = softer(folder / "one.json", ((2, 2),), 1e-4)
     two = softer(folder / "two.json", ((2, 2), (2, 3)), 5e-4)
     said = run("compare", one, two, "-o", folder / "c.json").output
@@ -169,7 +178,7 @@ def test_an_effect_in_other_coefficients_is_compared_by_positions(folder):
 
 
 def test_equal_sags_in_other_coefficients_are_no_change(folder):
-    """A coefficient of zero more in B: the two sags are the same, and this is no more than chance."""
+    """If B has one more coefficient, which is zero, the two sags are the same, and the difference is no more than chance."""
     one = softer(folder / "one.json", ((2, 2),), 1e-4)
     two = softer(folder / "two.json", ((2, 2), (2, 3)), [1e-4, 1e-4, 0.0, 0.0])
     said = run("compare", one, two).output
@@ -178,7 +187,7 @@ def test_equal_sags_in_other_coefficients_are_no_change(folder):
 
 
 def test_effects_that_were_taken_over_are_not_advised_again(folder):
-    """B has the effects of A, fixed, by --effects-from: what is advised is to free them in both."""
+    """If B has the effects of A, fixed by --effects-from, the advice is to free them in both."""
     one = softer(folder / "one.json", ((2, 2),), 1e-4)
     taken = {"effects_from": {"held": ["joint_compliance"], "not_taken": {}}}
     two = softer(folder / "two.json", ((2, 2),), 5e-4, free=False, misfit=28.0, misfit_p_value=0.0, **taken)
@@ -187,8 +196,8 @@ def test_effects_that_were_taken_over_are_not_advised_again(folder):
     assert "--effects-from" not in said
 
 
-def test_an_arm_that_stayed_is_said_to_have_stayed(folder):
-    """The same file twice: exit 0, no change."""
+def test_the_same_calibration_twice_shows_no_change(folder):
+    """Comparing a file with itself ends with exit status 0 and the statement that nothing changed."""
     result = run("compare", folder / "a.json", folder / "a.json")
     assert result.exit_code == 0
     assert "no change of the arm beyond chance" in result.output
@@ -199,7 +208,7 @@ def test_an_arm_that_stayed_is_said_to_have_stayed(folder):
     [("puma.json", "another arm"), ("panda.json", "7 joints"), ("none.json", "no such file")],
 )
 def test_what_cannot_be_compared_is_refused(other, words, folder):
-    """Another arm, or no file: exit 2, one line, nothing written."""
+    """For another arm or a missing file the exit status is 2, with one line, and nothing is written."""
     result = run("compare", folder / "a.json", folder / other, "-o", folder / "c.json")
     assert result.exit_code == 2
     assert words in result.stderr
@@ -208,7 +217,7 @@ def test_what_cannot_be_compared_is_refused(other, words, folder):
 
 
 def test_a_calibration_without_standard_errors_is_refused(folder):
-    """What was never fitted gives no chance to judge by."""
+    """A calibration that was never fitted has no standard errors by which chance could be judged, and is refused."""
     made = calibrated(Robot.from_mapping(robot_mapping("vs060")), np.random.default_rng(1))
     made.save(folder / "nominal.json")
     result = run("compare", folder / "a.json", folder / "nominal.json")

@@ -11,7 +11,7 @@ from tests.cli.correcting import FRAME, JOINTS, corrected, frames, predicted, ru
 
 
 def test_predict_takes_corrected_joints_to_the_nominal_frames(program, arm_calibration):
-    """What `correct` writes is what `predict` reads; the frames are the nominal arm's, to 1e-6 m."""
+    """`predict` reads what `correct` writes, and the predicted frames are those of the nominal arm, to 1e-6 m."""
     table = corrected(program, "targets.csv")
     assert list(table["pose"]) == list(range(100, 130))
     predicted(program, "joints.csv")
@@ -22,7 +22,7 @@ def test_predict_takes_corrected_joints_to_the_nominal_frames(program, arm_calib
 
 
 def test_what_is_not_known_of_the_flange_is_said(program, arm_calibration):
-    """Where a parameter of the last joint is confounded with the sensor's pose, another tool keeps a constant offset, which is said."""
+    """If a parameter of the last joint is confounded with the sensor's pose, another tool keeps a constant offset, and the output says so."""
     gauge = ({"held": "d_6", "reason": "", "moves_with": ["sensor_z"], "cause": "structural"},)
     replace(arm_calibration, gauge=gauge).save(program / "fixed.json")
     status, said = run("correct", program / "fixed.json", program / "targets.csv", "-o", program / "t.csv")
@@ -34,7 +34,7 @@ def test_what_is_not_known_of_the_flange_is_said(program, arm_calibration):
 
 @pytest.mark.parametrize("given", ["frames", "frames and joints"])
 def test_predicted_frames_are_taken_back_to_joints(given, program):
-    """Frames in: with the joints beside them in their posture, without them in one within the limits."""
+    """Frames are converted to joint angles in the posture of the joints beside them, or else in a posture within the limits."""
     joints = pd.read_csv(program / "targets.csv")
     wanted = predicted(program, "targets.csv")
     rest = joints.drop(columns=["pose", *([] if given != "frames" else JOINTS)])
@@ -62,7 +62,7 @@ def test_predicted_frames_are_taken_back_to_joints(given, program):
     ],
 )
 def test_targets_that_say_too_little_are_refused(change, options, words, program):
-    """Exit 2, what is missing by name, no output."""
+    """The exit status is 2, the message names what is missing, and there is no output."""
     change(pd.read_csv(program / "targets.csv")).to_csv(program / "bad.csv", index=False)
     status, said = run(
         "correct", program / "calibration.json", program / "bad.csv", "-o", program / "out.csv", *options

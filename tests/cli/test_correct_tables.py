@@ -7,7 +7,7 @@ from tests.cli.correcting import FRAME, JOINTS, corrected, frames, predicted
 
 
 def test_degrees_and_millimetres_give_the_same(program):
-    """Tables in degrees and millimetres, by option or by their names, say the same as those in SI; what is written states its unit."""
+    """Tables in degrees and millimetres, by option or by their names, give the same as those in SI units; the output states its units."""
     si = corrected(program, "targets.csv")
     si_frames = predicted(program, "joints.csv", "--std")
     joints = pd.read_csv(program / "targets.csv")
@@ -31,7 +31,7 @@ def test_degrees_and_millimetres_give_the_same(program):
 
 
 def test_written_frames_are_read_again_in_their_units(program):
-    """`correct` reads what `predict` writes in millimetres and degrees without the option --units."""
+    """`correct` reads what `predict` writes in millimetres and degrees, without the option --units."""
     joints = pd.read_csv(program / "targets.csv")
     wanted = predicted(program, "targets.csv")
     named = joints.rename(columns={name: f"{name}_rad" for name in JOINTS})
@@ -47,14 +47,14 @@ def test_written_frames_are_read_again_in_their_units(program):
 
 
 def test_what_a_tracker_does_not_know_of_a_target_is_left_out(program):
-    """A target is a point: the standard deviations of its place are written, those of an orientation that nothing showed are not."""
+    """Standard deviations of a tracked target's position are written, and those of its orientation, which nothing showed, are not."""
     table = predicted(program, "targets.csv", "--std")
     assert {"x_std", "y_z_correlation"} <= set(table.columns)
     assert not {"rx_std", "x_rx_correlation", "rx_ry_correlation"} & set(table.columns)
 
 
-def test_what_is_said_of_the_wanted_frame_is_not_said_of_the_joints(program):
-    """Frames with their uncertainties, as `predict --std` writes them, and a speed: the speed is carried along, the frame is not."""
+def test_other_columns_are_kept_and_those_of_the_frame_are_not(program):
+    """From frames with their uncertainties, as `predict --std` writes them, and a speed, the output keeps the speed and leaves out the frame."""
     joints = pd.read_csv(program / "targets.csv")
     for units in ([], ["--units", "deg,mm"]):
         if units:

@@ -21,7 +21,10 @@ main()
 
 @pytest.mark.slow
 def test_the_demo_writes_a_report_and_then_tells_the_secret(tmp_path):
-    """Dataset, truth and report are there; only the truth and the last lines have the secret; a second run leaves all as it is."""
+    """Dataset, truth and report are written.
+
+    Only the truth and the last lines contain the secret, and a second run is refused and changes nothing.
+    """
     pytest.importorskip("pybullet")
     output = tmp_path / "demo"
     result = CliRunner().invoke(cli, ["demo", "--seed", "7", "-o", str(output)])
@@ -42,7 +45,7 @@ def test_the_demo_writes_a_report_and_then_tells_the_secret(tmp_path):
 
 @pytest.mark.parametrize("arguments", [("demo",), ("simulate", "scene.yaml")])
 def test_without_the_simulator_one_line_says_what_to_install(arguments, tmp_path):
-    """Exit status 2, one line that names the extra, and nothing written."""
+    """The exit status is 2, one line names the extra, and nothing is written."""
     output = tmp_path / "demo"
     command = [sys.executable, "-c", WITHOUT_PYBULLET, *arguments, "-o", str(output)]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -71,6 +74,6 @@ SLIP = {"name": "sensor_slip", "target": {"at": {"order": 70, "time": 1.0}}, "si
         (SLIP, [("joint_scale", {"joint": 1}), ("sensor_slip", {"at": {"order": 71}})], "has named it"),
     ],
 )
-def test_what_is_said_of_the_answer_is_what_it_is(secret, found, words):
-    """Right, right kind at another place, another kind, nothing: each is said as it is."""
+def test_the_answer_is_judged_by_kind_and_place(secret, found, words):
+    """The last line distinguishes the right answer, the right kind at another place, another kind, and no answer."""
     assert words in told(secret, [{"name": name, "target": target} for name, target in found], "no_effect")

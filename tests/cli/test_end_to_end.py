@@ -13,7 +13,7 @@ from tests.random_scene import make_scene
 
 
 def test_validate_says_what_a_dataset_holds(sound):
-    """Robot, sensor, poses by plane and points, on stdout, exit status 0."""
+    """`validate` writes robot, sensor, poses by plane and points to stdout, and ends with exit status 0."""
     result = run("validate", sound / "dataset")
     assert result.exit_code == 0
     for words in ("vs060", "line-laser", "90 poses", "floor 30", "1800 points"):
@@ -42,9 +42,7 @@ def test_calibrate_says_what_was_found_how_sure_and_what_could_not_be_seen(sound
 
 
 def test_predict_writes_the_true_frames_to_within_the_noise(sound, scene, tmp_path):
-    """Columns and ids as interfaces.md has them; frames within 0.2 mm of the truth; the same bytes each
-    time.
-    """
+    """Columns and ids are those of the documented format, frames are within 0.2 mm of the truth, and the bytes are the same each time."""
     for name in ("one.csv", "two.csv"):
         result = run(
             "predict", sound / "out/calibration.json", sound / "joints.csv", "-o", tmp_path / "new" / name
@@ -63,7 +61,7 @@ def test_predict_writes_the_true_frames_to_within_the_noise(sound, scene, tmp_pa
 
 
 def test_evaluate_compares_with_the_truth(sound, tmp_path):
-    """Raw and aligned, mean and maximum, in the file and on the terminal."""
+    """Raw and aligned errors, mean and maximum, stand in the file and on the terminal."""
     result = run("evaluate", sound / "out/calibration.json", sound / "truth", "-o", tmp_path / "e")
     assert result.exit_code == 0, result.output
     assert "raw" in result.stdout and "aligned" in result.stdout
@@ -75,14 +73,14 @@ def test_evaluate_compares_with_the_truth(sound, tmp_path):
 
 
 def test_the_same_input_gives_the_same_bytes(sound, tmp_path):
-    """A calibration run again is the same file."""
+    """If a calibration is run again, its file is the same byte for byte."""
     assert run("calibrate", sound / "dataset", "-o", tmp_path).exit_code == 0
     again = (tmp_path / "calibration.json").read_bytes()
     assert again == (sound / "out/calibration.json").read_bytes()
 
 
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
-def test_other_sensors_go_through(kind, tmp_path):
+def test_probe_and_tracker_are_calibrated_and_predict(kind, tmp_path):
     """The datasets of a probe and of a tracker are calibrated, and their calibrations predict frames."""
     scene = make_scene("panda", kind, poses_per_plane=40)
     scene.write(tmp_path / "dataset")

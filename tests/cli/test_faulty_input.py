@@ -49,9 +49,7 @@ def replace_text(folder: Path, file: str, old: str, new: str) -> None:
     (shutil.rmtree, ["dataset"]),
 ])  # fmt: skip
 def test_faults_in_the_files_are_refused(spoil, words, dataset, tmp_path):
-    """File, row and column on stderr, exit status 2 from ``validate`` and ``calibrate`` alike, no
-    output folder.
-    """
+    """``validate`` and ``calibrate`` name file, row and column on stderr, end with exit status 2, and leave no output folder."""
     spoil(dataset)
     for command in (["validate", dataset], ["calibrate", dataset, "-o", tmp_path / "out"]):
         refused(run(*command), INPUT_AT_FAULT, *words, output=tmp_path / "out")
@@ -72,6 +70,6 @@ def test_an_old_result_survives_a_failed_run(sound, dataset, tmp_path):
     (["--effects-from", "missing.json"], ["missing.json"]),
 ])  # fmt: skip
 def test_options_that_name_nothing_are_refused(options, words, sound, tmp_path):
-    """Unknown parameters, effects and files: exit status 2 and the name."""
+    """Unknown parameters, effects and files give exit status 2, and the message contains the name."""
     result = run("calibrate", sound / "dataset", "-o", tmp_path / "out", *options)
     refused(result, INPUT_AT_FAULT, *words, output=tmp_path / "out")

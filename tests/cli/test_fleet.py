@@ -84,7 +84,7 @@ def instantly(monkeypatch: pytest.MonkeyPatch, diagnosed: Diagnosis) -> list[str
 
 
 def test_a_bad_folder_harms_no_other(fleet: Path, instantly: list[str], tmp_path: Path) -> None:
-    """Each dataset has its line, in the order of names: what is sound is diagnosed, the others say what is wrong, and the status is theirs."""
+    """Each dataset has its line, in the order of names: sound ones are diagnosed, the others say what is wrong, and the exit status is theirs."""
     result = run("diagnose", "--batch", fleet, "-o", tmp_path / "out", "--quick")
     assert result.exit_code == 2, result.output
     rows = table(tmp_path / "out")
@@ -140,7 +140,10 @@ def test_what_is_finished_stays_and_what_has_changed_is_done_again(
 
 @pytest.mark.slow
 def test_killed_and_called_again_it_gives_the_same_bytes(fleet: Path, tmp_path: Path) -> None:
-    """SIGKILL as soon as one result is there: its workers end, it is kept, and the second call ends with the bytes of a run that nobody stopped."""
+    """If the run is killed as soon as one result is there, its workers end and that result is kept.
+
+    The second call ends with the bytes of an undisturbed run.
+    """
     call = [sys.executable, "-m", "scalar.cli", "diagnose", "--batch", str(fleet), "--quick", "-o"]
     whole, stopped = tmp_path / "whole", tmp_path / "stopped"
     assert subprocess.run([*call, whole], capture_output=True).returncode == 2
@@ -158,10 +161,10 @@ def test_killed_and_called_again_it_gives_the_same_bytes(fleet: Path, tmp_path: 
     assert contents(stopped) == contents(whole)
 
 
-def test_what_a_worker_leaves_that_outlives_its_run_for_a_moment_is_removed(
+def test_the_hidden_folder_of_a_worker_that_outlived_its_run_is_removed(
     fleet: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, instantly: list[str]
 ) -> None:
-    """A worker of a run that was killed still lives when the next run begins, and no longer when that run ends: its hidden folder goes."""
+    """If a worker of a killed run still lives when the next run begins, its hidden folder is removed when that run ends."""
     here, at_first = os.getpid(), iter([True])
     monkeypatch.setattr(temporary, "lives", lambda pid: os.getpid() != here or next(at_first, False))
     left = temporary.temporary_beside(tmp_path / "out" / "robot-2" / "campaign")
@@ -177,7 +180,7 @@ def test_one_dataset_at_a_time_without_the_option(fleet: Path, tmp_path: Path) -
 
 
 def test_a_folder_without_a_dataset_has_a_line(tmp_path: Path) -> None:
-    """A folder that holds none, or is not there, is refused in its line and not passed over."""
+    """A folder that is missing or holds no dataset is refused in its line, and is not passed over."""
     (tmp_path / "empty").mkdir()
     result = run("diagnose", "--batch", tmp_path / "empty", tmp_path / "nowhere", "-o", tmp_path / "out")
     rows = table(tmp_path / "out")
@@ -191,8 +194,8 @@ PARTS = st.lists(st.sampled_from("abc"), min_size=1, max_size=3)
 
 
 @given(st.sets(PARTS.map(lambda parts: Path("/", *parts)), min_size=1, max_size=8))
-def test_names_differ_and_none_lies_inside_another(paths: set[Path]) -> None:
-    """Whatever the folders, each result has a folder of its own, outside all others, and its name ends as the dataset's does."""
+def test_each_result_has_a_folder_of_its_own(paths: set[Path]) -> None:
+    """Whatever the folders are, each result has a folder outside all others, whose name ends as the dataset's does."""
     ordered = sorted(paths)
     names = names_of(ordered)
     assert len(set(names)) == len(names)
@@ -202,7 +205,7 @@ def test_names_differ_and_none_lies_inside_another(paths: set[Path]) -> None:
 
 
 def test_the_order_is_that_of_the_names(fleet: Path) -> None:
-    """However the folders are given, and given twice, each dataset stands once, in order."""
+    """However the folders are given, even twice, each dataset has one line, in the order of names."""
     given_one_way = datasets_in([fleet / "robot-2", fleet / "robot-1", fleet / "robot-2" / "campaign"])
     assert given_one_way == datasets_in([fleet / "robot-1", fleet / "robot-2"])
     assert [path.parent.name for path in given_one_way] == ["robot-1", "robot-2"]

@@ -39,7 +39,7 @@ def refused(result: Result, *words: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_is_missing_is_said_and_nothing_else(kind, tmp_path):
-    """An empty folder of each kind lacks its rows, and what only the user knows; its robot and format are in order."""
+    """An empty folder of each kind lacks its rows and what only the user knows; its robot and format have no fault."""
     folder = begun(tmp_path / "cell", "--robot", "ur5e", sensor=kind)
     result = run("validate", folder)
     assert result.exit_code == 2
@@ -53,7 +53,7 @@ def test_what_is_missing_is_said_and_nothing_else(kind, tmp_path):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_pose_of_the_sensor_is_never_called_optional(kind, tmp_path):
-    """Where it stands, the file says what needs it; it is so for the commands that do."""
+    """The file says which commands need the sensor's pose, and those commands do need it."""
     text = (begun(tmp_path / "cell", "--robot", "ur5e", sensor=kind) / "dataset.yaml").read_text()
     (line,) = [line for line in text.splitlines() if "nominal_pose" in line]
     assert "needed" in line and "optional" not in line
@@ -63,7 +63,7 @@ def test_the_pose_of_the_sensor_is_never_called_optional(kind, tmp_path):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_folder_that_is_filled_is_a_dataset(kind, tmp_path):
-    """With the comments taken away from what is needed, and rows under the headers, the folder is read without a fault."""
+    """If the comments before needed keys are removed and rows stand under the headers, the folder is read without a fault."""
     folder = begun(tmp_path / "cell", "--robot", "abb_irb120", sensor=kind)
     text = (folder / "dataset.yaml").read_text()
     text = text.replace("  # nominal_pose:", "  nominal_pose:")
@@ -87,7 +87,7 @@ def test_the_robot_of_the_folder_is_that_of_the_library(name, tmp_path):
 
 
 def test_an_unverified_arm_is_called_so(tmp_path):
-    """The terminal, the list and dataset.yaml say that the sources differ; so does whatever reads the dataset's source, as `validate` does."""
+    """The terminal, the list, dataset.yaml and whatever shows the dataset's source, as `validate` does, say that the sources of the arm differ."""
     name = next(name for name in arm_names() if not read_arm(name).verified)
     result = run("init", tmp_path / "cell", "--robot", name, "--sensor", "tracker")
     assert "UNVERIFIED" in result.stdout
@@ -96,7 +96,7 @@ def test_an_unverified_arm_is_called_so(tmp_path):
 
 
 def test_the_list_has_every_arm():
-    """A line for each arm, and one that counts them."""
+    """The list has a line for each arm, and one that counts them."""
     lines = run("init", "--list").stdout.splitlines()
     assert [line.split()[0] for line in lines[:-1]] == arm_names()
 
@@ -117,7 +117,7 @@ def test_a_robot_from_a_urdf(tmp_path):
     ("units", "factor"), [(("mm", "deg"), (1e3, 180 / np.pi)), (("m", "rad"), (1.0, 1.0))]
 )
 def test_a_robot_from_a_table(units, factor, tmp_path):
-    """Lengths and angles come back from either unit; the number of each joint may stand beside them."""
+    """Lengths and angles in either unit give the same robot, and the number of each joint may stand beside them."""
     joints = read_arm("ur5e").mapping["joints"]
     keys = ("a", "alpha", "d", "theta")
     header = ["joint", *(f"{key}_{units[0] if key in 'ad' else units[1]}" for key in keys)]
@@ -164,8 +164,8 @@ def test_a_table_at_fault_is_refused(text, word, tmp_path):
     assert not (tmp_path / "cell").exists()
 
 
-def test_refusals(tmp_path):
-    """A wrong name, none or two robots, a sensor that is missing: one line each, and no folder."""
+def test_a_wrong_robot_or_sensor_is_refused(tmp_path):
+    """A wrong name, no robot or two, and a missing sensor give one line each, and no folder."""
     folder = tmp_path / "cell"
     refused(run("init", folder, "--robot", "ur5ee", "--sensor", "probe"), "did you mean", "ur5e")
     refused(run("init", folder, "--sensor", "probe"), "--robot", "--urdf", "--dh")
@@ -179,7 +179,7 @@ def test_refusals(tmp_path):
 
 
 def test_nothing_is_overwritten(tmp_path):
-    """A folder that holds anything stays as it is; so does a folder of an earlier `init`."""
+    """A folder that holds anything stays as it is, even one of an earlier `init`."""
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("kept")
     refused(run("init", tmp_path / "mine", "--robot", "ur5e", "--sensor", "probe"), "mine", "already there")
@@ -192,13 +192,13 @@ def test_nothing_is_overwritten(tmp_path):
 
 @pytest.mark.parametrize("name", ["a: b # c", "1e5", '"q', "x\ny", "del\x7f", "é😀", "\udcff"])
 def test_any_name_of_a_folder_is_written_so_that_it_is_read(name, tmp_path):
-    """The folder's name becomes the dataset's, what cannot be printed as an escape, and dataset.yaml stays YAML."""
+    """The folder's name becomes the dataset's; unprintable characters are written as escapes, and dataset.yaml stays valid YAML."""
     begun(tmp_path / name, "--robot", "ur5e")
     assert load_yaml(tmp_path / name / "dataset.yaml")["name"] == printable(name)
 
 
 def test_a_file_name_does_not_break_out_of_its_comment(tmp_path):
-    """A line end in the name of a table leaves dataset.yaml as it should be."""
+    """A line end in the name of a table does not end the comment in which dataset.yaml quotes it."""
     table = tmp_path / "arm\nsensor: {}.csv"
     table.write_text("a_mm,alpha_deg,d_mm,theta_deg\n0,0,0,0\n")
     folder = begun(tmp_path / "cell", "--dh", table, "--convention", "standard-dh")

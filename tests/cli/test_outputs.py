@@ -49,7 +49,10 @@ def commands(made, out):
 
 @pytest.mark.parametrize("name", list(commands(ROBOT_CONFIGS, ROBOT_CONFIGS)))
 def test_its_own_output_is_replaced_and_nothing_else(name, made, tmp_path):
-    """An empty file is written to, and a second run writes anew; a file of others is kept, byte for byte, with exit 2; --force replaces it."""
+    """An empty file and the command's earlier output are replaced.
+
+    A file of others is kept, byte for byte, with exit status 2, unless --force is given.
+    """
     command, path = commands(made, tmp_path)[name], tmp_path / name
     path.parent.mkdir(exist_ok=True)
     path.touch()
@@ -69,7 +72,7 @@ def test_its_own_output_is_replaced_and_nothing_else(name, made, tmp_path):
 
 
 def test_an_input_is_never_an_output(made, tmp_path):
-    """Not even by --force."""
+    """A command never replaces its own input, not even with --force."""
     joints = tmp_path / "joints.csv"
     joints.write_bytes((made / "joints.csv").read_bytes())
     for command in ("predict", "correct"):
@@ -79,7 +82,7 @@ def test_an_input_is_never_an_output(made, tmp_path):
 
 
 def test_a_plan_does_not_take_the_place_of_measured_poses(made):
-    """A dataset's poses.csv is no plan."""
+    """A dataset's poses.csv is not taken for an earlier plan, and is not replaced."""
     before = (made / "cell" / "poses.csv").read_bytes()
     result = run("plan", made / "cell", "--candidates", 100, "--no-collisions", "-o", made / "cell")
     assert result.exit_code == 2 and "poses.csv" in result.stderr
@@ -87,7 +90,7 @@ def test_a_plan_does_not_take_the_place_of_measured_poses(made):
 
 
 def test_a_dataset_is_replaced_while_nobody_has_changed_it(tmp_path):
-    """What was written is written again; once a cell is changed by hand, only by force. Another folder is not replaced at all."""
+    """A dataset is written again as long as it is unchanged; once a cell is edited it is replaced only with --force, and another folder never."""
     dataset = make_scene("vs060", "tracker", seed=2, poses_per_plane=4).dataset
     folder = tmp_path / "cell"
     for force in (False, False, True):

@@ -47,7 +47,7 @@ def planned(laser, tmp_path_factory):
 
 
 def test_the_poses_can_be_measured(laser, planned):
-    """Within the limits, and every ray of the fan meets its own plane first, within range and incidence: by the tests' own geometry."""
+    """By the tests' own geometry, every ray of the fan meets its own plane first, within range and incidence, and joints are within limits."""
     scene, _ = laser
     table = pd.read_csv(planned[0] / "poses.csv")
     assert len(table) == 30
@@ -96,7 +96,7 @@ def test_more_poses_for_a_calibrated_arm_go_on_from_those_measured(laser, tmp_pa
 
 
 def test_planned_poses_promise_more_than_random_ones(planned):
-    """The numbers and the words agree; the plan expects less error than as many random poses; the picture is there."""
+    """The plan expects a smaller error than as many random poses, in numbers and words that agree, and has a picture."""
     content = json.loads((planned[0] / "plan.json").read_text(encoding="utf-8"))
     assert content["poses"] == 30
     assert content["expected_error_mm"] < content["expected_error_of_random_poses_mm"]
@@ -107,7 +107,7 @@ def test_planned_poses_promise_more_than_random_ones(planned):
 
 
 def test_the_expected_error_is_that_of_calibrations(tmp_path):
-    """For an arm of the library: the error that is told before measuring is, over eight simulated campaigns, the one that is found.
+    """For an arm of the library, the error that is stated before measuring agrees with that of eight simulated campaigns.
 
     Campaigns are simulated by the tests' own kinematics; the scatter of their predictions is compared with the plan's figure.
     """
@@ -143,7 +143,7 @@ def test_the_expected_error_is_that_of_calibrations(tmp_path):
 
 @pytest.mark.slow
 def test_an_accuracy_is_planned_for(tmp_path):
-    """--accuracy alone: as many poses as it takes, and the plan keeps it; one pose fewer would not be asked for at half the error."""
+    """With --accuracy alone, the plan has as many poses as the accuracy takes, and states an error within it."""
     counts = []
     for accuracy in (0.1, 0.06):
         out = tmp_path / str(accuracy)
@@ -181,9 +181,9 @@ def narrowed(path, joint, limits):
 
 @pytest.mark.parametrize("doubtful", [False, True])
 def test_poses_that_separate_a_gear_from_a_scale(doubtful, tmp_path):
-    """A joint that was measured over a small part of its range does not tell a first harmonic from a scale; the plan's poses do.
+    """Poses over a small part of a joint's range do not distinguish a first harmonic from a scale, and the plan's poses do.
 
-    So they do where the diagnosis gives it no name, because it is in doubt, and says what it is most like.
+    The same holds if the diagnosis gives the cause no name and only says what it is most like.
     """
     scene = make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
     poses = scene.dataset.poses.copy()
@@ -237,7 +237,7 @@ def refused_plan(folder, dataset, size):
 
 
 def test_poses_that_would_separate_nothing_are_not_written(tmp_path):
-    """A gear of a nanoradian, or a scale: no poses show it. Exit 3 says what it lacks and what may help, and nothing is written."""
+    """If no poses distinguish a tiny gear error from a scale, the exit status is 3, the message says what may help, and nothing is written."""
     scene = make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
     scene.write(tmp_path / "cell")
     first, second = refused_plan(tmp_path, scene.dataset, 1e-9)
@@ -246,7 +246,7 @@ def test_poses_that_would_separate_nothing_are_not_written(tmp_path):
 
 
 def test_where_no_pose_can_show_an_effect_no_better_sensor_is_advised(tmp_path):
-    """Where joint 4 turns by two degrees only, its gear is a scale and a zero: the message says so, and advises other measurements."""
+    """If joint 4 turns by two degrees only, its gear error looks like a scale and a zero: the message says so, and advises other measurements."""
     scene = make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
     poses = scene.dataset.poses.copy()
     poses["q4"] = np.linspace(0.48, 0.52, len(poses))
@@ -261,7 +261,7 @@ def test_where_no_pose_can_show_an_effect_no_better_sensor_is_advised(tmp_path):
 
 @pytest.mark.slow
 def test_what_cannot_be_planned_is_refused(laser, tmp_path):
-    """Too few poses, no such arm, a bad range, an empty range of the scanner: one line each, nothing written."""
+    """Too few poses, an unknown arm and an empty or wrong range of the scanner give one line each, and nothing is written."""
     out = tmp_path / "out"
     some = ("--candidates", 100, "--no-collisions", "-o", out)
     refused(run("plan", "no-such-arm", *some), "scalar init --list")

@@ -21,9 +21,7 @@ from tests.cli.running import INPUT_AT_FAULT, JOINTS, refused, run
     (lambda t: t.assign(pose=1), ["joints.csv", "pose"]),
 ])  # fmt: skip
 def test_predict_refuses_joints_it_cannot_read(spoil, words, sound, tmp_path):
-    """Missing columns, too many joints, NaN, text, infinity, degrees, one id twice: named, and no file
-    written.
-    """
+    """Missing columns, too many joints, NaN, text, infinity, degrees and repeated ids are named, and no file is written."""
     spoil(pd.read_csv(sound / "joints.csv")).to_csv(tmp_path / "joints.csv", index=False, na_rep="nan")
     result = run(
         "predict", sound / "out/calibration.json", tmp_path / "joints.csv", "-o", tmp_path / "frames.csv"
@@ -42,9 +40,7 @@ def test_predict_refuses_what_is_no_table_or_no_calibration(sound, tmp_path):
 
 
 def test_a_column_that_an_effect_needs_is_named(sound, tmp_path):
-    """A calibration with drift over time predicts only where the time is given: exit status 2, naming
-    the column.
-    """
+    """A calibration with drift over time predicts only if the time is given: otherwise the exit status is 2, and the message names the column."""
     dataset = tmp_path / "dataset"
     shutil.copytree(sound / "dataset", dataset)
     poses = pd.read_csv(dataset / "poses.csv")
@@ -59,9 +55,7 @@ def test_a_column_that_an_effect_needs_is_named(sound, tmp_path):
 
 
 def test_an_output_that_cannot_be_written_is_said(sound, tmp_path):
-    """A folder in the place of the file, a file in the place of the folder: exit status 2, one line,
-    nothing changed.
-    """
+    """With a folder in the place of the file, or a file in the place of the folder, the exit status is 2, with one line, and nothing is changed."""
     (tmp_path / "taken").write_text("mine", encoding="utf-8")
     calibration, joints = sound / "out/calibration.json", sound / "joints.csv"
     refused(run("predict", calibration, joints, "-o", tmp_path), INPUT_AT_FAULT, "cannot be written", lines=1)
@@ -74,7 +68,7 @@ def test_an_output_that_cannot_be_written_is_said(sound, tmp_path):
 
 
 def test_evaluate_refuses_a_truth_that_is_none(sound, tmp_path):
-    """No folder, no poses, damaged JSON, fewer joints: named, and no output."""
+    """A missing folder, missing poses, damaged JSON and too few joints are named, and there is no output."""
     calibration, out = sound / "out/calibration.json", tmp_path / "e"
     refused(
         run("evaluate", calibration, tmp_path / "no", "-o", out),

@@ -30,14 +30,14 @@ def folder(tmp_path):
 
 
 def test_a_rail_is_read_and_named(folder):
-    """`validate` says which joint slides; what is read is what was written."""
+    """`validate` says which joint slides, and the dataset reads back as it was written."""
     status, said = run("validate", folder)
     assert status == 0 and "7 joints (1 prismatic)" in said
     assert read_dataset(folder).robot.prismatic == (0,)
 
 
 def test_travels_in_millimetres_are_suspect(folder):
-    """A travel far beyond the limits, and limits in millimetres, are refused with what to do."""
+    """A travel far beyond the limits, and limits in millimetres, are refused with a remedy."""
     edit_cell(folder, "poses.csv", 5, "q1", "812.5")
     status, said = run("validate", folder)
     assert status == 2 and "row 5, column q1" in said and "millimetres" in said
@@ -96,7 +96,7 @@ def test_effects_fit_the_kind_of_joint(folder):
 
 
 def test_a_table_of_joints_states_what_slides(folder, tmp_path):
-    """The exported table has a column for it, and `init --dh` reads such a column, limits in millimetres included."""
+    """The exported table has a column that says which joints slide, and `init --dh` reads such a column, limits in millimetres included."""
     Calibration.nominal(read_dataset(folder)).save(tmp_path / "c.json")
     assert run("export", tmp_path / "c.json", "-o", tmp_path / "dh.csv")[0] == 0
     assert pd.read_csv(tmp_path / "dh.csv")["type"].tolist() == ["prismatic", *["revolute"] * 6]

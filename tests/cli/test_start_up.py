@@ -68,12 +68,12 @@ def dataset(tmp_path: Path) -> Path:
     ids=" ".join,
 )
 def test_help_imports_no_library(arguments: tuple[str, ...]) -> None:
-    """Help and the version cost what click costs: none of the slow libraries is imported."""
+    """Help and version import none of the slow libraries, since a short command should cost no more than click does."""
     assert imported_by(*arguments) == set()
 
 
 def test_validating_imports_the_readers_alone(dataset: Path) -> None:
-    """A check of a dataset imports what reads YAML and CSV, and no data frame, solver or picture."""
+    """Checking a dataset imports the readers of YAML and CSV, and no data frame, solver or picture."""
     assert imported_by("validate", str(dataset)) <= {"jsonschema", "numpy", "pyarrow", "ruamel"}
 
 

@@ -18,8 +18,10 @@ from tests.robot_configs import ROBOT_CONFIGS
 
 @pytest.mark.parametrize("with_joints", [False, True])
 def test_frames_out_of_reach_do_not_stop_the_program(program, with_joints):
-    """All others are corrected to 1e-6 m; those out of reach have no joint angles and corrected = 0; exit 2 with a line for each. With --leave-out
-    they are left out, and the status is 0."""
+    """Frames out of reach get no joint angles and corrected = 0, and all others are corrected to 1e-6 m.
+
+    The exit status is 2, with a line for each; with --leave-out they are left out and the status is 0.
+    """
     joints = pd.read_csv(program / "targets.csv")
     wanted = predicted(program, "targets.csv")
     wanted.loc[[3, 29], "x"] += 3.0
@@ -47,7 +49,7 @@ def test_frames_out_of_reach_do_not_stop_the_program(program, with_joints):
 
 
 def test_a_program_that_is_out_of_reach_throughout_is_refused(program):
-    """Nothing is written where no frame can be taken; ten lines name poses, and one counts the others."""
+    """If no frame can be reached, nothing is written; ten lines name poses, and one counts the others."""
     wanted = predicted(program, "targets.csv")
     wanted["x"] += 3.0
     rest = pd.read_csv(program / "targets.csv").drop(columns=["pose", *JOINTS])
@@ -66,7 +68,7 @@ def test_a_program_that_is_out_of_reach_throughout_is_refused(program):
 
 
 def test_a_row_out_of_reach_is_no_move(tmp_path, arm_calibration):
-    """The direction from which a joint arrives is that from the last pose that is reached: a frame out of reach between two changes nothing."""
+    """A joint's direction of approach is taken from the last pose that is reached, so a frame out of reach between two others changes nothing."""
     made = replace(
         arm_calibration,
         model=replace(
@@ -127,8 +129,11 @@ def test_limits_and_singular_poses_are_said(program):
 
 
 def test_a_home_pose_at_a_singularity_does_not_stop_the_program(program, arm_calibration):
-    """The rows that can be corrected are, to 1e-6 m; the home pose comes as near as small changes bring it and is marked; the exit status is 2, and
-    one line says which row, how far it errs with and without these, and what to do. With --leave-out it is left out, and the status is 0."""
+    """The other rows are corrected to 1e-6 m, and the home pose comes as near as small changes bring it, and is marked.
+
+    The exit status is 2, and one line states the row, its error with and without these changes, and what to do; with --leave-out the row is left out,
+    and the status is 0.
+    """
     joints = pd.read_csv(program / "targets.csv")
     joints.loc[4, "q5"] = 0.0
     joints.to_csv(program / "targets.csv", index=False, float_format="%.17g")

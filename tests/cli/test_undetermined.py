@@ -86,7 +86,7 @@ def test_what_cannot_be_determined_is_refused(make, status, words, tmp_path):
 
 
 def test_fewer_than_three_planes_are_refused(tmp_path):
-    """Two planes in dataset.yaml, or three of which one was never measured: refused before any fit."""
+    """Two planes in dataset.yaml, or three of which one was never measured, are refused before any fit."""
     scene = in_cell()
     two = only(scene, scene.dataset.plane_index != 2)
     mapping = two.mapping()

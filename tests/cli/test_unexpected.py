@@ -30,7 +30,7 @@ def raising(error: BaseException, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_an_unexpected_error_is_one_line_with_the_command_to_report_it(
     error: Exception, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Any error of any kind: exit status 70, one line that quotes the command, no traceback."""
+    """Any error of any kind gives exit status 70 and one line that quotes the command, and no traceback."""
     raising(error, monkeypatch)
     result = CliRunner().invoke(cli, ["validate", "my cell"])
     assert result.exit_code == 70
@@ -41,7 +41,7 @@ def test_an_unexpected_error_is_one_line_with_the_command_to_report_it(
 
 
 def test_the_traceback_is_shown_where_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With the variable in the environment the traceback comes first; --help names the variable."""
+    """If the variable is set in the environment, the traceback comes first; --help names the variable."""
     raising(KeyError("x"), monkeypatch)
     monkeypatch.setenv("SCALAR_TRACEBACK", "1")
     result = CliRunner().invoke(cli, ["validate", "cell"])
@@ -52,14 +52,14 @@ def test_the_traceback_is_shown_where_it_is_asked_for(monkeypatch: pytest.Monkey
 
 
 def test_an_interruption_is_quiet(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C: exit status 130, as shells have it, and not a word."""
+    """Ctrl-C ends with exit status 130, as in shells, and prints nothing."""
     raising(KeyboardInterrupt(), monkeypatch)
     result = CliRunner().invoke(cli, ["validate", "cell"])
     assert (result.exit_code, result.stdout, result.stderr) == (130, "", "")
 
 
 def test_a_name_outside_the_terminals_encoding_is_written_as_escapes(tmp_path: Path) -> None:
-    """A terminal of western European letters: the characters that it lacks become escapes, and the command succeeds."""
+    """On a terminal with Western European encoding, characters that it lacks become escapes, and the command succeeds."""
     mapping = {**description("tracker"), "name": "Zelle-\u00fc-\u4e2d"}
     write_dataset(tmp_path / "d", mapping=mapping, **tables("tracker"))
     done = subprocess.run(
@@ -73,7 +73,7 @@ def test_a_name_outside_the_terminals_encoding_is_written_as_escapes(tmp_path: P
 
 
 def test_a_name_does_not_steer_the_terminal(tmp_path: Path) -> None:
-    """Marks that turn the direction of text round, and escape codes, are written as what they are."""
+    """Characters that reverse the direction of text, and escape codes, are written as escapes."""
     mapping = {**description("tracker"), "name": "a\u202eb\x1b[2J"}
     write_dataset(tmp_path / "d", mapping=mapping, **tables("tracker"))
     result = CliRunner().invoke(cli, ["validate", str(tmp_path / "d")])
@@ -85,7 +85,7 @@ def test_a_name_does_not_steer_the_terminal(tmp_path: Path) -> None:
 def test_import_and_predict_refuse_an_output_without_a_name(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """``-o .``, ``-o ''`` and ``-o /`` name no folder and no file: exit status 2, and nothing is written."""
+    """``-o .``, ``-o ''`` and ``-o /`` name no folder and no file, so the exit status is 2 and nothing is written."""
     mapping = {
         "format": "scalar-mapping/1",
         "poses": {
@@ -111,7 +111,7 @@ def test_import_and_predict_refuse_an_output_without_a_name(
 
 @pytest.mark.parametrize("arguments", [["--help"], ["predict", "--help"], ["init", "--help"], ["--version"]])
 def test_a_closed_pipe_ends_quietly(arguments: list[str]) -> None:
-    """Whoever reads has gone before anything is written: no traceback, no message, and the status of a command that SIGPIPE ends."""
+    """If the reader of a pipe has gone, there is no traceback and no message, and the status is that of a command that SIGPIPE ends."""
     reader, writer = os.pipe()
     os.close(reader)
     command = [sys.executable, "-m", "scalar.cli", *arguments]

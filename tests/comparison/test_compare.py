@@ -59,7 +59,7 @@ def by_chance(calibration, rng):
 
 
 def test_a_calibration_has_not_changed_from_itself(before):
-    """The same calibration twice: no change, and positions agree."""
+    """A calibration compared with itself shows no change, and its positions agree."""
     found = compare(before, before)
     assert not found.changed
     assert found.positions_apart.largest < 1e-12
@@ -151,7 +151,7 @@ def test_an_effect_of_one_campaign_is_left_out(before):
 
 
 def test_no_change_is_named_by_chance_more_often_than_stated():
-    """Over 400 draws of pure noise: at most the stated share of false alarms, four standard deviations allowed."""
+    """Over 400 draws of pure noise, the share of false alarms is at most the stated one, with four standard deviations allowed."""
     rng, alpha, draws = np.random.default_rng(7), 0.1, 400
     candidates = [Candidate(str(i), (i,)) for i in range(12)]
     alarms = 0
@@ -164,7 +164,7 @@ def test_no_change_is_named_by_chance_more_often_than_stated():
 
 
 def test_candidates_that_respond_alike_are_named_together():
-    """Two columns in one direction: one is named, the other is said to be as good."""
+    """If two columns have one direction, one is named, and the other is said to explain the change as well."""
     H = np.eye(6, 4)
     H[:, 3] = -2.0 * H[:, 1]
     y = 20.0 * H[:, 1]

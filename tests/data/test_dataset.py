@@ -35,7 +35,7 @@ def write_and_read(folder: Path, mapping: dict[str, Any], **content: Any) -> Dat
 def test_numbers_read_back_exactly(
     tmp_path: Path, scans: np.ndarray, q: np.ndarray, table_format: str, seed: int
 ) -> None:
-    """read(write(x)) == x to the last bit, in CSV and Parquet; each pose owns its points, in file order."""
+    """``read(write(x)) == x`` holds to the last bit, in CSV and Parquet, and each pose has its points in file order."""
     poses = tables()["poses"]
     poses[[f"q{i + 1}" for i in range(6)]] = q
     rng = np.random.default_rng(seed)
@@ -59,7 +59,7 @@ def test_same_content_same_bytes(tmp_path: Path, table_format: str) -> None:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
 
 
-def test_a_line_laser_set(tmp_path: Path) -> None:
+def test_a_line_laser_dataset_has_what_its_description_states(tmp_path: Path) -> None:
     """The dataset holds what its description states."""
     mapping = description()
     mapping["planes"][1] |= {"normal": [0.0, 2.0, 0.0], "known": {"distance_std": 1e-5, "normal_std": 1e-4}}
@@ -80,14 +80,14 @@ def test_a_line_laser_set(tmp_path: Path) -> None:
 
 
 def test_a_probe_has_no_points(tmp_path: Path) -> None:
-    """A probe's measured point is its origin: no file, no points."""
+    """The measured point of a probe is its origin, so its dataset has no file of points."""
     back = write_and_read(tmp_path, description("probe"), **tables("probe"))
     assert back.points.shape == (0, 2)
     assert back.starts.tolist() == [0] * 10
 
 
 def test_a_tracker_has_one_point_a_pose_and_no_planes(tmp_path: Path) -> None:
-    """Row i of the points belongs to pose row i, whatever the order of the file; planes are ignored."""
+    """Row i of the points belongs to row i of the poses, whatever the order of the file, and planes are ignored."""
     content = tables("tracker")
     shuffled = content["points"].sample(frac=1.0, random_state=3)
     mapping = description("tracker") | {"planes": description()["planes"][:1]}
@@ -154,7 +154,7 @@ def test_a_subset_keeps_each_pose_with_its_points(tmp_path: Path, rows: list[int
 
 
 def test_standard_dh_puts_the_flange_where_its_own_formula_does(tmp_path: Path) -> None:
-    """Rz(q + theta) Tz(d) Tx(a) Rx(alpha), multiplied out here, is the converted chain's flange."""
+    """The flange of the converted chain is that of Rz(q + theta) Tz(d) Tx(a) Rx(alpha), multiplied out here."""
     mapping = description()
     mapping["robot"]["convention"] = "standard-dh"
     back = write_and_read(tmp_path, mapping, **tables())
@@ -170,7 +170,7 @@ def test_standard_dh_puts_the_flange_where_its_own_formula_does(tmp_path: Path) 
 
 
 def test_harmless_habits_of_other_programs_are_accepted(tmp_path: Path) -> None:
-    """Blanks after commas, quotes, Windows line ends, blank lines, byte order marks, +1.5, 3.0 for an id."""
+    """Blanks after commas, quotes, Windows line ends, blank lines, byte order marks, +1.5, and 3.0 for an id are read."""
     write_dataset(tmp_path / "d", mapping=description(), **tables())
     plain = read_dataset(tmp_path / "d")
     edit_cell(tmp_path / "d", "scans.csv", 3, "x", f"+{abs(plain.points[1, 0]):.17g}")

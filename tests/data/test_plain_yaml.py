@@ -39,7 +39,7 @@ def load_text(folder: Path, text: str | bytes) -> Any:
 @IN_ONE_FOLDER
 @given(DATA)
 def test_what_is_written_reads_back(tmp_path: Path, data: Any) -> None:
-    """load(dump(x)) == x, types and float bits included."""
+    """``load(dump(x)) == x`` holds, types and bits of floats included."""
     dump_yaml({"data": data}, tmp_path / "a.yaml")
     back = load_yaml(tmp_path / "a.yaml")
     assert repr(back) == repr({"data": data})
@@ -55,7 +55,7 @@ def test_what_is_written_reads_back(tmp_path: Path, data: Any) -> None:
     ],
 )  # fmt: skip
 def test_scalars_are_those_of_the_core_schema(tmp_path: Path, text: str, value: Any) -> None:
-    """YAML 1.2, chapter 10.3: 1e-4 is a number; no, on, times and dates are text; so also under %YAML 1.1."""
+    """By YAML 1.2, chapter 10.3, 1e-4 is a number, and no, on, times and dates are text, even under %YAML 1.1."""
     assert repr(load_text(tmp_path, f"a: {text}")) == repr({"a": value})
     assert repr(load_text(tmp_path, f"%YAML 1.1\n---\na: {text}")) == repr({"a": value})
 
@@ -90,7 +90,7 @@ BOMB = "a: &a [x, x]\nb: &b [*a, *a]\nc: [*b, *b]\n"
 def test_harmful_and_broken_files_are_refused(
     tmp_path: Path, text: str | bytes, row: int | None, word: str
 ) -> None:
-    """Tags, anchors, duplicate keys, depth, length and broken syntax: InvalidInput, with the row."""
+    """Tags, anchors, duplicate keys, great depth or length and broken syntax raise InvalidInput, with the row."""
     with pytest.raises(InvalidInput, match=word) as caught:
         load_text(tmp_path, text)
     assert [fault.row for fault in caught.value.faults] == [row]
@@ -98,7 +98,7 @@ def test_harmful_and_broken_files_are_refused(
 
 
 def test_the_greatest_depth_is_accepted(tmp_path: Path) -> None:
-    """Nested as deep as the limit is fine; one deeper is not."""
+    """A file nested as deep as the limit is read, and one nested one level deeper is refused."""
     assert load_text(tmp_path, "[" * MAX_DEPTH + "]" * MAX_DEPTH)
     with pytest.raises(InvalidInput, match="deep"):
         load_text(tmp_path, "[" * (MAX_DEPTH + 1) + "]" * (MAX_DEPTH + 1))

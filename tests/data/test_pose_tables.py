@@ -22,7 +22,7 @@ def poses(tmp_path: Path) -> pd.DataFrame:
 
 
 def test_numbers_read_back_exactly(tmp_path: Path, poses: pd.DataFrame) -> None:
-    """Every column comes back to the last bit, the further ones too."""
+    """Every column reads back to the last bit, further ones included."""
     back = read_pose_table(tmp_path / "joints.csv", 6, FRAME)
     assert list(back.columns) == list(poses.columns)
     assert np.array_equal(back.to_numpy(dtype=float), poses.to_numpy(dtype=float))
@@ -50,8 +50,10 @@ def test_faults_are_named(
 
 
 def test_names_where_numbers_of_poses_are_needed_are_one_fault(tmp_path: Path, poses: pd.DataFrame) -> None:
-    """A column of names A, P1 ...: one line says that whole numbers are needed and how to number, and speaks of no decimals; a single name is
-    at its row."""
+    """A column of names A, P1 and so on gives one line that says how to number the poses and does not mention decimals.
+
+    A single name is refused at its row.
+    """
     poses["pose"] = ["A", *(f"P{i}" for i in range(1, len(poses)))]
     poses.to_csv(tmp_path / "joints.csv", index=False)
     with pytest.raises(InvalidInput) as caught:
@@ -66,7 +68,7 @@ def test_names_where_numbers_of_poses_are_needed_are_one_fault(tmp_path: Path, p
 
 
 def test_a_row_too_long_does_not_shift_the_columns(tmp_path: Path, poses: pd.DataFrame) -> None:
-    """An additional cell in every row is a fault; the first column is not taken for an index."""
+    """An additional cell in every row is a fault, and the first column is not taken for an index."""
     edit_lines(tmp_path, "joints.csv", lambda lines: [lines[0], *(line + ",0" for line in lines[1:])])
     with pytest.raises(InvalidInput, match="12 cells where the header names 11"):
         read_pose_table(tmp_path / "joints.csv", 6, FRAME)

@@ -30,7 +30,7 @@ def test_half_a_character_in_yaml_is_refused_with_its_row(entry: str, text: str,
 
 @pytest.mark.parametrize("escape", [r"\U00110000", r"\UFFFFFFFF"])
 def test_an_escape_beyond_the_last_character_is_refused_with_its_row(escape: str, tmp_path: Path) -> None:
-    """Unicode ends at U+10FFFF: the escape is refused, and the last character itself is read."""
+    """Unicode ends at U+10FFFF: an escape beyond it is refused, and the last character itself is read."""
     path = tmp_path / "file.yaml"
     path.write_text(f'last: "\\U0010ffff"\nname: "{escape}"\n')
     with pytest.raises(InvalidInput, match="names no character") as caught:
@@ -62,7 +62,7 @@ def test_an_integer_is_written_without_a_point(value: Any, valid: bool) -> None:
 def test_values_that_no_json_file_may_hold_are_refused_with_their_key(
     text: str, column: str, tmp_path: Path
 ) -> None:
-    """Numbers that are not finite or have too many digits, half characters, keys that stand twice, deep nesting."""
+    """Numbers that are not finite or have too many digits, lone surrogates, repeated keys and deep nesting are refused."""
     path = tmp_path / "file.json"
     path.write_text(text)
     with pytest.raises(InvalidInput) as caught:

@@ -246,7 +246,7 @@ def save(path: Path, table: pa.Table, name: str, column: pa.Array) -> None:
 def test_a_damaged_parquet_file_is_named(
     tmp_path: Path, edit: Any, row: int | None, column: str | None, message: str
 ) -> None:
-    """Truncation at any place, nulls, NaN, text and wrong columns in scans.parquet."""
+    """A scans.parquet that is truncated at any place, or has nulls, NaN, text or wrong columns, is refused by name."""
     path = make(tmp_path, table_format="parquet") / "scans.parquet"
     edit(path, pq.read_table(path))
     fault = only(validate_dataset(path.parent))

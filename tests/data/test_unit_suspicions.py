@@ -125,7 +125,7 @@ def test_points_in_millimetres_are_suspected(tmp_path: Path, kind: str, table: s
 
 @pytest.mark.parametrize("kind", ["tracker", "probe"])
 def test_a_noise_of_a_point_in_millimetres_is_suspected(tmp_path: Path, kind: str) -> None:
-    """0.03 meant in millimetres is 30 mm: no tracker or probe errs so much, though a lidar does."""
+    """A noise of 0.03, meant in millimetres, would be 30 mm, which no tracker or probe has, though a lidar does."""
     mapping = description(kind)
     mapping["sensor"]["noise"] = 0.03
     (fault,) = faults_of(tmp_path, mapping, tables(kind))

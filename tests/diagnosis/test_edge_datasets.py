@@ -106,7 +106,7 @@ def test_every_pose_mislabelled(how):
 
 @pytest.mark.slow
 def test_half_of_all_poses_wrong():
-    """If half of the poses are wrong, the exit status is 3, or the right poses are found; never an effect."""
+    """If half of the poses are wrong, the exit status is 3, or the right poses are found; an effect is never named."""
     dataset, _ = spoiled(make_cell(seed=8).dataset, np.random.default_rng(2), poses=0.5)
     verdict, text = said(dataset)
     assert verdict in (3, "no_effect"), text

@@ -8,9 +8,7 @@ from typing import Any
 
 import pytest
 
-from scalar.diagnosis import (
-    unmodelled_structure,
-)
+from scalar.diagnosis import dropped_effects, unmodelled_structure
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
@@ -91,7 +89,7 @@ def test_a_minor_effect_is_dropped(monkeypatch):
         SimpleNamespace(flexible=f, is_change_in_time=False, depends_on=["q1"]) for f in (True, False, False)
     ]
     explains = dict(enumerate((100.0, 7.0, 15.0)))
-    monkeypatch.setattr(unmodelled_structure, "_explained", lambda state, plain, which: explains[which[0]])
+    monkeypatch.setattr(dropped_effects, "_explained", lambda state, plain, which: explains[which[0]])
     kept: list[Any] = []
     given = SimpleNamespace(
         effects=tuple(kinds),
@@ -100,7 +98,7 @@ def test_a_minor_effect_is_dropped(monkeypatch):
         background_within_scans=lambda: None,
         refitted=kept.extend,
     )
-    unmodelled_structure._without_minor_effects(given)  # type: ignore[arg-type]
+    dropped_effects.without_minor_effects(given)  # type: ignore[arg-type]
     assert kept == [kinds[0], kinds[2]]
 
 

@@ -115,7 +115,7 @@ def test_unmodelled_structure_has_three_terms_at_most(monkeypatch):
     """If one more flexible term is always found, the model gets three."""
     found: list[Any] = []
     state: Any = SimpleNamespace(is_rounding=False, settings=DEFAULTS, dataset=None)
-    for name in ("_without_effects_of_same_curve", "_without_minor_effects"):
+    for name in ("without_effects_of_same_curve", "without_minor_effects"):
         monkeypatch.setattr(unmodelled_structure, name, lambda state: state)
     monkeypatch.setattr(unmodelled_structure, "_with_replacement", lambda *_: found.append(state) or state)
     monkeypatch.setattr(unmodelled_structure, "reconsidered", lambda state, named: (state, None))

@@ -51,7 +51,7 @@ def named(state: FittedState) -> set[tuple[str, int]]:
 
 @pytest.mark.parametrize("seed", [301, 302, 303])
 def test_five_strong_effects_with_54_poses(seed):
-    """All five are named, and nothing else; the remaining scatter is no larger than the noise."""
+    """All five effects are named and nothing else is, and the remaining scatter is no larger than the noise."""
     dataset = make_cell(Flaws(joints=several), seed=seed, poses_per_plane=18).dataset
     _, together = selected(dataset)
     assert named(together) == TRUE

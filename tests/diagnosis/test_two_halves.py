@@ -84,7 +84,7 @@ def test_halves_judge_what_was_chosen_from_enough_poses(monkeypatch, effects, eq
     ("chosen", "most"), [((True, True), 1.0), ((True, False), 0.5), ((False, False), 0.25)]
 )
 def test_the_confidence_is_limited_by_the_halves(chosen, most):
-    """If both halves found the effect, there is no limit. If one did, the limit is a half. If none did, it is a quarter, and the name is doubtful."""
+    """The confidence has no limit if both halves found the effect, one half if one did, and a quarter, so that the name is doubtful, if none did."""
     errors = HeldOutErrors(np.ones(8), np.ones(8), np.ones(8), np.arange(8))
     halves = halves_of(errors, (1.0, 1.0), chosen)
     assert most_confidence(halves.selected_in(JointScale(4)), halves) == pytest.approx(most)

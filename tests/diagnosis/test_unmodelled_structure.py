@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from scalar.diagnosis.dropped_effects import without_effects_of_same_curve
 from scalar.diagnosis.fitted_state import refit
-from scalar.diagnosis.unmodelled_structure import _groups, _without_effects_of_same_curve
+from scalar.diagnosis.unmodelled_structure import _groups
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.variable import Variable
 from scalar.effects.joint_coupling import JointCoupling
@@ -46,8 +47,6 @@ def test_effects_of_the_same_curve_are_dropped_with_a_flexible_term(flexible, ke
     model, prepared = geometry_fit(dataset)
     named = (JointHarmonic(2, (3,)), JointScale(2), JointCoupling(5, 4))
     state = refit(dataset, model, prepared.free, (*named, flexible))
-    left = {effect.name for effect in _without_effects_of_same_curve(state).effects if not effect.flexible}
+    left = {effect.name for effect in without_effects_of_same_curve(state).effects if not effect.flexible}
     assert left == (kept or {effect.name for effect in named})
-    assert (
-        np.count_nonzero([effect.flexible for effect in _without_effects_of_same_curve(state).effects]) == 1
-    )
+    assert np.count_nonzero([effect.flexible for effect in without_effects_of_same_curve(state).effects]) == 1

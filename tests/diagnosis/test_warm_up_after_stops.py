@@ -53,7 +53,7 @@ def findings(seed: int, course, columns=pausing) -> list[str]:
 
 @pytest.mark.parametrize("seed", [500, pytest.param(501, marks=pytest.mark.slow)])
 def test_a_warm_up_after_each_stop_is_named(seed):
-    """The lengths grow from cold three times: this effect is named, and nothing else is."""
+    """If the lengths grow from cold three times, this effect is named, and nothing else is."""
     assert findings(seed, restarting) == ["restarted_warm_up"]
 
 
@@ -66,5 +66,5 @@ def test_a_drift_without_cooling_is_no_warm_up_after_stops(seed, course):
 
 @pytest.mark.parametrize("seed", [500, pytest.param(501, marks=pytest.mark.slow)])
 def test_stops_alone_are_no_finding(seed):
-    """A record with stops, nothing wrong: nothing is named."""
+    """If a record has stops and the arm has no error, nothing is named."""
     assert findings(seed, np.zeros_like) == []

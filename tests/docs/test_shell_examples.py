@@ -102,7 +102,7 @@ def test_what_a_page_shows_exists(page: Path):
     "words", [["calibrte", "x"], ["calibrate", "x", "--outptu", "y"], ["correct", "--units"]]
 )
 def test_a_wrong_command_is_found(words: list[str]):
-    """The check can fail: a misspelt command or option, an option without its value."""
+    """The check of the pages can fail: it finds a misspelt command or option, and an option without its value."""
     with pytest.raises((AssertionError, click.UsageError)):
         check_scalar(words)
 

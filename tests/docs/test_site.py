@@ -35,7 +35,7 @@ def site(tmp_path_factory) -> Path:
 
 
 def test_links_of_the_sources_lead_to_files_of_the_repository():
-    """Whoever reads the documentation without building it finds each page that its pages and the README lead to."""
+    """Every page to which README and documentation link is a file of the repository, for readers who do not build the site."""
     kept = subprocess.run(
         ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
     ).stdout.splitlines()
@@ -78,7 +78,7 @@ def test_no_link_leads_nowhere(site: Path):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [kind.name for kind in BUILT_IN])
 def test_each_effect_has_a_page(site: Path, name: str):
-    """It shows the picture of the effect, what to do about it, and how to inject it."""
+    """The page of an effect shows its picture, says what to do about it, and how to inject it."""
     tree = html.parse(str(site / f"generated/effects/{name}.html"))
     assert any(f"{name}.png" in str(source) for source in tree.xpath("//img/@src"))
     headings = " ".join(str(text) for text in tree.xpath("//h2/text()"))
@@ -88,7 +88,7 @@ def test_each_effect_has_a_page(site: Path, name: str):
 
 @pytest.mark.slow
 def test_each_example_has_run(site: Path):
-    """Its page shows what it printed and drew, and it can be downloaded as a notebook."""
+    """The page of an example shows what it printed and drew, and offers it as a notebook."""
     assert EXAMPLES
     for name in EXAMPLES:
         page = site / f"generated/examples/{name}.html"
@@ -99,7 +99,7 @@ def test_each_example_has_run(site: Path):
 
 
 def test_the_catalogue_shows_what_the_registry_holds():
-    """One entry for each effect, each a scene that the simulator takes."""
+    """The catalogue has one entry for each effect of the registry, and the simulator accepts the scene of each."""
     assert list(CATALOGUE) == [kind.name for kind in BUILT_IN]
     path = ROOT / SCENE
     for shown in CATALOGUE.values():

@@ -31,14 +31,12 @@ def effects(cell):
 
 
 def test_one_of_every_name_is_tested(effects):
-    """These tests leave no effect of the catalogue out."""
+    """The objects on which these tests run include one of every effect of the catalogue."""
     assert {effect.name for effect in effects} == set(known())
 
 
 def test_what_every_effect_says_of_itself(effects):
-    """Names, units and prior standard deviations are as many as coefficients; names end in a unit and are unique; a
-    sentence goes without a full stop.
-    """
+    """Names, units and prior standard deviations are as many as coefficients, names are unique and end in a unit, and sentences have no full stop."""
     for effect in effects:
         k = len(effect.coefficients)
         assert k == len(effect.coefficient_names) == len(effect.coefficient_units)
@@ -50,7 +48,7 @@ def test_what_every_effect_says_of_itself(effects):
 
 
 def test_mappings_come_back_through_json(effects):
-    """An effect written as JSON text comes back the same, to the last bit."""
+    """An effect that is written as JSON text reads back the same, to the last bit."""
     for effect in effects:
         back = effect_from_mapping(
             json.loads(json.dumps(effect_to_mapping(effect, [None] * len(effect.coefficients))))
@@ -78,7 +76,7 @@ def test_calibrations_with_every_effect_predict_the_same_after_saving(cell, effe
 
 
 def test_predictions_without_an_order_are_for_the_end(cell):
-    """Growth by order, freed by its name, predicts at the end as at the last pose; never nan."""
+    """A growth by order, freed by its name, predicts without an order what it predicts at the last pose, and never NaN."""
     dataset = cell.dataset
     (growth,) = parse_effects("thermal_drift:order", dataset)
     nominal = Calibration.nominal(dataset)
@@ -142,7 +140,7 @@ GOOD = {
     ],
 )
 def test_effects_are_named_as_they_are_read(cell, text):
-    """What names effects to a person names the same ones to the command line; what two calibrations have alike stands once."""
+    """The words that name effects to a person name the same ones on the command line, and what two calibrations have in common is listed once."""
     effects = parse_effects(text, cell.dataset)
     assert named_effects((*effects, *effects)) == text
 
@@ -181,7 +179,7 @@ def test_the_help_lists_all_names_that_can_be_freed():
 
 @pytest.mark.parametrize("text", GOOD)
 def test_effects_by_name(cell, text):
-    """What the command line takes: a name with or without its target, several separated by commas."""
+    """The command line takes a name with or without its target, and several names separated by commas."""
     assert len(parse_effects(text, cell.dataset)) == GOOD[text]
 
 
@@ -215,7 +213,7 @@ BAD = {
 
 @pytest.mark.parametrize("text", BAD)
 def test_effects_that_mean_nothing_are_refused(cell, text):
-    """Every refusal names the option and says what there is instead."""
+    """Every refusal names the option and says what is available instead."""
     with pytest.raises(InvalidInput) as caught:
         parse_effects(text, cell.dataset)
     assert caught.value.exit_status == 2
@@ -223,14 +221,14 @@ def test_effects_that_mean_nothing_are_refused(cell, text):
 
 
 def test_every_fault_of_a_list_is_named(cell):
-    """One line a fault."""
+    """A list of effects with several faults gives one line for each."""
     with pytest.raises(InvalidInput) as caught:
         parse_effects("joint_skale,joint_scale:9,plane_bow", cell.dataset)
     assert len(caught.value.faults) == 2
 
 
 def test_a_drift_without_its_column_is_refused():
-    """A temperature that was not recorded drives nothing."""
+    """A drift with the temperature is refused if the temperature was not recorded."""
     plain = make_cell(seed=5, poses_per_plane=4, points_per_scan=6).dataset
     with pytest.raises(InvalidInput, match="no column 'temperature'"):
         parse_effects("thermal_drift:temperature", plain)

@@ -66,9 +66,7 @@ def test_columns_are_derivatives_of_the_exact_model(which, axis):
 
 
 def test_columns_of_many_effects_at_once():
-    """With an effect at every place of the arm acting together the whole Jacobian still is the derivative:
-    the effects' columns, and those of robot and sensor too.
-    """
+    """With an effect at every place of the arm at once, the whole Jacobian is the derivative, columns of robot and sensor included."""
     cell = make_cell(seed=4, poses_per_plane=6, points_per_scan=7, columns=optional_columns)
     effects = every_effect(cell.dataset, np.random.default_rng(5))
     residuals, model = model_with(
@@ -79,9 +77,7 @@ def test_columns_of_many_effects_at_once():
 
 
 def test_columns_beside_bent_target_planes_and_range_errors():
-    """With effects on points and target planes the columns of robot and sensor are taken over the flat target plane and the
-    right range: within a few per cent, the slope of what is bent.
-    """
+    """With effects on points and target planes, the columns of robot and sensor are right within a few per cent, the slope of what is bent."""
     cell = make_cell(seed=4, poses_per_plane=6, points_per_scan=7, columns=optional_columns)
     effects = [e for e in every_effect(cell.dataset, np.random.default_rng(5)) if isinstance(e, PointEffect)]
     residuals, model = model_with(cell.dataset, tuple(effects), 6)
@@ -92,7 +88,7 @@ def test_columns_beside_bent_target_planes_and_range_errors():
 
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
 def test_columns_for_single_points(kind):
-    """A probe's and a tracker's columns are derivatives as well, for every effect that acts on them."""
+    """The columns of a probe and of a tracker are derivatives too, for every effect that acts on them."""
     scene = make_scene(kind=kind, seed=7, poses_per_plane=7)
     rng = np.random.default_rng(8)
     extra = optional_columns(rng, scene.dataset.n_poses, 6)
@@ -108,8 +104,8 @@ def test_columns_for_single_points(kind):
         compare(*model_with(dataset, (with_random_coefficients(effect, rng),), 9))
 
 
-def test_titles_tell_effects_apart():
-    """The effects under test are all different."""
+def test_titles_of_effects_are_unique():
+    """No two of the effects under test have the same title."""
     effects = every_effect(make_cell(poses_per_plane=6).dataset, np.random.default_rng(0))
     names = [describe(effect) + str(effect.to_mapping()) for effect in effects]
     assert len(set(names)) == len(names)

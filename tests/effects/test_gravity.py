@@ -29,8 +29,9 @@ def arm(name, seed):
 @settings(max_examples=12)
 @given(name=st.sampled_from(ROBOTS), seed=st.integers(0, 10**6))
 def test_moments_span_the_statics_of_any_masses(name, seed):
-    """Minus the gradient of the potential energy, for links of any mass anywhere, is a combination of unit
-    torques: on each joint of the frames from it outwards.
+    """For links of any mass anywhere, the torque on each joint is a combination of unit torques of the frames beyond it.
+
+    The torque is minus the gradient of the potential energy.
     """
     robot, truth, q = arm(name, seed)
     rng = np.random.default_rng(seed)
@@ -44,7 +45,7 @@ def test_moments_span_the_statics_of_any_masses(name, seed):
 
 
 def test_moments_span_the_statics_of_an_arm_whose_third_joint_slides():
-    """What a slide carries along loads the joints before it in proportion to its travel, whatever the masses."""
+    """What a slide carries loads the joints before it in proportion to its travel, whatever the masses."""
     rng = np.random.default_rng(0)
     n, slide = 5, 2
     geometry = rng.uniform(-0.6, 0.6, (5, n)) * np.array([1, 1, 1, 1, 0])[:, None]
@@ -74,9 +75,7 @@ def test_moments_span_the_statics_of_an_arm_whose_third_joint_slides():
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_one_set_of_moments_serves_all_joints(name):
-    """The first moments that explain one joint's torque are physical: with every joint equally soft the same
-    numbers explain all joints at once.
-    """
+    """The first moments that explain one joint's torque explain those of all joints, if all are equally soft, since they are physical."""
     robot, truth, q = arm(name, 3)
     rng = np.random.default_rng(4)
     n = robot.n_joints
@@ -92,7 +91,7 @@ def test_one_set_of_moments_serves_all_joints(name):
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_frame_loads_only_the_joints_inside_it(name):
-    """A joint carries what is beyond it: its column holds no other joint."""
+    """A joint carries only what is beyond it, so the column of a frame is zero for every joint beyond that frame."""
     robot, _, q = arm(name, 5)
     poses = Poses(q, np.arange(len(q), dtype=float), {})
     B = JointCompliance(((2, 3),)).joint_basis(robot, poses)
@@ -101,9 +100,7 @@ def test_a_frame_loads_only_the_joints_inside_it(name):
 
 
 def test_the_typical_torque_has_the_sign_of_gravity():
-    """An arm stretched out level is pulled down: the torque on its shoulder turns it downwards, from both
-    sides.
-    """
+    """The torque on the shoulder of an arm that is stretched out level turns it downwards, on both sides."""
     robot, truth, _ = arm("vs060", 0)
     n = robot.n_joints
     rng = np.random.default_rng(1)
@@ -120,8 +117,8 @@ def test_the_typical_torque_has_the_sign_of_gravity():
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_the_typical_masses_give_the_typical_torque_at_poses_they_were_not_taken_at(name):
-    """But for its size, which is that of the masses: one factor for all poses, of any joint that gravity loads."""
+def test_typical_masses_give_the_typical_torque_at_other_poses(name):
+    """One factor, which is the size of the masses, relates the two torques at all poses, for any joint that gravity loads."""
     robot, _, q = arm(name, 7)
     for joint in range(2, robot.n_joints):
         masses = typical_masses(robot, q[:20], joint)
@@ -133,8 +130,8 @@ def test_the_typical_masses_give_the_typical_torque_at_poses_they_were_not_taken
         np.testing.assert_allclose(ours, factor * theirs, atol=1e-9 * np.abs(ours).max() + 1e-12)
 
 
-def test_other_masses_turn_the_side_elsewhere():
-    """A backlash that the weight decides has variations, each of which differs at some poses and agrees at most."""
+def test_the_side_of_a_backlash_has_variations_by_the_masses():
+    """A backlash whose side the weight decides has variations, each of which differs at some poses and agrees at most."""
     robot, _, q = arm("vs060", 9)
     poses = Poses(q, np.arange(len(q), dtype=float), {})
     masses = tuple(float(m) for m in typical_masses(robot, q, 2))

@@ -34,14 +34,17 @@ def fitted():
 
 
 def test_its_width_comes_back(fitted):
-    """The differential equation is solved by the columns: the residual is that of the integration, and the width comes back."""
+    """The columns solve the differential equation: the residual is that of its integration, and the injected width is found."""
     calibration, _ = fitted
     assert calibration.residual_rms < 2e-6
     assert calibration.model.effects[0].coefficients[0] == pytest.approx(WIDTH, rel=0.02)
 
 
 def test_predictions_reproduce_the_fit(fitted):
-    """Saved, read again and asked for the measured poses in their order, it gives the fitted positions; without an order it does not act."""
+    """After saving and reading, predictions for the measured poses in their order are the fitted positions.
+
+    Without an order the effect does not act.
+    """
     calibration, dataset = fitted
     model = calibration.model
     saved = json.loads(json.dumps(effect_to_mapping(model.effects[0], [None])))
@@ -64,7 +67,7 @@ def joints(dataset):
 
 
 def test_it_is_tried_only_where_the_order_is_recorded_and_moves_are_direct():
-    """Neither without an order or a time, nor for a joint whose direction of approach is recorded."""
+    """Hysteresis is no candidate without an order or a time, nor for a joint whose direction of approach is recorded."""
     dataset = tracked(np.zeros_like, joint=2, seed=5)
     assert joints(dataset) == {1, 2, 3, 4, 5, 6}
     assert not joints(replace(dataset, poses=dataset.poses.drop(columns=["order"])))
@@ -73,13 +76,13 @@ def test_it_is_tried_only_where_the_order_is_recorded_and_moves_are_direct():
 
 
 def test_moves_that_are_all_long_leave_it_to_backlash():
-    """A joint that steps by half a radian at least shows no wind-up over a degree: such a travel is not tried."""
+    """If a joint moves by half a radian or more each time, a wind-up over a degree cannot be seen and is no candidate."""
     dataset = tracked(np.zeros_like, joint=2, seed=5, shortest=0.5)
     assert not {travel for e in JointHysteresis.candidates(dataset) for travel in e.travels} & {0.02, 0.06}
 
 
 def test_it_can_be_asked_for():
-    """By its joint, also where a diagnosis would not try it."""
+    """The effect can be freed by its joint, even where a diagnosis would not try it."""
     dataset = tracked(np.zeros_like, joint=2, seed=5)
     (effect,) = parse_effects("joint_hysteresis:4", dataset)
     assert effect.target == {"joint": 4}

@@ -58,7 +58,7 @@ def assert_found(calibration):
 
 
 def test_compliances_by_measured_torques_are_found():
-    """Without noise, joints that give way under any recorded torques have their compliance found, and the others none."""
+    """Without noise, the compliances of joints under recorded torques are found, and the others are zero."""
     arm, q, rng = workcell(1)
     torques = rng.normal(0.0, 50.0, q.shape)
     columns = {f"tau{j + 1}": torques[:, j] for j in range(q.shape[1])}
@@ -78,8 +78,10 @@ def test_the_torque_of_a_payload_is_the_slope_of_its_energy():
 
 
 def test_compliances_stand_as_stiffnesses_with_their_uncertainty_too():
-    """Summary, finding and table of parameters have N m/rad, whose relative error is that of the compliance; a joint that shows none is
-    stiffer than a bound."""
+    """Summary, finding and table state N m/rad with the compliance's relative error.
+
+    For a joint that shows no compliance they state a lower bound.
+    """
     arm, q, rng = workcell(4)
     torques = rng.normal(0.0, 50.0, q.shape)
     columns = {f"tau{j + 1}": torques[:, j] for j in range(q.shape[1])}
@@ -103,7 +105,7 @@ def test_compliances_stand_as_stiffnesses_with_their_uncertainty_too():
 
 
 def test_what_is_not_recorded_is_not_looked_for():
-    """Without torques, or with one payload for all poses, nothing is proposed, and a command line is told what is missing."""
+    """Without torques, or with one payload for all poses, no such effect is proposed, and the command line says what is missing."""
     arm, q, rng = workcell(3)
     dataset = measured(arm, q, rng, np.zeros_like(q), {"payload": np.full(N, 3.0)})
     assert TorqueCompliance.candidates(dataset) == PayloadDeflection.candidates(dataset) == []

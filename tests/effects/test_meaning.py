@@ -78,7 +78,7 @@ JOINT_ERRORS = {
 
 @pytest.mark.parametrize("effects", JOINT_ERRORS)
 def test_joint_errors(effects):
-    """The arm stands at q + dq where the encoders read q: gear errors, scale and coupling, signs included."""
+    """Gear errors, scale and coupling are found with their signs, where the arm stands at q + dq and the encoders read q."""
     joint, error = JOINT_ERRORS[effects]
     result, cell = explained(Flaws(joints=on_joint(joint, lambda at: error(at.q))), effects, seed=21)
     assert_explained(result, cell)
@@ -97,7 +97,7 @@ def test_joint_errors(effects):
 
 
 def test_backlash_by_approach():
-    """A joint arrives short by half its play on the side it comes from; predicting needs the side."""
+    """A joint arrives short by half its play on the side from which it comes, and predicting needs that side."""
     error = on_joint(3, lambda at: 2e-4 * at.columns["approach3"])
     result, cell = explained(Flaws(joints=error), "joint_backlash:3", seed=22, columns=approaches)
     assert result.residual_rms < RESIDUAL
@@ -109,9 +109,7 @@ def test_backlash_by_approach():
 
 
 def test_compliance_of_any_masses():
-    """Joints that give way under links of any masses are explained, although no mass is known: the moments
-    that are tried span every arm's.
-    """
+    """The compliance of joints under links of unknown mass is explained, because the moments that are tried span those of every arm."""
     rng = np.random.default_rng(23)
     cell = make_cell(seed=23, poses_per_plane=4)
     flaws = Flaws(joints=sag(cell.scene.truth, np.full(6, 1e-5), rng))
@@ -123,7 +121,7 @@ def test_compliance_of_any_masses():
 
 
 def test_nonparallel_axis():
-    """Hayati's angle on a joint whose axis is near-parallel to the one before: given back."""
+    """Hayati's angle of a joint whose axis is nearly parallel to the one before is found."""
     geometry = np.zeros((5, 6))
     geometry[BETA, 2] = 1.5e-3
     flaws = Flaws(geometry=lambda at: np.broadcast_to(geometry, (len(at.q), 5, 6)))
@@ -134,7 +132,7 @@ def test_nonparallel_axis():
 
 @pytest.mark.parametrize("stiff", [(1.0, 1.0), (1.0, 0.3)])
 def test_tilting_base(stiff):
-    """A pedestal that tilts under the moving weight, about y as easily as about x or less, is explained."""
+    """The tilt of a pedestal under the moving weight is explained, with the same compliance about both axes or with a smaller one about y."""
     cell = make_cell(seed=25, poses_per_plane=4, length_error=0.0, angle_error=0.0)
     truth = cell.scene.truth
     masses = np.array([0.0, 9.0, 5.0, 3.0, 1.0, 0.5])
@@ -182,7 +180,7 @@ def test_growing_lengths(by):
 
 
 def test_slipped_sensor():
-    """A sensor that shifts and turns from a pose on; a prediction without ``order`` is for the end."""
+    """A sensor that shifts and turns at some pose is explained, and a prediction without ``order`` is for the end."""
     motion = np.eye(4)
     motion[:3, 3] = [4e-4, -2e-4, 3e-4]
     motion[:3, :3] = kinematics.rotate_about(np.array([1.0, 2.0, -1.0]), 2e-3)
@@ -197,9 +195,7 @@ def test_slipped_sensor():
 
 @pytest.mark.parametrize("axis", ["ray", "z"])
 def test_range_errors(axis):
-    """A zero and a curvature of the range, along the ray or along z, are explained: what was measured, put
-    right.
-    """
+    """A zero and a curvature of the range are explained, along the ray or along z."""
     if axis == "ray":
         # r = m + 2e-4, so that m = r - 2e-4.
         result, cell = explained(Flaws(measured=lambda r: r - 2e-4), "range_offset", seed=28)

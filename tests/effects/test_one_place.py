@@ -31,7 +31,7 @@ NAMES = {kind.name for kind in registry.BUILT_IN} - ALSO_A_VERDICT
 
 
 def test_the_check_knows_the_effects():
-    """The names that are looked for are those of the registry and of the flexible terms."""
+    """The check looks for the names of the registry and of the flexible terms, so that it leaves no effect out."""
     assert {kind.__name__ for kind in registry.BUILT_IN} <= CLASSES
     assert {"UnattributedWave", "UnattributedSway"} <= CLASSES
     assert len(NAMES) == len(registry.BUILT_IN) - 1
@@ -39,7 +39,7 @@ def test_the_check_knows_the_effects():
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_no_effect_is_named(path):
-    """Neither the class nor the name of an effect stands in the code; examples in docstrings may name one."""
+    """The code outside an effect's own file contains neither its class nor its name; examples in docstrings may."""
     tree = ast.parse(path.read_text())
     prose = {
         id(node.value)
@@ -58,7 +58,7 @@ def test_no_effect_is_named(path):
 
 
 def test_every_effect_states_its_natural_size_and_where_it_is_from():
-    """A kind with a name has a natural size for each of its units, and a source or the word that it is assumed."""
+    """Every kind with a name has a natural size for each of its units, with a source or the word that it is assumed."""
     for kind in registry.BUILT_IN:
         if not kind.flexible:
             assert kind.natural and all(size > 0 for size in kind.natural.values()), kind.name

@@ -69,7 +69,7 @@ def diagnosed(cell, tmp_path_factory):
     return folder
 
 
-def test_it_is_named_with_its_coefficient(diagnosed):
+def test_an_effect_from_outside_is_named_with_its_coefficient(diagnosed):
     """The diagnosis names the effect, its joint and its size within four standard errors, and nothing else."""
     (entry,) = json.loads((diagnosed / "out" / "diagnosis.json").read_text())["effects"]
     assert (entry["name"], entry["target"]) == ("hose_twist", {"joint": JOINT})
@@ -78,8 +78,8 @@ def test_it_is_named_with_its_coefficient(diagnosed):
     assert "twist by the hose" in (diagnosed / "said.txt").read_text()
 
 
-def test_it_is_reported_with_a_picture(diagnosed):
-    """The report says it in the effect's words, and draws it without and with the effect."""
+def test_an_effect_from_outside_is_reported_with_a_picture(diagnosed):
+    """The report describes the effect in its own words, and draws it without and with the effect."""
     page = (diagnosed / "out" / "report.html").read_text()
     card = page.split("<article>")[1].split("</article>")[0]
     assert "Joint 4: twist by the hose" in card
@@ -87,8 +87,8 @@ def test_it_is_reported_with_a_picture(diagnosed):
     assert "shift that the effect predicts" in card
 
 
-def test_it_is_saved_with_its_module_and_applied(cell, diagnosed):
-    """The calibration says where the effect comes from; predictions with it come nearer to the truth than those without."""
+def test_an_effect_from_outside_is_saved_with_its_module_and_applied(cell, diagnosed):
+    """The calibration states the effect's module, and predictions with the effect are nearer to the truth than those without."""
     saved = json.loads((diagnosed / "out" / "after.json").read_text())["effects"]
     assert [(e["name"], e["module"]) for e in saved] == [("hose_twist", "hose_twist")]
     truth, _ = cell.truth_poses(50, np.random.default_rng(3))

@@ -42,7 +42,7 @@ def test_the_middle_does_not_depend_on_where_most_poses_are():
 
 @pytest.mark.slow
 def test_a_zero_beside_a_curvature_has_a_name_of_its_own():
-    """A range that is curved about its middle and 0.4 mm too long everywhere: both are named, each alone is named alone."""
+    """For a range that is curved about its middle and 0.4 mm too long, both effects are named, and each alone is named alone."""
     middle = (0.10 + 0.45) / 2
     curvatures = {
         "range_distortion": lambda r: 0.01 * (r - middle) ** 2,
@@ -54,8 +54,8 @@ def test_a_zero_beside_a_curvature_has_a_name_of_its_own():
         assert sorted(finding.effect.name for finding in found) == names
 
 
-def test_the_middle_is_kept():
-    """An effect read back from a calibration is curved about the same range; one of an older file about zero."""
+def test_the_middle_of_the_range_is_saved():
+    """An effect that is read from a calibration is curved about the same range, and one of an older file about zero."""
     (effect,) = parse_effects("range_distortion", make_cell(seed=32, poses_per_plane=10).dataset)
     mapping = effect_to_mapping(effect, [None] * len(effect.coefficients))
     assert effect_from_mapping(mapping).middle == effect.middle

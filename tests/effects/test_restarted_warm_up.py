@@ -44,7 +44,7 @@ def with_columns(dataset, **columns):
 
 @pytest.mark.parametrize("cooling", [0.4, 1.0, 3.0])
 def test_the_warmth_solves_its_differential_equation(cooling):
-    """By SciPy's integrator, stretch after stretch: at work towards 1, at rest towards 0, and after the last stretch at work again."""
+    """The warmth agrees with SciPy's integrator: it tends towards 1 at work and towards 0 at rest, stretch after stretch."""
     begins, ends = (10.0, 300.0, 420.0), (200.0, 350.0, 600.0)
     effect = RestartedWarmUp("time", begins, ends, 80.0, cooling)
     edges = [10.0, 200.0, 300.0, 350.0, 420.0, 900.0]  # work and rest in turns
@@ -75,7 +75,7 @@ def test_gaps_in_time_are_stops(plain):
 
 
 def test_sessions_are_stretches_where_no_time_is_recorded_or_it_starts_again(plain):
-    """By the order of poses, if its sessions follow one another; sessions in turns tell no stops."""
+    """If no time is recorded, sessions that follow one another by the order of poses are stretches of work; sessions that alternate show no stops."""
     session = np.repeat(["a", "b", "c"], 20)
     expected = ("order", [(0.0, 19.0), (20.0, 39.0), (40.0, 59.0)])
     assert stretches_of_work(with_columns(plain, session=session)) == expected
@@ -85,7 +85,7 @@ def test_sessions_are_stretches_where_no_time_is_recorded_or_it_starts_again(pla
 
 
 def test_it_is_tried_only_where_the_record_has_stops(plain):
-    """No stop, no candidate: a record without time and sessions, with an even time, or with a stop after the first few poses only."""
+    """The effect is no candidate without time and sessions, with an even time, or with a stop after the first few poses only."""
     even, early = np.arange(60.0), np.arange(60.0) + 1e4 * (np.arange(60) >= 3)
     for data in (plain, with_columns(plain, time=even), with_columns(plain, time=early)):
         assert not RestartedWarmUp.candidates(data)

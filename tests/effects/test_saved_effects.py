@@ -73,7 +73,7 @@ def check_saved(case: Prepared40, effects: Sequence[Effect], path: Path, *, free
 
 @pytest.mark.parametrize("free", [True, False], ids=["estimated", "held"])
 def test_two_of_one_name_at_one_place(case, free, tmp_path):
-    """Every effect beside another of its name at its place keeps its own parameters in the file."""
+    """Two effects of one name at one place keep their own parameters in the file, for every effect."""
     rng = np.random.default_rng(17)
     for effect in case.effects:
         check_saved(case, [effect, sibling(effect, rng)], tmp_path / "calibration.json", free=free)
@@ -81,8 +81,8 @@ def test_two_of_one_name_at_one_place(case, free, tmp_path):
 
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(data=st.data())
-def test_any_mixture(case, data, tmp_path_factory):
-    """Any few effects together, some of them of one name at one place, keep their own parameters in the file."""
+def test_any_few_effects_together_keep_their_parameters(case, data, tmp_path_factory):
+    """Any few effects together, some of them with one name and place, keep their own parameters in the file."""
     chosen = data.draw(st.lists(st.sampled_from(case.effects), min_size=1, max_size=4))
     rng = np.random.default_rng(data.draw(st.integers(0, 1000)))
     effects = [e if data.draw(st.booleans()) else sibling(e, rng) for e in chosen]
@@ -90,7 +90,7 @@ def test_any_mixture(case, data, tmp_path_factory):
 
 
 def test_names_are_unique_whatever_keys_effects_have():
-    """Keys that repeat, and keys that look like a repeated one, give every coefficient a name of its own."""
+    """Every coefficient has a name of its own, even if keys repeat or look like repeated ones."""
 
     @dataclass(frozen=True, eq=False)
     class Named(JointScale):

@@ -37,7 +37,7 @@ def mean_error(calibration, cell) -> float:
 
 @pytest.mark.parametrize("error_axis", ["ray", "z"])
 def test_powers_and_polynomials_are_the_same_map(error_axis):
-    """What the compressed rows are made of, products of powers, is each Legendre term along the direction in which the scanner errs."""
+    """The products of powers from which rows are compressed give each Legendre term along the direction in which the scanner errs."""
     rng = np.random.default_rng(92)
     points = rng.uniform([-0.1, 0.2], [0.1, 0.5], (50, 2))
     effect = SensorMap((0.01, 0.33), (0.09, 0.17))
@@ -51,7 +51,7 @@ def test_powers_and_polynomials_are_the_same_map(error_axis):
 
 
 def test_only_a_scanner_of_profiles_has_a_map():
-    """A tracker has none, and asking for one says so."""
+    """A tracker has no sensor map, and a request for one is refused with that reason."""
     dataset = make_scene(kind="tracker", seed=1).dataset
     assert SensorMap.candidates(dataset) == []
     with pytest.raises(ValueError, match="profiles"):
@@ -60,7 +60,7 @@ def test_only_a_scanner_of_profiles_has_a_map():
 
 @pytest.mark.slow
 def test_a_crooked_scanner_is_named():
-    """It is a fault of the scanner over its profile, of nothing else."""
+    """The error of a crooked scanner is named as a fault of the scanner over its profile, and nothing else is named."""
     for seed in range(3):
         cell = make_cell(seed=95 + seed, poses_per_plane=60, points_per_scan=60, noise=4e-5)
         diagnosis = diagnose(crooked(cell.dataset, 10 + seed, 6e-5))

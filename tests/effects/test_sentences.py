@@ -57,7 +57,7 @@ def words_of(text: str) -> set[str]:
 
 
 def test_faults_are_found():
-    """The rules themselves: a word twice, an empty bracket and a lost end are faults, a plain sentence has none."""
+    """The rules find a repeated word, an empty bracket and a lost end, and find no fault in a plain sentence."""
     assert (
         faults("the the joint")
         and faults("joint 1 errs ()")
@@ -68,7 +68,7 @@ def test_faults_are_found():
 
 
 def test_clauses_and_sentences_have_a_verb_and_no_fault(effects):
-    """Each says with a verb what is so, begins small, ends without a full stop, and repeats nothing."""
+    """Each clause has a verb, begins with a small letter, ends without a full stop, and repeats nothing."""
     for effect in effects:
         for text in (effect.clause, effect.sentence, effect.clause_of([effect])):
             assert words_of(text) & VERBS, text
@@ -77,7 +77,7 @@ def test_clauses_and_sentences_have_a_verb_and_no_fault(effects):
 
 
 def test_several_effects_of_a_kind_are_one_clause(effects):
-    """However many there are, nothing is said twice, and a verb still agrees with its joints."""
+    """However many effects there are, nothing is repeated, and the verb agrees with the number of joints."""
     for effect in effects:
         assert effect.clause_of([effect] * 5).count(effect.clause_of([effect])) <= 1
         alike = [e for e in effects if (e.reported_with or e.name) == (effect.reported_with or effect.name)]
@@ -98,7 +98,7 @@ def test_advice_says_what_to_do(effects):
 
 
 def test_every_effect_says_how_to_see_it_and_what_changes_in_the_controller(effects):
-    """Both are whole sentences; a flexible term has neither, since its advice is how to find its cause."""
+    """Both texts are whole sentences; a flexible term has neither, since its advice is how to find its cause."""
     for effect in [effect for effect in effects if not effect.flexible]:
         for text in (effect.how_to_measure, effect.in_controller):
             assert text[:1].isupper() and text.endswith(".") and not faults(text), (effect.name, text)
@@ -129,12 +129,12 @@ def test_a_tilting_base_names_the_masses_that_tilt_it(alike):
     "name", ["q2", "gravity", "order", "time", "temperature", "plane_u", "plane_v", "humidity"]
 )
 def test_structure_without_a_name_has_first_steps(name):
-    """Whatever it varies with, there is a sentence that says what to do, and the same one once."""
+    """Whatever columns unmodelled structure varies with, one sentence says what to do, and each sentence occurs once."""
     (text,) = first_steps([name, name])
     assert text.split()[0] in IMPERATIVES and text.endswith(".") and not faults(text)
 
 
-def test_a_tracker_hears_nothing_of_planes_and_scans():
+def test_texts_for_a_tracker_do_not_mention_planes_or_scans():
     """No effect that is tried on a tracker's data, and no advice on its columns, speaks of planes or scans."""
     data = make_scene(kind="tracker", seed=1, poses_per_plane=8).dataset
     for kind in known().values():

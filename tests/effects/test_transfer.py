@@ -34,8 +34,11 @@ def cell():
     return dataset, replace(model, effects=tuple(every_effect(dataset, rng)))
 
 
-def test_the_arms_effects_go_with_it_and_the_days_stay(cell):
-    """Joints, links and pedestal are carried with their coefficients; slips, target planes and warm-ups by the clock are not, with a reason."""
+def test_effects_of_the_arm_are_transferred_and_those_of_a_campaign_are_not(cell):
+    """Effects of joints, links and pedestal are carried with their coefficients.
+
+    Slips, target planes and warm-ups by the clock are not, with a reason.
+    """
     dataset, model = cell
     given = carried(model, dataset)
     names = {effect.name for effect in given.effects}
@@ -50,7 +53,7 @@ def test_the_arms_effects_go_with_it_and_the_days_stay(cell):
     ("column", "name"), [("temperature", "thermal_drift"), ("approach2", "joint_backlash")]
 )
 def test_an_effect_whose_column_is_missing_is_left_with_the_columns_name(cell, column, name):
-    """An effect that needs a column is taken only where the dataset has it."""
+    """An effect that needs a column is transferred only if the dataset has it, and the message names the column."""
     dataset, model = cell
     poorer = replace(dataset, poses=dataset.poses.drop(columns=column))
     rich, poor = carried(model, dataset), carried(model, poorer)
@@ -61,7 +64,7 @@ def test_an_effect_whose_column_is_missing_is_left_with_the_columns_name(cell, c
 
 
 def test_another_arm_is_refused(cell):
-    """Effects of an arm with another number of joints are no effects of this one."""
+    """Effects of an arm with another number of joints are refused."""
     dataset, model = cell
     other = replace(dataset.robot, geometry=dataset.robot.geometry[:, :5], limits=dataset.robot.limits[:5])
     with pytest.raises(InvalidInput, match="6 joints"):

@@ -17,7 +17,7 @@ from tests.robot_descriptions import random_description
 
 @pytest.mark.parametrize("length", ["1e308", "1e200", "2", "-1e-3"])
 def test_an_axis_of_any_length_is_a_direction(length, tmp_path):
-    """The square of a long axis overflowed, and the axis became nothing; its length means nothing, so the robot is that of the unit axis."""
+    """An axis of any length gives the robot of the unit axis; the square of a long one once overflowed, and the axis became zero."""
     text = random_description(np.random.default_rng(3), 3)
     start = text.index('<axis xyz="') + len('<axis xyz="')
     end = text.index('"', start)
@@ -33,7 +33,7 @@ def test_an_axis_of_any_length_is_a_direction(length, tmp_path):
     "coefficients", [{"sin_rad": 1}, {"sin_rad": {"value": "x"}}, {"sin_rad": []}, [], "x", None]
 )
 def test_a_diagnosis_whose_coefficients_are_none_is_refused(coefficients, tmp_path):
-    """A number, a text or a list in the place of a value with its standard error is no fault of the program."""
+    """A number, a text or a list in the place of a value with its standard error is refused as a fault of the file."""
     READERS["diagnosis"].make(tmp_path)
     content = json.loads((tmp_path / "diagnosis.json").read_text())
     content["effects"][0]["coefficients"] = coefficients
@@ -54,7 +54,7 @@ def test_a_diagnosis_whose_coefficients_are_none_is_refused(coefficients, tmp_pa
     ],
 )
 def test_a_number_with_a_point_is_no_count(file, was, now, place, tmp_path):
-    """The JSON schema standard takes 1000.0 for an integer; counting with it failed when the jobs were listed."""
+    """A count of 1000.0 is refused, although the JSON schema standard takes it for an integer, because counting with it once failed."""
     READERS["config and grids"].make(tmp_path)
     text = (tmp_path / file).read_text()
     assert was in text
@@ -64,7 +64,7 @@ def test_a_number_with_a_point_is_no_count(file, was, now, place, tmp_path):
 
 
 def test_damage_is_the_same_from_the_same_seed():
-    """A find can be made again."""
+    """The same seed gives the same damage, so that a find can be made again."""
     from tests.endurance.mutations import mutated
 
     raw = b"format: x\nvalues: [1.0, 2.0]\n"
@@ -73,7 +73,7 @@ def test_damage_is_the_same_from_the_same_seed():
 
 @pytest.mark.parametrize("damage", [{}, {"held_out_before_mm": "x"}, {"effects": "another"}, {"status": 1}])
 def test_a_damaged_result_of_a_batch_is_made_again(damage, tmp_path):
-    """A line of the table that lacked a number ended the batch as a fault of the program, and one with another number was taken."""
+    """A damaged line of the table is made again; a line without a number once ended the batch, and a wrong number was accepted."""
     READERS["result of a batch"].make(tmp_path)
     path = tmp_path / "out" / "batch.json"
     content = json.loads(path.read_text())
@@ -83,7 +83,7 @@ def test_a_damaged_result_of_a_batch_is_made_again(damage, tmp_path):
 
 
 def test_a_position_that_is_no_number_is_no_stop():
-    """It once was one, and lasted until the recording ended: nothing that is compared with NaN has moved."""
+    """A position that is NaN is no standstill; once it lasted until the recording ended, because NaN compares as unmoved."""
     times = np.arange(0.0, 6.0, 0.1)
     positions = np.where(times < 3.0, 0.0, 1.0)[:, None] * np.ones(2)
     whole = find_stops(times, positions)
@@ -95,7 +95,7 @@ def test_a_position_that_is_no_number_is_no_stop():
 
 
 def test_references_that_no_file_may_hold_are_refused():
-    """A name that the reader refuses, and an array of other poses, were written to a folder that could not be read."""
+    """Names and arrays that a reader would refuse are refused before they are written; once they gave a folder that could not be read."""
     dataset = make_scene("vs060", "tracker", poses_per_plane=4).dataset
     arrays = {"robot": dataset.robot, "sensor": dataset.sensor, "q": dataset.q, "points": dataset.points}
     n = dataset.n_poses

@@ -35,7 +35,7 @@ def keep(config: pytest.Config, find: str) -> None:
 def test_a_damaged_file_is_refused_or_read_as_what_it_says(
     fuzzed: Fuzzed, pytestconfig: pytest.Config, seed: int
 ) -> None:
-    """Bytes, lines, words and parts of a tree changed: a refusal that can be printed, or an answer, in bounded time and memory."""
+    """A file with changed bytes, lines, words or parts is either refused with a printable message or read, in bounded time and memory."""
     find = fuzzed.one(random.Random(seed))
     if find is not None:
         keep(pytestconfig, f"{fuzzed.reader.name}, seed {seed}: {find}")
@@ -43,7 +43,7 @@ def test_a_damaged_file_is_refused_or_read_as_what_it_says(
 
 
 def test_the_words_of_a_find_name_the_error_and_the_file_that_is_kept(tmp_path):
-    """What a reader did and the bytes that made it do so outlive the input after it."""
+    """The message of a find names the error and the file with the bytes that caused it, which the next input does not replace."""
 
     def read(folder: Path) -> str:
         if (folder / "a.txt").read_text(errors="replace") != "sound":
@@ -59,8 +59,8 @@ def test_the_words_of_a_find_name_the_error_and_the_file_that_is_kept(tmp_path):
     assert fuzzed.row()["finds"] == 1
 
 
-def test_patience_is_of_processor_time():
-    """A loop ends; on a machine that is busy with other things an input does not become slow by waiting."""
+def test_the_time_limit_is_of_processor_time():
+    """An endless loop is ended, and an input does not count as slow because the machine is busy with other work."""
     with pytest.raises(TooLong), patience(1):
         while True:
             pass

@@ -9,7 +9,7 @@ from tests.endurance import kills
 
 
 def test_faults_of_a_command_are_said_before_another_fails(monkeypatch, capsys):
-    """A command that cannot even run undisturbed is a fault of its own, and what was seen of the one before it is printed by then."""
+    """The faults of one command are printed before the next begins, and a command that fails undisturbed is a fault of its own."""
 
     def seen(name, *_):
         if name == "plan":
@@ -25,7 +25,7 @@ def test_faults_of_a_command_are_said_before_another_fails(monkeypatch, capsys):
 
 
 def test_a_command_that_fails_undisturbed_is_a_fault(monkeypatch, tmp_path):
-    """Its status and its words are kept, and nothing is killed."""
+    """Its exit status and its output are kept, and nothing is killed."""
     monkeypatch.setattr(kills, "run", lambda arguments: (2, "scalar: too few poses"))
     found = kills.endure("plan", (Path("a"), Path("b")), 3, kills.random.Random(0), tmp_path)
     assert found.kills == 0

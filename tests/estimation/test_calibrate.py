@@ -57,9 +57,7 @@ def worst_errors(scene: Scene, calibration) -> tuple[float, float]:
 
 @pytest.mark.parametrize("nominal_pose", [True, False])
 def test_noise_free_scans_give_the_truth_back(nominal_pose):
-    """From 20 random starts, with and without a rough pose of the scanner, every parameter to 1e-9 m
-    and rad.
-    """
+    """From 20 random starts, with and without a rough pose of the scanner, every parameter is right to 1e-9 m and rad."""
     for seed in range(RANDOM_STARTS):
         scene = random_start(seed, nominal_pose=nominal_pose)
         errors = worst_errors(scene, calibrate(scene.dataset))
@@ -68,7 +66,7 @@ def test_noise_free_scans_give_the_truth_back(nominal_pose):
 
 @pytest.mark.parametrize("robot", ["ur10e", "panda", "puma560"])
 def test_arms_of_other_makes_give_the_truth_back(robot):
-    """The same code and other configs: four arms in all, with six and seven joints."""
+    """Four arms with six and seven joints are calibrated by the same code with other configs."""
     for seed in range(3):
         scene = random_start(seed, robot, nominal_pose=seed % 2 == 0)
         assert max(worst_errors(scene, calibrate(scene.dataset))) < TO_DIGITS
@@ -83,9 +81,7 @@ def test_arms_of_other_makes_give_the_truth_back(robot):
     {"upright": True},
 ])  # fmt: skip
 def test_noise_free_scans_of_every_form(settings):
-    """Noise not stated or absurdly small, errors along z, scans of two points and of a thousand,
-    upright walls.
-    """
+    """The truth is found with noise not stated or absurdly small, errors along z, scans of two points and of a thousand, and upright walls."""
     scene = random_start(1, **settings)
     assert max(worst_errors(scene, calibrate(scene.dataset))) < TO_DIGITS
 
@@ -93,17 +89,13 @@ def test_noise_free_scans_of_every_form(settings):
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
 @pytest.mark.parametrize("robot", ["vs060", "panda"])
 def test_other_sensors_give_the_truth_back(robot, kind):
-    """Contacts and tracked points, noise-free: the same, apart from the sensor's rotation, which they
-    do not see.
-    """
+    """Noise-free contacts and tracked points give the truth, except for the sensor's rotation, which they do not observe."""
     scene = make_scene(robot, kind, noise=0.0, stated_noise=1e-4, poses_per_plane=60, seed=5)
     assert max(worst_errors(scene, calibrate(scene.dataset))) < TO_DIGITS
 
 
 def test_headline_accuracy_over_seeds():
-    """3N = 120, M = 100, 0.1 mm, fixed parameters at their truth: over 30 workcells at most 0.03 mm and
-    0.005 degrees, raw.
-    """
+    """With 120 poses, 100 points and 0.1 mm of noise, raw errors over 30 workcells are at most 0.03 mm and 0.005 degrees."""
     position, orientation = [], []
     for seed in range(HEADLINE_SEEDS):
         scene = make_scene(seed=1000 + seed, upright=seed % 2 == 0)
@@ -115,9 +107,7 @@ def test_headline_accuracy_over_seeds():
 
 
 def test_compressed_and_full_data_have_the_same_optimum():
-    """A Gauss-Newton step on all points, one by one, at the optimum found: it moves nothing by more
-    than 1e-9.
-    """
+    """A Gauss-Newton step on all single points moves nothing by more than 1e-9 from the optimum of the compressed rows."""
     scene = make_scene(seed=8, poses_per_plane=20, points_per_scan=(20, 60))
     calibration = calibrate(scene.dataset)
     data, model = scene.dataset, calibration.model
@@ -166,7 +156,7 @@ def test_the_order_of_the_poses_does_not_matter():
 
 
 def test_held_parameters_keep_their_nominal_values():
-    """What is fixed, derived or asked for, stands where the dataset has it; the rest has a standard error."""
+    """Parameters that are fixed, derived or by request, keep the dataset's values, and all others have a standard error."""
     scene = make_scene(exact=(*PUBLISHED_FIXED, "a_4"))
     calibration = calibrate(scene.dataset, fix=["a_4"])
     parameters = calibration.parameters()
@@ -185,7 +175,7 @@ def test_held_parameters_keep_their_nominal_values():
 
 
 def test_noise_that_is_not_stated_is_estimated():
-    """Without a stated noise, parameters and standard errors come out as with it."""
+    """Without a stated noise, parameters and standard errors are those with it."""
     scene = make_scene(seed=3, noise=3e-4)
     stated, not_stated = (
         calibrate(scene.dataset),
@@ -199,7 +189,7 @@ def test_noise_that_is_not_stated_is_estimated():
 
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
 def test_a_single_point_a_pose_takes_its_noise_from_the_residual(kind):
-    """Where nothing is stated, the standard errors follow the residual of the fit."""
+    """If no noise is stated and a pose is a single point, the standard errors follow the residual of the fit."""
     scene = make_scene(kind=kind, seed=3, noise=3e-4, poses_per_plane=80)
     stated = calibrate(scene.dataset)
     not_stated = calibrate(replace(scene.dataset, sensor=replace(scene.dataset.sensor, noise=None)))
@@ -210,9 +200,7 @@ def test_a_single_point_a_pose_takes_its_noise_from_the_residual(kind):
 
 
 def test_more_noise_than_was_stated_widens_the_standard_errors():
-    """An error common to each scan that nobody stated: the misfit says so, and the claimed errors grow
-    with it.
-    """
+    """An error common to each scan that nobody stated shows in the misfit, and the standard errors grow with it."""
     scene = make_scene(seed=4)
     rng = np.random.default_rng(0)
     bias = np.repeat(2e-4 * rng.standard_normal(scene.dataset.n_poses), np.diff(scene.dataset.starts))
@@ -225,9 +213,7 @@ def test_more_noise_than_was_stated_widens_the_standard_errors():
 
 
 def test_known_planes_pull_the_estimate_to_what_is_known():
-    """A reference target plane stays at its declared place to within what was declared, and its errors shrink
-    to that.
-    """
+    """A reference target plane stays at its declared place within the declared uncertainty, and its standard errors shrink to that."""
     scene = make_scene(seed=6)
     floor, *walls = scene.dataset.planes
     known = replace(floor, normal=scene.truth.normals[0], distance=0.0, distance_std=1e-7, normal_std=1e-7)
@@ -238,9 +224,7 @@ def test_known_planes_pull_the_estimate_to_what_is_known():
 
 
 def test_sessions_have_planes_of_their_own():
-    """Target planes that were moved between two sessions: each has its own place, the arm is one, and the
-    truth comes back.
-    """
+    """If target planes were moved between two sessions, each has its own place, the arm is one, and the truth is found."""
     one = make_scene(seed=7, noise=0.0, stated_noise=1e-4, poses_per_plane=20)
     data, q = one.dataset, one.dataset.q
     second = np.arange(data.n_poses) >= 30

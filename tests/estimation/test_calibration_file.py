@@ -106,7 +106,7 @@ def damaged_covariance(content: dict[str, Any], how: str) -> dict[str, Any]:
 def test_what_is_no_covariance_is_refused(
     sound: dict[str, Any], how: str, words: str, tmp_path: Path
 ) -> None:
-    """The comparison of two calibrations took the root of a negative variance, and standard errors of predictions were wrong in silence."""
+    """A negative variance is refused; it once made the comparison of two calibrations fail, and standard errors of predictions silently wrong."""
     with pytest.raises(InvalidInput, match=words):
         load_calibration(saved(damaged_covariance(sound, how), tmp_path))
     empty = [[None] * len(row) for row in sound["covariance"]]
@@ -117,7 +117,7 @@ def test_what_is_no_covariance_is_refused(
 def test_a_damaged_value_is_refused_by_its_key(
     sound: dict[str, Any], path: tuple[str | int, ...], value: Any, column: str, tmp_path: Path
 ) -> None:
-    """Another type, another length, not finite, too large, or contradicting the rest: a fault at that very key."""
+    """A value of another type or length, not finite, too large, or contradicting the rest gives a fault at its key."""
     with pytest.raises(InvalidInput) as caught:
         load_calibration(saved(replaced(sound, path, value), tmp_path))
     assert column in [fault.column for fault in caught.value.faults]
@@ -128,7 +128,7 @@ def test_a_damaged_value_is_refused_by_its_key(
     "path", [("robot",), ("sensor",), ("parameters",), ("effects",), ("names",), ("covariance",), (*NOMINAL, "joints", 0, "d")]
 )  # fmt: skip
 def test_a_missing_key_is_named(sound: dict[str, Any], path: tuple[str | int, ...], tmp_path: Path) -> None:
-    """Any key that a calibration cannot do without is named where it is missing."""
+    """Any key that a calibration needs is named if it is missing."""
     content = copy.deepcopy(sound)
     place: Any = content
     for key in path[:-1]:
@@ -138,8 +138,8 @@ def test_a_missing_key_is_named(sound: dict[str, Any], path: tuple[str | int, ..
         load_calibration(saved(content, tmp_path))
 
 
-def test_a_sound_file_is_read_as_before(sound: dict[str, Any], tmp_path: Path) -> None:
-    """The file that was damaged above is whole without the damage, and gives back what it holds."""
+def test_the_undamaged_file_is_read(sound: dict[str, Any], tmp_path: Path) -> None:
+    """The file that the other tests damage reads back whole if it is not damaged."""
     found = load_calibration(saved(sound, tmp_path))
     assert [effect.name for effect in found.model.effects] == ["joint_compliance", "joint_harmonic"]
     assert json.loads(json.dumps(found.to_mapping()["effects"])) == sound["effects"]

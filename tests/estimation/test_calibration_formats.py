@@ -17,7 +17,7 @@ VERSION_1 = Path(__file__).parents[1] / "version_1"
 
 
 def test_version_1_predicts_what_it_predicted() -> None:
-    """A calibration of version 1 predicts the frames that the release predicted that wrote it, to the digits of their table."""
+    """A calibration of version 1 predicts the frames that the release predicted which wrote it, to the digits of their table."""
     calibration = load_calibration(VERSION_1 / "calibration.json")
     frames = pd.read_csv(VERSION_1 / "frames.csv")
     expected = [
@@ -29,7 +29,7 @@ def test_version_1_predicts_what_it_predicted() -> None:
 
 
 def test_version_1_becomes_version_2_without_loss(tmp_path: Path) -> None:
-    """Saved again it is of version 2: the same parameters and effects; the covariance beside its names."""
+    """If it is saved again it has version 2, with the same parameters, effects and covariance."""
     load_calibration(VERSION_1 / "calibration.json").save(tmp_path / "c.json")
     old = json.loads((VERSION_1 / "calibration.json").read_text(encoding="utf-8"))
     new = json.loads((tmp_path / "c.json").read_text(encoding="utf-8"))

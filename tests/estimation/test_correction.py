@@ -57,7 +57,7 @@ def regular(model, q):
 
 @pytest.mark.parametrize("name", ["vs060", "ur10e", "panda", "small_arm"])
 def test_predict_at_corrected_joints_is_where_the_nominal_arm_would_be(name):
-    """The law, for six joints and seven, with effects on joints, links, base and sensor: to 1e-6 m and 1e-6 rad."""
+    """For six joints and seven, with effects on joints, links, base and sensor, the frames agree to 1e-6 m and 1e-6 rad."""
     rng = np.random.default_rng(1)
     robot = robot_of(name)
     n = robot.n_joints
@@ -96,7 +96,7 @@ def test_an_arm_as_its_maker_drew_it_needs_no_correction():
 
 
 def test_pybullet_takes_the_calibrated_arm_to_the_nominal_place(tmp_path):
-    """A second opinion: the exported description at corrected angles is where the nominal description is at the nominal ones."""
+    """In pybullet, the exported description at corrected angles is where the nominal description is at the nominal angles."""
     pytest.importorskip("pybullet_data")
     path, (_, base, tip) = shipped("xarm6"), ARMS["xarm6"]
     robot, _ = robot_from_urdf(path, base, tip)
@@ -151,8 +151,8 @@ def test_a_wrist_that_is_stretched_is_said_to_be_singular():
     assert np.isfinite(found.q).all()
 
 
-def test_what_cannot_be_taken_is_said_and_not_made_up():
-    """Beyond the reach, and in the face of an effect that jumps, nothing is called reached that is not."""
+def test_a_frame_that_is_not_reached_is_not_called_reached():
+    """Frames beyond the reach, and frames where an effect jumps, are not called reached unless they are."""
     robot = robot_of("vs060")
     calibration = calibrated(robot, np.random.default_rng(1))
     q = np.zeros((3, 6)) + 0.5
@@ -172,7 +172,7 @@ def test_what_cannot_be_taken_is_said_and_not_made_up():
         )  # upright, with the nominal arm longer than the real one
 
 
-def test_limits_are_said():
+def test_joints_beyond_their_limits_are_marked():
     """Joints that a correction takes beyond their limits are marked, and no others."""
     robot = robot_of("vs060")
     calibration = calibrated(robot, np.random.default_rng(1))
@@ -186,7 +186,7 @@ def test_limits_are_said():
 
 @pytest.mark.parametrize("name", ["vs060", "ur10e", "panda"])
 def test_postures_are_found_for_frames_alone(name):
-    """Whatever posture made a frame, one within the limits is found that takes it."""
+    """For a frame made by any posture, a posture within the limits is found that takes it."""
     rng = np.random.default_rng(1)
     robot = robot_of(name)
     calibration = calibrated(robot, rng)
@@ -200,7 +200,7 @@ def test_postures_are_found_for_frames_alone(name):
 
 
 def test_a_path_stays_in_one_posture():
-    """Frames along a smooth path get joint angles along a smooth path."""
+    """Frames along a smooth path get joint angles along a smooth path, without a change of posture."""
     rng = np.random.default_rng(1)
     calibration = calibrated(robot_of("vs060"), rng)
     share = np.linspace(0, 1, 60)[:, None]
@@ -219,7 +219,7 @@ def test_a_column_that_an_effect_needs_is_named():
 
 
 def test_an_effect_of_the_pose_before_is_that_of_the_corrected_pose_before():
-    """Where the order tells the moves, `predict` computes them from the corrected angles: these are what a lag acts on."""
+    """If the order states the moves, `predict` computes them from the corrected angles, and a lag acts on these."""
     rng = np.random.default_rng(1)
     robot = robot_of("vs060")
     lags = tuple(PoseLag(j, coefficients=np.array([5e-3])) for j in (1, 4))
@@ -234,7 +234,10 @@ def test_an_effect_of_the_pose_before_is_that_of_the_corrected_pose_before():
 
 
 def test_the_sensitivity_is_how_far_joints_move_for_a_small_shift():
-    """Of corrections for shifts by 0.01 mm in many directions, none moves a joint by more, and some by as much; a singular pose is the nearest."""
+    """Corrections for shifts by 0.01 mm in many directions move each joint by at most the stated travel, and in one direction by that much.
+
+    The stated singular value is small near a singular pose.
+    """
     model = calibrated(robot_of("vs060"), np.random.default_rng(4)).model
     q = np.array([0.3, 0.2, 1.2, 0.4, 0.8, -0.5])
     directions = np.random.default_rng(5).standard_normal((2000, 3))

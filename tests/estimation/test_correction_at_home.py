@@ -52,7 +52,7 @@ def test_a_home_pose_comes_near(name):
 
 
 def test_what_is_reached_is_left_alone():
-    """Where the frame is taken exactly, the joint angles of the correction stay."""
+    """If the correction takes the frame exactly, its joint angles stay as they are."""
     robot = Robot.from_mapping(read_arm("ur10e").mapping)
     made = calibrated(robot, np.random.default_rng(1))
     poses = poses_of(np.array([[0.3, -1.0, 1.2, 0.4, 0.8, -0.5], [0.3, -1.0, 1.2, 0.4, 0.0, -0.5]]))

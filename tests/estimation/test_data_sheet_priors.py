@@ -99,7 +99,7 @@ def rms(errors):
 
 
 def test_the_estimate_is_the_posterior_mean_of_a_dense_computation():
-    """Few poses of an almost perfect data sheet: mean and covariance by the gain form, ``S J' (J S J' + 1)^-1``, over all measurements."""
+    """For few poses and a data sheet that is almost right, mean and covariance are those of the gain form ``S J' (J S J' + 1)^-1``."""
     tiny = 5e-5  # m and rad: the square of it is nothing
     rng = np.random.default_rng(0)
     dataset, _ = workcell(3, elsewhere(rng, 12), size=tiny)
@@ -125,7 +125,7 @@ def test_the_estimate_is_the_posterior_mean_of_a_dense_computation():
 
 @pytest.mark.parametrize("stated", [False, True])
 def test_priors_leave_alone_what_the_data_determine(stated):
-    """Poses all over: with priors, learned or stated, everything is within 2 % of a standard error of the fit without them."""
+    """With poses all over the workspace, priors change nothing by more than 2 % of a standard error of the fit without them."""
     made = make_scene(kind="tracker", seed=21, poses_per_plane=60, noise=2e-5)
     dataset = stating(made.dataset, 2e-3, np.deg2rad(1.0)) if stated else made.dataset
     without = calibrate(made.dataset)
@@ -137,7 +137,10 @@ def test_priors_leave_alone_what_the_data_determine(stated):
 
 
 def test_a_grid_is_refused_without_a_tolerance_and_says_how_little_it_knows_with_one():
-    """Poses that leave directions open: refused; with the maker's tolerance they are calibrated, sure on the grid and unsure off it."""
+    """Poses that leave directions undetermined are refused.
+
+    With the maker's tolerance they are calibrated, with small standard errors on the grid and large ones off it.
+    """
     dataset, _ = workcell(5, grid())
     with pytest.raises(Undetermined, match="tolerance"):
         calibrate(dataset)
@@ -149,7 +152,7 @@ def test_a_grid_is_refused_without_a_tolerance_and_says_how_little_it_knows_with
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_grid_with_gears_predicts_elsewhere_no_worse_than_base_and_tool(seed):
-    """A grid in q2 and q3, gears that err locally, a data sheet good to its tolerance: poses all over are not worse for the calibration."""
+    """On a grid in q2 and q3 with gear errors, a calibration predicts poses all over no worse than a fit of base and tool alone."""
     dataset, truth = workcell(40 + seed, grid(), gear=GEAR)
     q = elsewhere(np.random.default_rng(seed), 200)
     calibrated = rms(as_tracked(calibrate(stating(dataset)), q) - truth(q))
@@ -158,7 +161,7 @@ def test_a_grid_with_gears_predicts_elsewhere_no_worse_than_base_and_tool(seed):
 
 
 def test_where_effects_follow_the_misfit_tightens_no_priors():
-    """Gears err by ten times the noise: a calibration rests on priors, a diagnosis that may find the gears does not."""
+    """If gears err by ten times the noise, a calibration rests on priors, and a diagnosis, which may find the gears, does not."""
     dataset, _ = workcell(60, elsewhere(np.random.default_rng(8), 40), gear=10 * GEAR)
     assert geometry_fit(dataset)[0].priors
     model, prepared = geometry_fit(dataset, effects_follow=True)
@@ -167,7 +170,7 @@ def test_where_effects_follow_the_misfit_tightens_no_priors():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_fifteen_poses_with_gears_predict_no_worse_than_base_and_tool(seed):
-    """Few poses of an arm whose gears err, nothing stated of its data sheet: learned priors keep the fit from following the gears."""
+    """With few poses of an arm whose gears err, learned priors keep the fit from following the gears, with no tolerance stated."""
     rng = np.random.default_rng([seed, 3])
     dataset, truth = workcell(60 + seed, elsewhere(rng, 15), gear=2 * GEAR)
     q = elsewhere(rng, 200)
@@ -176,8 +179,8 @@ def test_fifteen_poses_with_gears_predict_no_worse_than_base_and_tool(seed):
     assert rms(as_tracked(calibration, q) - truth(q)) < rms(as_tracked(base_and_tool(dataset), q) - truth(q))
 
 
-def test_fifteen_scans_of_the_paper_are_calibrated_with_a_tolerance_and_nine_are_refused():
-    """30 equations for 32 unknowns: the data sheet supplies what is missing, and the error is within what is predicted of it."""
+def test_fifteen_scans_are_calibrated_with_a_tolerance_and_nine_are_refused():
+    """For 30 equations and 32 unknowns the data sheet supplies what is missing, and the error is within its predicted size."""
     size, angle = 2e-3, np.deg2rad(1.0)
     made = make_scene(seed=0, poses_per_plane=5)
     calibration = calibrate(stating(made.dataset, size, angle))
@@ -195,7 +198,7 @@ def test_fifteen_scans_of_the_paper_are_calibrated_with_a_tolerance_and_nine_are
 
 @pytest.mark.slow
 def test_ellipsoids_cover_in_small_workcells():
-    """A hundred workcells of 14 poses within a corner of the workspace: 95 % ellipsoids hold 90 to 98 % of poses all over it."""
+    """Over a hundred workcells of 14 poses in a corner of the workspace, 95 % ellipsoids hold 90 to 98 % of poses all over it."""
     inside = []
     for seed in range(100):
         rng = np.random.default_rng([seed, 9])
@@ -226,7 +229,7 @@ def _poses(q):
 
 
 def test_a_saved_calibration_keeps_its_priors(tmp_path):
-    """Parameters of the file state what the data sheet was taken to say; read again, they say the same."""
+    """The parameters in the file state their priors from the data sheet, and read back with the same ones."""
     dataset, _ = workcell(6, grid())
     calibration = calibrate(stating(dataset))
     calibration.save(tmp_path / "calibration.json")

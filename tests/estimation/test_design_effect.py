@@ -36,21 +36,21 @@ def effect_of(dataset) -> float:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_independent_noise_has_none(seed):
-    """It is exactly one, so that the priors of a complete model weigh what they did."""
+def test_independent_noise_has_a_design_effect_of_one(seed):
+    """The design effect of independent noise is exactly one, so that the priors of a complete model keep their weight."""
     dataset, _ = workcell(seed, elsewhere(np.random.default_rng(seed), 200))
     assert effect_of(dataset) == 1.0
 
 
-def test_gears_have_one():
-    """A wave of the joints over their angles is common to poses with similar angles."""
+def test_gears_have_a_design_effect():
+    """An error of the joints that is a wave over their angles is common to poses with similar angles, so the design effect is above one."""
     dataset, _ = workcell(1, wide_grid(), gear=1e-3)
     assert effect_of(dataset) > 3.0
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_calibration_on_a_grid_is_better_elsewhere_for_it(seed, monkeypatch):
-    """A grid shows the gears' errors and little of the geometry: the arm's lengths are not bent to fit the gears."""
+def test_the_design_effect_improves_predictions_off_a_grid(seed, monkeypatch):
+    """A grid shows the gears' errors and little of the geometry; with the design effect the arm's lengths are not bent to fit the gears."""
     dataset, truth = workcell(seed, wide_grid(), gear=3e-4)
     q = elsewhere(np.random.default_rng(100 + seed), 400)
 
@@ -70,7 +70,7 @@ def test_a_calibration_on_a_grid_is_better_elsewhere_for_it(seed, monkeypatch):
 
 
 def test_groups_are_of_similar_poses():
-    """Halves along the joint that spreads most, none smaller than allowed."""
+    """Groups are halves along the joint that varies most, and none is smaller than allowed."""
     q = np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [3.0, 1.0, 0.1]
     group = similar_poses(q, 8, 6)
     assert sorted(np.bincount(group)) == [12, 12, 12, 12, 13, 13, 13, 13]

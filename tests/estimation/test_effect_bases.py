@@ -15,13 +15,13 @@ def basis():
 
 
 def test_only_joints_that_move_are_kept():
-    """Two parts of six joints, each with its columns."""
+    """Of six joints, the basis keeps the two that effects move, each with its own columns."""
     parts = JointBasis.of(basis()).parts
     assert [joint for joint, _ in parts] == [1, 4]
 
 
 def test_angles_and_derivatives_are_those_of_the_full_basis():
-    """``q + basis c``, and the chain rule over all joints."""
+    """The angles are ``q + basis c``, and derivatives are those of the chain rule over all joints."""
     rng = np.random.default_rng(1)
     q, c, by_angle = (
         rng.standard_normal((N, JOINTS)),
@@ -34,7 +34,7 @@ def test_angles_and_derivatives_are_those_of_the_full_basis():
 
 
 def test_the_angles_that_were_given_stay_as_they_are():
-    """The effect is added to a copy."""
+    """The effect is added to a copy, and the given angles do not change."""
     q = np.zeros((N, JOINTS))
     JointBasis.of(basis()).added(q, np.ones(K))
     assert not q.any()

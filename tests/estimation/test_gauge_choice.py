@@ -24,7 +24,7 @@ def deficient(rng, columns, null):
 @pytest.mark.parametrize("r", [1, 3, 6])
 @pytest.mark.parametrize("seed", range(5))
 def test_what_remains_free_is_determined(r, seed):
-    """One column for each null direction, and without them the Jacobian has full rank."""
+    """One column is fixed for each null direction, and without these columns the Jacobian has full rank."""
     rng = np.random.default_rng(seed)
     J, null = deficient(rng, 15, rng.standard_normal((15, r)))
     chosen = choose_fixed(null, list(rng.permutation(15)), J, SETTINGS)
@@ -35,7 +35,7 @@ def test_what_remains_free_is_determined(r, seed):
 
 @pytest.mark.parametrize("preferred", [2, 7])
 def test_of_two_that_serve_alike_the_preferred_is_fixed(preferred):
-    """Two parameters of which only the sum is observed: the one that comes first in the order is fixed."""
+    """Of two parameters whose sum alone is observed, the one that comes first in the order of preference is fixed."""
     null = np.zeros((10, 1))
     null[2], null[7] = 1.0, -1.0
     J, null = deficient(np.random.default_rng(0), 10, null)
@@ -44,7 +44,7 @@ def test_of_two_that_serve_alike_the_preferred_is_fixed(preferred):
 
 
 def test_a_preferred_parameter_that_hardly_helps_is_not_fixed():
-    """A parameter with a share of a thousandth in the null direction would leave the rest badly conditioned: another is taken."""
+    """A parameter with a thousandth of the null direction would leave the rest badly conditioned, so another is fixed."""
     null = np.zeros((10, 1))
     null[0], null[4], null[8] = 1e-3, 1.0, -1.0
     J, null = deficient(np.random.default_rng(0), 10, null)
@@ -53,13 +53,13 @@ def test_a_preferred_parameter_that_hardly_helps_is_not_fixed():
 
 @pytest.mark.parametrize(("share", "is_fixed"), [(0.1, True), (0.05, False)])
 def test_a_preferred_parameter_has_to_be_in_the_null_direction(share, is_fixed):
-    """With a fifteenth of its length there it is fixed, with a thirtieth it is not."""
+    """A parameter with a fifteenth of the null direction's length is fixed, and one with a thirtieth is not."""
     assert (choose_fixed(*hardly_there(share), SETTINGS) == [0]) == is_fixed
 
 
 @pytest.mark.parametrize(("share", "is_fixed"), [(0.045, True), (0.02, False)])
 def test_a_preferred_parameter_may_cost_one_digit_and_a_half(share, is_fixed):
-    """Conditioned 20 times worse than with the best choice: a convention is worth it. 46 times: it is not."""
+    """A preferred parameter is fixed if the rest is conditioned 20 times worse than with the best choice, and not if 46 times."""
     settings = replace(SETTINGS, span_tolerance=1e-3)
     assert (choose_fixed(*hardly_there(share), settings) == [0]) == is_fixed
 
@@ -73,13 +73,13 @@ def hardly_there(share):
 
 
 def test_nothing_is_fixed_where_everything_is_observed():
-    """Without a null direction there is nothing to choose."""
+    """Without a null direction no parameter is fixed."""
     J = np.linalg.qr(np.random.default_rng(0).standard_normal((20, 5)))[0]
     assert choose_fixed(np.zeros((5, 0)), [0, 1, 2, 3, 4], J, SETTINGS) == []
 
 
 def test_conventions_come_before_what_was_measured():
-    """The base comes first, then the flange, and sensor and planes last: their values are what a user wants to know."""
+    """Parameters of the base are fixed first, then those of the flange, and those of sensor and planes, which users want to know, last."""
     robot = make_scene(poses_per_plane=3).dataset.robot
     names = ("distance_floor", "sensor_x", "a_3", "theta_6", "a_1", "alpha_4")
     order = [names[i] for i in preference(robot, names)]

@@ -18,7 +18,7 @@ FOUND_POINTS = 0.95  # share of points off by 2 mm and more that are set aside
 
 
 def test_clean_data_stay_as_they_are():
-    """Over 12 workcells, 2,160 scans and 69,120 points, no pose is set aside and no more than a point in 10,000."""
+    """Over 12 workcells with 2,160 scans and 69,120 points, no pose is set aside, and at most one point in 10,000."""
     points = flagged = 0
     for seed in range(12):
         dataset = make_cell(seed=seed).dataset
@@ -41,7 +41,7 @@ def test_stray_points_are_found(share):
 
 
 def test_the_right_points_are_set_aside():
-    """Those that remain are those that were not moved."""
+    """The points that remain are those that were not moved."""
     cell = make_cell(seed=5)
     dataset, injected = spoiled(cell.dataset, np.random.default_rng(6), points=0.03)
     kept = {tuple(p) for p in without_outlying_points(dataset)[0].points}
@@ -52,8 +52,9 @@ def test_the_right_points_are_set_aside():
 
 @pytest.mark.parametrize("seed", range(4))
 def test_wrong_poses_and_wrong_labels_are_distinguished(seed):
-    """Poses whose angles belong to no scan are outliers; poses that name another target plane are listed with the target plane
-    that they lie on. Every one of them, and no other.
+    """Exactly the poses whose angles belong to no scan are outliers.
+
+    Exactly the poses that name another target plane are listed with the plane on which they lie.
     """
     cell = make_cell(seed=seed)
     dataset, injected = spoiled(cell.dataset, np.random.default_rng(seed), poses=0.04, labels=0.04)
@@ -82,9 +83,7 @@ def test_a_third_of_wrong_poses_is_survived():
 
 @pytest.mark.parametrize("how", ["at random", "in turn"])
 def test_labels_that_say_nothing_are_refused(how):
-    """Where every pose names another target plane no part of the data can be trusted over another: exit 3, and the text
-    speaks of labels.
-    """
+    """If every pose names another target plane, no data can be trusted over others: the exit status is 3, and the text speaks of labels."""
     data = make_cell(seed=10).dataset
     shift = np.random.default_rng(1).integers(1, 3, data.n_poses) if how == "at random" else 1
     names = np.array([plane.name for plane in data.planes], dtype=object)
@@ -97,13 +96,13 @@ def test_labels_that_say_nothing_are_refused(how):
 
 @pytest.mark.parametrize("case", [knock, slip])
 def test_a_change_is_not_an_outlier(case):
-    """What moves from one pose on and stays is kept for forward selection."""
+    """A change that begins at one pose and stays is kept for forward selection."""
     found = clean(case(11)[0].dataset)
     assert not found.outlier_poses and not found.mislabelled_poses
 
 
 def test_a_large_effect_is_not_an_outlier():
-    """A joint that errs by ten times what real arms do is structure, not a gross error: hardly a pose is set aside."""
+    """An error of a joint of ten times the natural size is structure and no gross error, so hardly any pose is set aside."""
     error = on_joint(2, lambda at: 5e-3 * np.sin(3 * at.q[:, 1]))
     found = clean(make_cell(Flaws(joints=error), seed=12).dataset)
     assert len(found.outlier_poses) + len(found.mislabelled_poses) <= 3
@@ -119,7 +118,7 @@ def late(dataset, off, by=3e-3):
 
 
 def test_a_gross_error_that_hid_behind_an_effect_is_set_aside_late():
-    """A single pose that is off once effects are known is listed and gone; the others stay as they were."""
+    """A single pose that is off given the effects is listed and removed, and the others stay."""
     dataset = make_scene(kind="probe", seed=2, poses_per_plane=60).dataset
     _, again = late(dataset, [17])
     assert again.outlier_poses == (int(dataset.pose_ids[17]),)
@@ -127,7 +126,7 @@ def test_a_gross_error_that_hid_behind_an_effect_is_set_aside_late():
 
 
 def test_nothing_is_set_aside_late_that_may_be_an_effect():
-    """Where nothing is off, or too much, or a whole run of one plane, the first look stays as it is."""
+    """If nothing is off given the effects, or too much is, or a whole run of one plane, no pose is set aside late."""
     dataset = make_scene(kind="probe", seed=2, poses_per_plane=60).dataset
     run = np.flatnonzero(dataset.plane_index == 1)[20:23]
     long_run = np.flatnonzero(dataset.plane_index == 1)[20:40]

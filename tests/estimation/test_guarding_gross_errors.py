@@ -1,7 +1,4 @@
-"""Thresholds of gross errors, each with data on both sides of it: halved or doubled, the decision is another.
-
-``snakemake sensitivity`` names these tests for thresholds on which no blind set depends.
-"""
+"""Thresholds of gross errors: each is tested with data on both sides of it, so that half or double the threshold changes the decision."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -45,7 +42,7 @@ def scans(points_per_scan: int = 20, noise: float = 1e-5, off: dict[int, float] 
 
 
 def test_a_point_nearer_than_the_least_error_stays_however_quiet_its_scan():
-    """0.3 mm off a scan with 10 micrometres of noise: set aside beyond 0.2 mm, kept below 0.4 mm."""
+    """A point 0.3 mm off a scan with 10 micrometres of noise is set aside with a limit of 0.2 mm, and kept with 0.4 mm."""
     dataset = scans(off={5: 0.3 * MM})
     assert without_outlying_points(dataset, GROSS)[1] == 1
     assert (
@@ -55,14 +52,14 @@ def test_a_point_nearer_than_the_least_error_stays_however_quiet_its_scan():
 
 
 def test_a_short_scan_has_no_outlying_points():
-    """Seven points, one of them far off: enough with five, too few with ten."""
+    """Of seven points one is far off: it is set aside if five points are enough, and kept if ten are needed."""
     dataset = scans(points_per_scan=7, off={3: 5 * MM})
     assert without_outlying_points(dataset, GROSS)[1] == 1
     assert without_outlying_points(dataset, replace(GROSS, least_points=2 * GROSS.least_points))[1] == 0
 
 
 def test_a_scan_with_many_points_off_its_line_is_corrupted():
-    """Five of twenty points off: dropped where a third may be, the whole scan where a sixth may."""
+    """If five of twenty points are off, they are dropped where a third may be, and the whole scan is dropped where a sixth may be."""
     dataset = scans(off=dict.fromkeys((2, 6, 11, 13, 17), 5 * MM))
     _, dropped, corrupted = without_outlying_points(dataset, GROSS)
     assert dropped == 5 and not corrupted.any()
@@ -73,7 +70,7 @@ def test_a_scan_with_many_points_off_its_line_is_corrupted():
 
 
 def test_a_line_is_found_among_strays_by_reweighting(monkeypatch):
-    """Six of twenty points at one end, all off to one side: one round of reweighting is led astray, the usual number is not."""
+    """With six of twenty points off to one side at one end, one round of reweighting gives a wrong line, and the usual number does not."""
     dataset = scans(off=dict.fromkeys(range(6), 10 * MM))
     assert without_outlying_points(dataset, GROSS)[1] == 6
     monkeypatch.setattr(outlying_points, "_ROUNDS", 1)
@@ -81,7 +78,7 @@ def test_a_line_is_found_among_strays_by_reweighting(monkeypatch):
 
 
 def test_a_line_breaks_down_where_stray_points_scatter_far_beyond_the_core():
-    """A third of forty points 0.7 mm off, with 0.1 mm of noise: four to five times the core's scatter, above three, below six."""
+    """If a third of forty points scatter by four to five times the noise, a limit of three finds a breakdown, and one of six does not."""
     off = 1e-4 * np.random.default_rng(2).standard_normal(40)
     off[::3] += 0.7 * MM * (-1) ** np.arange(14)
     points = np.stack([np.linspace(-0.1, 0.1, 40), off], axis=1)
@@ -90,7 +87,7 @@ def test_a_line_breaks_down_where_stray_points_scatter_far_beyond_the_core():
 
 
 def test_a_pose_far_off_the_nominal_arm_is_left_out_at_first():
-    """A scan 30 mm behind its plane, with an arm that is right: out beyond 20 mm, in below 40 mm."""
+    """With a perfect arm, a scan 30 mm behind its plane is left out with a limit of 20 mm, and kept with 40 mm."""
     dataset = make_scene(
         seed=2,
         poses_per_plane=12,
@@ -113,7 +110,7 @@ def test_a_pose_far_off_the_nominal_arm_is_left_out_at_first():
     [(5, 5, "contiguous_run", 8), (5, 20, "run_by_chance", 0.05 / 20)],
 )
 def test_successive_poses_that_are_all_off_are_a_change(length, n_off, name, value):
-    """Five in a row of one plane: a change where four are enough and chance makes no such run, else outliers."""
+    """Five successive poses of one plane are a change if four are enough and chance makes no such run; else they are outliers."""
     dataset = SimpleNamespace(plane_index=np.zeros(100, dtype=int))
     off = np.zeros(100, dtype=bool)
     off[40 : 40 + length] = True
@@ -123,7 +120,7 @@ def test_successive_poses_that_are_all_off_are_a_change(length, n_off, name, val
 
 
 def test_a_few_distances_far_above_most_say_that_the_fit_was_dragged():
-    """One of a hundred poses 25 times as far off as the others: two and a half times the median in the mean square, above two, below four."""
+    """With one of a hundred poses 25 times as far off, the root mean square is two and a half times the median: above a limit of two, below four."""
     distances = np.r_[np.full(99, 1e-4), 25e-4]
     assert _heavy_tailed(distances, GROSS)
     assert not _heavy_tailed(distances, replace(GROSS, heavy_tail=2 * GROSS.heavy_tail))
@@ -140,7 +137,7 @@ def labelled() -> Any:
 
 
 def test_a_pose_is_mislabelled_only_where_another_plane_is_far_nearer(labelled, monkeypatch):
-    """0.9 mm from another plane and 6 mm from its own: mislabelled. 3 mm from its own: not."""
+    """A pose 0.9 mm from another plane is mislabelled if it is 6 mm from its own, and not if it is 3 mm from it."""
     dataset, keep = labelled
     assert list(other_labels(dataset, keep, [7], DEFAULTS)) == [7]
     names = list(dict.fromkeys(dataset.poses["plane"]))
@@ -157,13 +154,13 @@ def test_a_pose_is_mislabelled_only_where_another_plane_is_far_nearer(labelled, 
 
 
 def test_the_better_part_of_a_planes_poses_is_more_than_half():
-    """Six of ten: more than half, as least trimmed squares asks for, and no more than are right if a third is wrong."""
+    """The better part is six of ten poses: more than half, as least trimmed squares needs, and few enough to be right if a third is wrong."""
     dataset: Any = SimpleNamespace(plane_index=np.zeros(10, dtype=int))
     assert _core(dataset, np.arange(10.0), np.ones(10, dtype=bool), GROSS).sum() == 6
 
 
 def test_how_far_off_a_pose_may_be():
-    """Among poses that agree to micrometres, about a millimetre, which an arm that is not calibrated errs by; else ten times their scatter."""
+    """The limit is about a millimetre, the error of an arm that is not calibrated, or else ten times the scatter of the poses."""
     normal = np.abs(np.random.default_rng(0).standard_normal(1000))
     assert 0.7 * MM < outlier_limit(1e-6 * normal, GROSS) < 1.5 * MM
     scatter = robust_std(1e-3 * normal)
@@ -171,7 +168,7 @@ def test_how_far_off_a_pose_may_be():
 
 
 def test_what_stands_out_late_is_few():
-    """One of sixty poses 5 mm off given the effects: set aside where two in a hundred may be, kept where one may."""
+    """One of sixty poses, 5 mm off given the effects, is set aside where two in a hundred may be, and kept where one may."""
     dataset = make_scene(seed=3, poses_per_plane=20, points_per_scan=4).dataset
     cleaned = SimpleNamespace(dataset=dataset, outlier_poses=())
     distance = np.full(60, 0.1 * MM)
@@ -181,7 +178,7 @@ def test_what_stands_out_late_is_few():
 
 
 def test_a_third_of_the_poses_must_not_be_set_aside_where_a_fifth_may(labelled):
-    """Labels of a quarter of the poses are wrong: survived where nearly half may be set aside, refused where less than a quarter may."""
+    """With wrong labels of a quarter of the poses, the data are accepted if nearly half may be set aside, and refused if less than a quarter may."""
     dataset, _ = labelled
     plane = dataset.poses["plane"].to_numpy(dtype=object).copy()
     names = list(dict.fromkeys(plane))

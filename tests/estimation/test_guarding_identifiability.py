@@ -1,7 +1,4 @@
-"""Thresholds of identifiability and of the data sheet's priors, each with data on both sides of it: halved or doubled, the decision is another.
-
-``snakemake sensitivity`` names these tests for thresholds on which no blind set depends.
-"""
+"""Thresholds of identifiability and of data-sheet priors: each is tested with data on both sides, so that half or double changes the decision."""
 
 from dataclasses import replace
 from typing import Any
@@ -18,7 +15,7 @@ from tests.random_scene import make_scene
 
 
 def test_a_direction_that_only_rounding_shows_is_none():
-    """Of three columns, two differ by 1.5e-8 of their length: a direction above 1e-8, none below 2e-8."""
+    """Two of three columns differ by 1.5e-8 of their length, which is a direction with a threshold of 1e-8 and none with 2e-8."""
     first, other, third = np.linalg.qr(np.random.default_rng(0).standard_normal((30, 3)))[0].T
     J = np.column_stack([first, first + 3e-8 * other, third])
     tolerance = DEFAULTS.identifiability.null_tolerance
@@ -46,7 +43,7 @@ def prepared() -> Any:
 
 @pytest.mark.parametrize("name", PRIORS)
 def test_how_far_a_data_sheet_may_be_off_is_the_prior_of_its_kind(prepared, name):
-    """Each is the prior standard deviation of its own parameters and of no others, and as wide as what it stands for."""
+    """Each setting is the prior standard deviation of its own kind of parameters and of no others."""
     model = prepared[1]
     settings = DEFAULTS.identifiability
     before = prior_std(model, settings)
@@ -65,7 +62,7 @@ def test_how_far_a_data_sheet_may_be_off_is_the_prior_of_its_kind(prepared, name
 
 
 def test_few_equations_do_not_say_how_large_the_noise_is(prepared):
-    """Twenty-one poses leave between ten and twenty degrees of freedom: a residual above the stated noise counts where ten are enough."""
+    """Twenty-one poses leave between ten and twenty degrees of freedom: a residual above the stated noise counts if ten are enough."""
     residuals, _, free, found = prepared
     few = DEFAULTS.identifiability.enough_to_judge
     freedom = int(residuals.measurement.equations.sum()) - int(free.sum())
@@ -79,7 +76,7 @@ def test_few_equations_do_not_say_how_large_the_noise_is(prepared):
 
 
 def test_priors_are_kept_where_a_direction_is_known_no_better_than_asked(prepared):
-    """Priors stay while some standard error is above the stated share of its prior, and are left out once none is."""
+    """Priors are kept while some standard error is above the stated share of its prior, and are left out once none is."""
     residuals, model, free, _ = prepared
     kept = fit_near_data_sheet(
         residuals, model, free, changed(DEFAULTS, {"identifiability.prior_matters": 1e6})

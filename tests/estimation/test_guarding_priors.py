@@ -1,7 +1,4 @@
-"""Thresholds of priors, of weights that are weighed anew, and of the noise within scans: halved or doubled, each decides otherwise.
-
-``snakemake sensitivity`` names these tests for thresholds that no blind set puts to the test.
-"""
+"""Thresholds of priors, of repeated weighting and of the noise within scans: half or double each of them changes its decision."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -36,7 +33,7 @@ def prepared() -> Any:
 
 @pytest.mark.parametrize(("equations", "enough"), [(18, False), (36, True)])
 def test_sensor_and_target_need_twice_as_many_equations(equations, enough):
-    """Twelve unknowns of sensor and planes: 18 equations are too few even with the maker's tolerance, 36 are enough."""
+    """For twelve unknowns of sensor and planes, 18 equations are too few even with the maker's tolerance, and 36 are enough."""
     measurement: Any = SimpleNamespace(
         equations=np.ones(equations), observes_orientation=True, target_words="planes", scans=True
     )
@@ -50,7 +47,10 @@ def test_sensor_and_target_need_twice_as_many_equations(equations, enough):
 
 @pytest.mark.parametrize(("known", "has_priors"), [(7.0, True), (14.0, False)])
 def test_priors_that_hardly_matter_are_left_out(prepared, known, has_priors, monkeypatch):
-    """Every direction is known seven times as well as the data sheet says: priors lower a variance by 2 %. Fourteen times: by half a per cent."""
+    """Priors that lower a variance by 2 %, with directions known seven times as well as by them, are kept.
+
+    Those that lower it by half a per cent are not.
+    """
     residuals, model, free, _ = prepared
     monkeypatch.setattr(
         data_sheet_priors, "_determined", lambda residuals, model, free, scale, least: known > least
@@ -61,7 +61,7 @@ def test_priors_that_hardly_matter_are_left_out(prepared, known, has_priors, mon
 
 @pytest.mark.parametrize(("share", "is_told"), [(0.4, False), (0.6, True)])
 def test_a_parameter_of_which_the_data_sheet_says_much_is_told(prepared, share, is_told):
-    """A prior that leaves six tenths of its standard deviation as standard error says more than a quarter of what is known; four tenths: less."""
+    """A parameter is listed if its standard error is six tenths of its prior's standard deviation, and not if it is four tenths."""
     residuals, _, free, found = prepared
     residual, J = residuals.linearise(found)
     name = found.names[int(np.flatnonzero(free)[0])]
@@ -74,7 +74,7 @@ def test_a_parameter_of_which_the_data_sheet_says_much_is_told(prepared, share, 
 
 @pytest.mark.parametrize(("chance", "is_misfit"), [(0.7e-3, True), (1.5e-3, False)])
 def test_a_residual_is_larger_than_the_noise_only_beyond_chance(prepared, chance, is_misfit):
-    """A noise is stated such that a residual as large has a chance of seven, or of fifteen, in ten thousand: the former is a misfit."""
+    """A residual with a p-value of seven in ten thousand is a misfit, and one with fifteen in ten thousand is not."""
     residuals, _, free, found = prepared
 
     def stated(log_factor: float) -> Any:
@@ -91,7 +91,7 @@ def test_a_residual_is_larger_than_the_noise_only_beyond_chance(prepared, chance
 
 @pytest.mark.parametrize(("change", "is_last"), [(0.035, True), (0.075, False)])
 def test_weights_of_priors_that_hardly_change_are_the_last(prepared, change, is_last, monkeypatch):
-    """By three and a half per cent is hardly, by seven and a half is not."""
+    """Weights that change by three and a half per cent are the last, and weights that change by seven and a half are computed again."""
     residuals, model, free, _ = prepared
     fits: list[Any] = []
     fitted = data_sheet_priors.fit
@@ -108,7 +108,7 @@ def test_weights_of_priors_that_hardly_change_are_the_last(prepared, change, is_
 
 @pytest.mark.parametrize(("moved", "fits"), [(0.014, 1), (0.03, 2)])
 def test_a_whitening_that_hardly_moves_the_optimum_is_the_last(prepared, moved, fits, monkeypatch):
-    """By 0.014 standard deviations it is hardly moved, by 0.03 it is fitted again."""
+    """A whitening that moves the optimum by 0.014 standard deviations is the last, and after one that moves it by 0.03 the fit is repeated."""
     residuals, _, free, found = prepared
     steps, done = iter((moved, 0.0)), []
     fitted = joint_fit.fit
@@ -120,7 +120,7 @@ def test_a_whitening_that_hardly_moves_the_optimum_is_the_last(prepared, moved, 
 
 @pytest.mark.parametrize(("left", "fixed"), [(2e-3, True), (4.5e-3, False)])
 def test_a_coefficient_that_all_else_explains_is_fixed(left, fixed):
-    """Two thousandths of its column are left given everything else: fixed. Four and a half: estimated."""
+    """A coefficient is fixed if two thousandths of its column are left given everything else, and estimated if four and a half are."""
     first, other = np.linalg.qr(np.random.default_rng(0).standard_normal((30, 2)))[0].T
     J = np.column_stack([first, first + left * other])
     residuals: Any = SimpleNamespace(linearise=lambda model: (None, J))

@@ -1,7 +1,4 @@
-"""Thresholds by which data are refused, each with data on both sides of it: halved or doubled, the decision is another.
-
-``snakemake sensitivity`` names these tests for thresholds on which no blind set depends.
-"""
+"""Thresholds by which data are refused: each is tested with data on both sides of it, so that half or double the threshold changes the decision."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -29,7 +26,7 @@ def planes(*normals: Any) -> Planes:
 
 
 def test_planes_nearly_parallel_are_refused():
-    """A third plane that leans by fifteen degrees out of the span of the others: enough above ten degrees, too little above twenty."""
+    """A third plane that leans by fifteen degrees out of the span of the others is enough with a limit of ten degrees, and not with twenty."""
     model: Any = SimpleNamespace(target=planes((0, 0, 1), (1, 0, 0), (1, np.tan(15 * DEG), 0)))
     residuals: Any = SimpleNamespace(measurement=SimpleNamespace(needs_spanning_planes=True))
     left = float(np.linalg.svd(model.target.normals, compute_uv=False)[-1])
@@ -40,7 +37,7 @@ def test_planes_nearly_parallel_are_refused():
 
 
 def test_a_guess_far_from_its_plane_is_refused():
-    """A guess that is 45 degrees off is accepted where sixty are allowed, and refused where thirty are."""
+    """A guess that is 45 degrees off is accepted with a limit of sixty, and refused with thirty."""
     model: Any = SimpleNamespace(target=planes((0, 0, 1)))
     guess = planes((0, 1, 1))
     check_guess(model, guess)
@@ -52,7 +49,7 @@ def test_a_guess_far_from_its_plane_is_refused():
     ("width", "sigma", "name"), [(1.5 * MM, 1e-5, "least_width"), (1.5 * MM, 2e-4, "least_width_sigmas")]
 )
 def test_a_plane_scanned_on_one_line_is_refused(width, sigma, name):
-    """A strip of a metre by 1.5 mm is a plane; with twice the width or seven of twice the standard deviations asked for, it is a line."""
+    """A strip of a metre by 1.5 mm determines a plane by default, and is a line if twice the width or certainty is asked for."""
     rng = np.random.default_rng(0)
     points = rng.standard_normal((500, 3)) * [1.0, width, 0.0]
     spread = np.ones(500), points, np.zeros((500, 0, 3))
@@ -72,7 +69,7 @@ def test_a_plane_scanned_on_one_line_is_refused(width, sigma, name):
     ("row", "by", "name"), [(0, 0.7, "largest_length_change"), (1, 2.0, "largest_angle_change")]
 )
 def test_a_robot_that_no_workshop_builds_is_refused(row, by, name):
-    """A length 0.7 m, or an angle 2 rad, off its nominal value: refused beyond half a metre and a quarter turn, not beyond twice that."""
+    """A length 0.7 m or an angle 2 rad off is refused with limits of half a metre and a quarter turn, and not with twice these limits."""
     nominal = make_scene(seed=1, poses_per_plane=3).dataset.robot
     geometry = nominal.geometry.copy()
     geometry[row, 2] += by
@@ -83,7 +80,7 @@ def test_a_robot_that_no_workshop_builds_is_refused(row, by, name):
 
 
 def test_a_pose_far_off_after_the_fit_is_a_gross_error():
-    """A scan 25 mm behind its plane: a calibration refuses it, and goes on where so much is no gross error."""
+    """A scan 25 mm behind its plane is refused by default, and accepted if so much is no gross error."""
     dataset = make_scene(seed=3, poses_per_plane=25, points_per_scan=10).dataset
     points = dataset.points.copy()
     scan = slice(dataset.starts[7], dataset.starts[8])

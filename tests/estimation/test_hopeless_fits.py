@@ -37,7 +37,7 @@ def test_planes_that_no_pose_reaches_are_refused() -> None:
 
 @pytest.mark.parametrize("value", [np.inf, np.nan, 1e200])
 def test_numbers_that_overflow_give_no_covariance_and_no_convergence(value: float) -> None:
-    """A Jacobian or a residual that is not finite, or whose squares are not, has an infinite step left."""
+    """If a Jacobian or a residual, or its squares, are not finite, the remaining step is infinite and there is no covariance."""
     J, residual = np.ones((4, 2)), np.ones(4)
     for J_, residual_ in ((J * value, residual), (J, residual * value)):
         with np.errstate(all="ignore"):
@@ -71,7 +71,7 @@ def test_as_many_unknowns_as_equations_are_refused_without_a_search(monkeypatch:
 
 @pytest.mark.slow
 def test_a_known_plane_without_error_does_not_overflow() -> None:
-    """A standard error of a reference plane so small that its weight overflows ends in a refusal."""
+    """A reference plane with so small a standard error that its weight overflows is refused."""
     dataset = make_scene(poses_per_plane=14, points_per_scan=10, seed=4).dataset
     known = replace(dataset.planes[0], distance_std=1e-300, normal_std=1e-300)
     with np.errstate(all="ignore"), pytest.raises(Undetermined):

@@ -29,10 +29,7 @@ def identify(scene):
 @pytest.mark.parametrize("upright", [True, False])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_papers_setup_has_39_columns_and_7_zero_singular_values(upright, seed):
-    """Section III-C: exactly seven singular values vanish, a gap of three decades apart from the rest.
-
-    The parameters to hold are the published ones.
-    """
+    """As in section III-C, seven singular values vanish, three decades apart from the rest; the fixed parameters are the published ones."""
     found = identify(make_scene(seed=seed, upright=upright))
     assert len(found.names) == PUBLISHED_COLUMNS == len(found.singular_values)
     assert found.singular_values[0] == pytest.approx(1.0)
@@ -43,7 +40,7 @@ def test_the_papers_setup_has_39_columns_and_7_zero_singular_values(upright, see
 
 
 def test_a_null_direction_leaves_a_perfect_measurement_alone():
-    """A step along each null direction, scanned anew by an independent workcell, gives the very same points."""
+    """After a step along any null direction, an independent workcell scans the very same points."""
     scene = make_scene(
         noise=0.0, stated_noise=1e-4, length_error=0.0, angle_error=0.0, pose_offset=(0.0, 0.0)
     )
@@ -83,7 +80,7 @@ def test_a_null_direction_leaves_a_perfect_measurement_alone():
 
 
 def test_three_parallel_axes_add_one_direction():
-    """UR10e: eight, d_2 and d_3 both among what is fixed."""
+    """The UR10e has eight null directions, and both d_2 and d_3 are fixed."""
     found = identify(make_scene("ur10e"))
     assert found.n_null == 8
     assert set(found.fixed_names) == set(FIXED_WITH_PLANES["ur10e"])
@@ -91,7 +88,7 @@ def test_three_parallel_axes_add_one_direction():
 
 
 def test_a_seven_joint_arm_without_parallel_axes_has_six():
-    """Panda: four of the base, two of the last joint, none between."""
+    """The Panda has six null directions: four of the base, two of the last joint and none between."""
     found = identify(make_scene("panda"))
     assert found.n_null == 6
     assert set(found.fixed_names) == set(FIXED_WITH_PLANES["panda"])
@@ -99,9 +96,7 @@ def test_a_seven_joint_arm_without_parallel_axes_has_six():
 
 @pytest.mark.parametrize("robot", ["vs060", "ur10e", "panda"])
 def test_a_probe_sees_neither_its_rotation_nor_the_scale(robot):
-    """Four more directions than with a laser: three of the sensor by themselves, and the scale of the
-    whole workcell.
-    """
+    """A probe has four more null directions than a laser: three of the sensor's rotation, and the scale of the workcell."""
     found = identify(make_scene(robot, "probe", poses_per_plane=60))
     assert {"sensor_rx", "sensor_ry", "sensor_rz"} < set(found.fixed_names)
     assert found.n_null == len(FIXED_WITH_PLANES[robot]) + 4
@@ -115,7 +110,7 @@ def test_a_probe_sees_neither_its_rotation_nor_the_scale(robot):
 
 @pytest.mark.parametrize("robot", ["vs060", "panda"])
 def test_planes_of_known_distance_give_a_probe_the_scale_back(robot):
-    """With two reference planes the metric is theirs: no length of the arm is fixed for the scale."""
+    """With two reference planes the scale is theirs, and no length of the arm is fixed for it."""
     scene = make_scene(robot, "probe", poses_per_plane=60)
     planes = tuple(replace(p, distance_std=1e-5, normal_std=1e-4) for p in scene.dataset.planes)
     known = replace(scene, dataset=replace(scene.dataset, planes=planes))
@@ -125,14 +120,14 @@ def test_planes_of_known_distance_give_a_probe_the_scale_back(robot):
 
 
 def test_a_tracker_sees_no_rotation_of_its_target():
-    """A tracked point: the base and the sensor's rotation, and nothing of scale."""
+    """A tracked point leaves the base and the sensor's rotation undetermined, and not the scale."""
     found = identify(make_scene(kind="tracker"))
     assert set(found.fixed_names) == {*PUBLISHED_FIXED, "sensor_rx", "sensor_ry", "sensor_rz"}
 
 
 @pytest.mark.parametrize("joint", [2, 3, 5])
 def test_a_joint_that_never_moves_is_held_and_named(joint):
-    """A locked joint hides more: what is fixed because of it says so, with the joint's number."""
+    """A locked joint hides further directions; the parameters that are fixed because of it name the joint."""
     found = identify(make_scene(still_joint=joint, poses_per_plane=50, seed=1))
     because = [held for held in found.fixed if held.cause == "still"]
     assert because
@@ -141,7 +136,7 @@ def test_a_joint_that_never_moves_is_held_and_named(joint):
 
 
 def test_fifteen_poses_are_refused_by_counting():
-    """The paper's 15 poses: 30 equations for 32 unknowns, however many points a scan has."""
+    """The paper's 15 poses give 30 equations for 32 unknowns, however many points a scan has, and are refused."""
     for points in (10, 500):
         scene = make_scene(poses_per_plane=5, points_per_scan=points, seed=2)
         with pytest.raises(Undetermined, match="15 poses give 30 equations for 32 unknowns") as refusal:
@@ -161,9 +156,7 @@ def test_a_tolerance_is_asked_for_only_if_none_is_stated(tolerance):
 
 
 def test_sixteen_poses_are_not_refused():
-    """32 equations for 32 unknowns: determined, if barely; what is seen no better than the data sheet
-    is kept near it.
-    """
+    """For 32 equations and 32 unknowns the fit is determined, and directions that are poorly observed stay near the data sheet."""
     scene = make_scene(poses_per_plane=6, points_per_scan=10, seed=2)
     prepared = prepare(scene.dataset.subset(np.arange(16)))
     assert prepared.free.sum() == 32
@@ -173,7 +166,7 @@ def test_sixteen_poses_are_not_refused():
 
 
 def test_every_sentence_names_its_parameter():
-    """A sentence for each fixed parameter, complete and without a number out of place."""
+    """Each fixed parameter has a complete sentence that names it."""
     found = identify(make_scene())
     assert [s.split(" is fixed: ")[0] for s in found.sentences()] == list(found.fixed_names)
     assert all(s.endswith(".") and "nan" not in s for s in found.sentences())

@@ -22,9 +22,7 @@ CELLS = 30
 
 
 def test_the_linear_guess_is_exact_for_a_true_arm_and_known_planes():
-    """Section III-A: nine linear unknowns; with the true arm, the true floor and no noise they are the
-    scanner's pose.
-    """
+    """As in section III-A, with the true arm, the true floor and no noise, nine linear unknowns give the scanner's pose."""
     scene = make_scene(noise=0.0, stated_noise=1e-4)
     truth, data = scene.truth, scene.dataset
     T_base_flange = truth.sensor(data.q) @ np.linalg.inv(truth.T_flange_sensor)
@@ -47,9 +45,7 @@ def test_the_linear_guess_is_a_rotation_whatever_the_data():
 
 @pytest.mark.parametrize("robot", ["vs060", "ur10e"])
 def test_no_nominal_pose_and_a_floor_that_is_30_degrees_off(robot):
-    """30 workcells of 30: the scanner is found within the arm's own error, and the calibration lands at the
-    truth's optimum.
-    """
+    """In 30 workcells of 30 the scanner is found within the arm's own error, and the calibration reaches the optimum of the truth."""
     for seed in range(CELLS):
         scene = make_scene(
             robot,
@@ -70,9 +66,7 @@ def test_no_nominal_pose_and_a_floor_that_is_30_degrees_off(robot):
 
 
 def test_a_wrong_nominal_pose_does_no_harm():
-    """A stated pose that is off by 200 mm and 90 degrees is tried, found wanting, and the linear guess
-    taken.
-    """
+    """If the stated pose is 200 mm and 90 degrees off, it is tried, and the linear guess is taken instead."""
     for seed in range(5):
         scene = make_scene(seed=seed, pose_offset=(0.2, 90 * DEG), points_per_scan=30)
         found = calibrate(scene.dataset)
@@ -80,15 +74,13 @@ def test_a_wrong_nominal_pose_does_no_harm():
 
 
 def test_a_good_nominal_pose_serves_where_the_linear_guess_cannot():
-    """Few poses and a stated pose: the start comes from there."""
+    """With few poses and a stated pose, the fit starts from the stated pose."""
     scene = make_scene(poses_per_plane=8, pose_offset=(2 * MM, 1 * DEG))
     assert prepare(scene.dataset).initial.rms < 30 * MM
 
 
 def test_poses_that_do_not_turn_the_scanner_are_refused():
-    """Without a nominal pose and with one pose repeated, the nine numbers are not determined: said with
-    what would help.
-    """
+    """Without a nominal pose and with one pose repeated, the nine numbers are not determined, and the message says what would help."""
     scene = make_scene(nominal_pose=False, points_per_scan=10)
     data = scene.dataset
     first = {k: int(np.flatnonzero(data.plane_index == k)[0]) for k in range(3)}
@@ -98,7 +90,7 @@ def test_poses_that_do_not_turn_the_scanner_are_refused():
 
 
 def test_a_probe_needs_its_nominal_pose():
-    """No linear guess exists for a probe: the message asks for the pose."""
+    """A probe has no linear guess, so the message asks for its nominal pose."""
     scene = make_scene(kind="probe")
     data = replace(scene.dataset, sensor=replace(scene.dataset.sensor, T_flange_sensor=None))
     with pytest.raises(Undetermined, match=r"sensor\.nominal_pose"):
@@ -107,9 +99,10 @@ def test_a_probe_needs_its_nominal_pose():
 
 @pytest.mark.parametrize("robot", ["vs060", "ur10e"])
 @pytest.mark.parametrize("times", [5, pytest.param(10, marks=pytest.mark.slow)])
-def test_an_arm_that_is_ten_times_as_wrong_gets_there_as_well(robot, times):
-    """Errors of 20 mm and 10 degrees: noise-free, nine workcells of ten and more end with no residual at all, and the
-    others are refused. Axes that start far from parallel and end parallel are among them.
+def test_an_arm_that_is_ten_times_as_wrong_is_calibrated(robot, times):
+    """With errors of 20 mm and 10 degrees and no noise, at least nine workcells of ten end with no residual, and the others are refused.
+
+    Some axes start far from parallel and end parallel.
     """
     refused = 0
     for seed in range(10):

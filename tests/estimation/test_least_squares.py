@@ -60,9 +60,7 @@ CERTIFIED_SUM = 1.2455138894e-01
 
 @pytest.mark.parametrize("start", [[500.0, 1e-4], [250.0, 5e-4]])
 def test_certified_answer(start):
-    """NIST's values, standard deviations and sum of squares, to the 9 digits that a double-precision
-    solver owes them.
-    """
+    """Values, standard deviations and sum of squares agree with NIST's to 9 digits, which double precision allows."""
     found = fit(Misra1a(), Curve(np.array(start)), np.array([True, True]))
     assert found.converged
     np.testing.assert_allclose(found.model.vector, CERTIFIED, rtol=1e-9)
@@ -80,9 +78,7 @@ def test_held_coordinates_stay():
 
 
 def test_a_run_that_is_cut_short_is_not_converged(monkeypatch):
-    """With three evaluations there is no optimum, and the fit says so; the calibration refuses, exit
-    status 3.
-    """
+    """With three evaluations there is no optimum: the fit says so, and the calibration refuses it with exit status 3."""
     monkeypatch.setattr(least_squares, "MAX_EVALUATIONS", 3)
     assert not fit(Misra1a(), Curve(np.array([500.0, 1e-4])), np.array([True, True])).converged
     monkeypatch.setattr(least_squares, "MAX_EVALUATIONS", 1)
@@ -98,9 +94,7 @@ matrices = st.tuples(st.integers(1, 6), st.integers(0, 20), st.integers(0, 2**32
 
 @given(matrices, st.floats(-6, 6))
 def test_covariance_is_the_inverse_of_the_normal_matrix(shape, decades):
-    """``(J'J)^-1``, also where the columns differ by many orders of magnitude; the step is the
-    projected residual.
-    """
+    """The covariance is ``(J'J)^-1`` even if columns differ by many orders of magnitude, and the step is the projected residual."""
     k, more, seed = shape
     rng = np.random.default_rng(seed)
     J = rng.standard_normal((k + 3 + more, k))
@@ -116,9 +110,7 @@ def test_covariance_is_the_inverse_of_the_normal_matrix(shape, decades):
 
 
 def test_a_direction_that_nothing_shows_gets_no_error_bar_from_rounding():
-    """On a rank-deficient matrix the covariance is that of the directions that are seen: finite, and
-    zero along the other.
-    """
+    """For a rank-deficient matrix the covariance is finite, that of the observed directions, and zero along the other."""
     rng = np.random.default_rng(0)
     J = rng.standard_normal((20, 3)) @ np.array([[1.0, 0, 1], [0, 1, 1], [0, 0, 0]])
     covariance, step = covariance_and_step(J, np.ones(20))
@@ -127,7 +119,7 @@ def test_a_direction_that_nothing_shows_gets_no_error_bar_from_rounding():
 
 
 def test_nothing_free_is_a_fit_as_well():
-    """No free coordinate: an empty covariance and no step."""
+    """Without a free coordinate, the covariance is empty and there is no step."""
     covariance, step = covariance_and_step(np.zeros((5, 0)), np.ones(5))
     assert covariance.shape == (0, 0)
     assert step == 0.0

@@ -55,7 +55,7 @@ def with_stray_points(dataset, share, least, most, side, where, seed=1):
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("count", [12, 16, 20, 26, 32, 60, 200])
 def test_noise_of_one_law_does_not_break_a_line(law, count):
-    """Of 60 scans with 0.2 mm of noise no more than half as many count as broken as make a dataset refused, for short scans and long ones."""
+    """Of 60 scans with 0.2 mm of noise, short or long, at most half as many count as broken as it takes to refuse a dataset."""
     rng = np.random.default_rng([count, len(law)])
     broken = [line_has_broken_down(scan(2e-4 * LAWS[law](rng, count))) for _ in range(60)]
     assert np.mean(broken) <= GROSS.most_set_aside / 2
@@ -68,7 +68,7 @@ def test_noise_of_one_law_does_not_break_a_line(law, count):
      (0.6, "one", "anywhere"), (0.4, "one", "end"), (0.5, "one", "end")],
 )  # fmt: skip
 def test_a_breakdown_is_refused(size, share, side, where):
-    """Stray points of many kinds beyond what lines withstand: exit 3, and the text speaks of points."""
+    """If stray points of any kind are more than lines withstand, the exit status is 3 and the text speaks of points."""
     dataset = with_stray_points(
         make_cell(seed=3, poses_per_plane=25, points_per_scan=40).dataset,
         share,
@@ -83,7 +83,7 @@ def test_a_breakdown_is_refused(size, share, side, where):
 
 
 def test_calibrate_and_diagnose_refuse_alike():
-    """With 40 % of stray points neither gives an answer, and neither searches the set-up for a cause."""
+    """With 40 % of stray points neither command gives an answer, and neither searches the set-up for a cause."""
     cell = make_cell(seed=4, poses_per_plane=25, points_per_scan=40)
     dataset = with_stray_points(cell.dataset, 0.4, 0.5 * MM, 3 * MM, "both", "anywhere")
     for answer in (calibrate, diagnose):
@@ -92,7 +92,7 @@ def test_calibrate_and_diagnose_refuse_alike():
 
 
 def test_a_calibration_says_that_points_are_stray():
-    """One point in a hundred: the calibration says how many; without them it says nothing of points."""
+    """With one stray point in a hundred the calibration says how many there are, and without them it says nothing of points."""
     dataset = make_cell(seed=5, poses_per_plane=30).dataset
     assert not calibrate(dataset).summary["setup"]
     bad, injected = spoiled(dataset, np.random.default_rng(2), points=0.01)
@@ -104,14 +104,14 @@ def test_a_calibration_says_that_points_are_stray():
 
 @pytest.mark.parametrize(("noise", "ratio"), [(1e-4, 0), (4e-5, 0), (1e-5, 1)])
 def test_scatter_far_above_the_stated_noise_is_said(noise, ratio):
-    """With 0.1 mm of noise a statement of 0.04 mm is not worth saying; 0.01 mm is."""
+    """With 0.1 mm of noise, a stated noise of 0.01 mm is remarked on, and one of 0.04 mm is not."""
     dataset = make_cell(seed=5, poses_per_plane=30).dataset
     stated = replace(dataset, sensor=replace(dataset.sensor, noise=noise))
     assert [s["what"] for s in calibrate(stated).summary["setup"]] == ["noise"] * ratio
 
 
 def test_nine_stray_points_in_ten_are_said():
-    """No third of the points lies on any line, and nothing is refused; it is said that the stated noise does not explain the scatter."""
+    """With nine stray points in ten no line is found and nothing is refused, but the message says that many of the points are stray."""
     data = make_cell(seed=5, poses_per_plane=30, points_per_scan=40).dataset
     dataset = with_stray_points(data, 0.9, 0.5 * MM, 3 * MM, "one", "anywhere")
     (said,) = calibrate(dataset).summary["setup"]
@@ -119,7 +119,7 @@ def test_nine_stray_points_in_ten_are_said():
 
 
 def test_strays_that_are_found_break_nothing():
-    """A tenth of stray points, and scans of two points, of eleven, and of no scanner at all: nothing is refused."""
+    """With a tenth of stray points, scans of two and of eleven points, or no scanner at all, nothing is refused."""
     data = make_cell(seed=6, poses_per_plane=20).dataset
     for dataset in (
         with_stray_points(data, 0.1, 2 * MM, 30 * MM, "one", "anywhere"),
@@ -133,7 +133,7 @@ def test_strays_that_are_found_break_nothing():
 
 @pytest.mark.parametrize(("farthest", "refused"), [(9 * MM, False), (11 * MM, True)])
 def test_a_pose_that_stays_far_off_is_refused_whatever_most_have(monkeypatch, farthest, refused):
-    """The limit of what is off grows with gross errors that drag the fit; a pose that is a centimetre off with everything in the model is refused."""
+    """A pose that is a centimetre off with everything in the model is refused, although the limit grows with gross errors that drag the fit."""
     dataset = make_scene(kind="probe", seed=1, poses_per_plane=20).dataset
     distances = np.r_[np.full(dataset.n_poses - 1, 0.1 * MM), farthest]
     state: Any = SimpleNamespace(

@@ -12,7 +12,7 @@ from tests.random_scene import make_scene
 
 @pytest.mark.parametrize("kind", ["line-laser", "tracker"])
 def test_lmfit_ends_at_the_same_optimum(kind):
-    """Same cost to 1e-10, values within 1e-6 standard errors, standard errors to 1e-6 by lmfit's own algebra; the report names every parameter."""
+    """The cost agrees to 1e-10, values to 1e-6 standard errors, and lmfit's own standard errors to 1e-6. The report names every parameter."""
     prepared = prepare(make_scene(kind=kind, seed=5, poses_per_plane=30).dataset)
     model = prepared.initial.model
     ours = fit(prepared.residuals, model, prepared.free)

@@ -12,7 +12,7 @@ from scalar.estimation.lmfit_parameters import from_lmfit, lmfit_names, to_lmfit
 
 @given(st.lists(st.one_of(st.text(min_size=1, max_size=12), st.sampled_from(keyword.kwlist)), max_size=8))
 def test_any_names_become_valid_and_unique(names):
-    """Whatever a user calls a plane, lmfit takes the name, and no two become one."""
+    """Whatever a user calls a plane, lmfit accepts the converted name, and no two names become one."""
     safe = lmfit_names(names)
     assert len(set(safe)) == len(names)
     for name in safe:
@@ -20,14 +20,14 @@ def test_any_names_become_valid_and_unique(names):
 
 
 def test_names_that_are_valid_stay():
-    """The parameter names of style.md pass through."""
+    """Names of parameters that lmfit accepts are not changed."""
     names = ["a_2", "alpha_2", "beta_3", "sensor_x", "normal_floor_u", "distance_floor"]
     assert lmfit_names(names) == names
 
 
 @given(st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=6))
 def test_values_come_back(values):
-    """To lmfit and back: the same values in the same order."""
+    """Values that are given to lmfit and taken back are the same, in the same order."""
     parameters = lmfit.Parameters()
     for parameter in to_lmfit([f"p_{i}" for i in range(len(values))], np.array(values)):
         parameters[parameter.name] = parameter

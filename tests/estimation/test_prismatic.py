@@ -30,7 +30,7 @@ def test_noise_free_points_give_the_truth_back(exact):
 
 
 def test_scans_of_planes_show_a_rail_and_the_scale():
-    """Scans without noise give the truth back, and every length: the travel is in metres, where angles alone leave the scale open."""
+    """Scans without noise give the truth and every length, because the travel is in metres, while angles alone leave the scale open."""
     rng = np.random.default_rng(5)
     cell = RailAndArm.drawn(rng)
     found = calibrate(cell.scans(poses(4000, rng), 40))

@@ -32,7 +32,7 @@ def planes(dataset):
 
 
 def test_planes_where_they_are_declared_leave_no_residual(dataset, planes):
-    """All rows vanish there, those of what is not declared too."""
+    """At the declared planes all rows are zero, even those of quantities that are not declared."""
     rows, _ = ReferencePlanes.of(dataset, planes).rows(planes)
     np.testing.assert_allclose(rows, 0.0, atol=1e-9)
 
@@ -60,6 +60,6 @@ def test_derivatives_are_those_of_central_differences(dataset, planes):
 
 
 def test_without_a_known_plane_there_are_no_rows(dataset, planes):
-    """A dataset that declares nothing known has no reference planes."""
+    """A dataset that declares no known plane has no reference planes."""
     plain = make_scene(poses_per_plane=3).dataset
     assert ReferencePlanes.of(plain, planes) is None

@@ -48,7 +48,7 @@ def by_differences(residuals, model):
 @pytest.mark.parametrize("robot", ["vs060", "ur10e", "panda"])
 @pytest.mark.parametrize("kind", ["line-laser", "probe", "tracker"])
 def test_jacobian_agrees_with_central_differences(robot, kind):
-    """Every column, beta and the target's included, to 1e-7 of its largest entry."""
+    """Every column, those of beta and of the target included, agrees to 1e-7 of its largest entry."""
     scene = make_scene(robot, kind, poses_per_plane=5, points_per_scan=(1, 30), seed=2)
     residuals, model = residuals_and_model(scene.dataset, np.random.default_rng(0))
     residual, jacobian = residuals.linearise(model)
@@ -60,7 +60,7 @@ def test_jacobian_agrees_with_central_differences(robot, kind):
 
 @pytest.mark.parametrize("kind", ["line-laser", "tracker"])
 def test_jacobian_with_sessions_and_fixed_transforms(kind):
-    """The same with two sessions, and with transforms before the first joint and after the last."""
+    """The Jacobian agrees with differences for two sessions, and with transforms before the first joint and after the last."""
     scene = make_scene("panda", kind, poses_per_plane=6, points_per_scan=20, seed=3)
     rng = np.random.default_rng(1)
     poses = scene.dataset.poses.copy()
@@ -74,7 +74,7 @@ def test_jacobian_with_sessions_and_fixed_transforms(kind):
 
 
 def test_jacobian_of_known_planes():
-    """Rows of reference planes, one with both standard deviations and one with the distance alone."""
+    """The Jacobian agrees with differences for reference planes, one with both standard deviations and one with the distance alone."""
     scene = make_scene(poses_per_plane=4, points_per_scan=10)
     floor, wall_x, wall_y = scene.dataset.planes
     planes = (replace(floor, distance_std=1e-3, normal_std=1e-2), wall_x, replace(wall_y, distance_std=1e-2))
@@ -118,7 +118,7 @@ def test_compressed_rows_have_the_length_of_all_points():
 
 
 def test_a_jacobian_is_kept_for_its_model_and_cannot_be_changed():
-    """Asked for twice at one model, it is computed once; at another model, and after a change of references, it is that model's own."""
+    """The Jacobian at one model is computed once; another model, or other references, have their own."""
     scene = make_scene("vs060", "line-laser", poses_per_plane=5, seed=4)
     residuals, model = residuals_and_model(scene.dataset, np.random.default_rng(1))
     kept = residuals.linearise_measured(model)[1]

@@ -50,7 +50,7 @@ def test_what_is_saved_predicts_the_same(scene, calibration, tmp_path):
 
 
 def test_degrees_in_place_of_radians_are_refused(scene, calibration):
-    """An array or a table of angles in degrees: an angle a turn beyond the limits of its joint is no place of the arm. Each joint is named."""
+    """Angles that are a turn beyond the limits of their joints, in an array or a table, are refused, and each joint is named."""
     poses = scene.truth.poses(50, np.random.default_rng(0))
     joints = [f"q{i + 1}" for i in range(scene.truth.limits.shape[0])]
     degrees = poses.assign(**np.degrees(poses[joints]))
@@ -64,7 +64,7 @@ def test_degrees_in_place_of_radians_are_refused(scene, calibration):
 
 
 def test_the_file_has_what_interfaces_promise(calibration, tmp_path):
-    """Keys of format scalar-calibration/2, and numbers that are finite or null."""
+    """The file has the keys of the format scalar-calibration/2, and its numbers are finite or null."""
     calibration.save(tmp_path / "c.json")
     text = (tmp_path / "c.json").read_text()
     content = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} in the file"))
@@ -93,9 +93,7 @@ def test_predictions_agree_with_other_kinematics(scene, calibration):
 
 
 def test_predict_std_is_the_propagated_covariance():
-    """Position and orientation errors by central differences of the prediction, through the whole
-    covariance.
-    """
+    """Position and orientation errors are those of central differences of the prediction with the whole covariance."""
     scene = make_scene(seed=4, points_per_scan=20)
     calibration = calibrate(scene.dataset)
     poses = scene.truth.poses(5, np.random.default_rng(2))
@@ -120,9 +118,7 @@ def test_predict_std_is_the_propagated_covariance():
 
 
 def test_the_nominal_model_is_what_the_dataset_says():
-    """Nothing estimated: every parameter fixed at its nominal value; without a sensor's pose it cannot
-    be had.
-    """
+    """Every parameter of the nominal model is fixed at its nominal value, and without a sensor's pose there is no such model."""
     scene = make_scene(poses_per_plane=3, points_per_scan=5)
     nominal = Calibration.nominal(scene.dataset)
     assert nominal.free == ()
@@ -164,7 +160,7 @@ def damage(content, how):
     "a covariance of another size", "an unknown effect", "a list",
 ])  # fmt: skip
 def test_a_damaged_file_is_refused(how, tmp_path):
-    """Whatever is missing or of another kind: one fault that names the file, and no other exception."""
+    """A file with any missing or wrong entry gives one fault that names the file, and no other exception."""
     calibration = Calibration.nominal(make_scene(poses_per_plane=2, points_per_scan=3).dataset)
     path = tmp_path / "c.json"
     path.write_text(json.dumps(damage(calibration.to_mapping(), how)), encoding="utf-8")
@@ -176,7 +172,7 @@ def test_a_damaged_file_is_refused(how, tmp_path):
     "content", ["", "{", "not json", "\xff\xfe", "[1, 2]", "null", '{"format": "scalar-dataset/1"}']
 )
 def test_what_is_no_calibration_is_refused(content, tmp_path):
-    """Empty, truncated or foreign files, and no file at all."""
+    """Empty, truncated, foreign and missing files are refused."""
     path = tmp_path / "c.json"
     with pytest.raises(InvalidInput, match="no such file"):
         load_calibration(path)

@@ -84,7 +84,7 @@ WRONG = {
 @pytest.mark.slow
 @pytest.mark.parametrize(("what", "where"), WRONG.items())
 def test_a_wrong_setup_is_named_with_the_residual_before_and_after(sound, what, where):
-    """One thing is wrong: it is named first, with what it leaves below a millimetre, and nothing is calibrated."""
+    """A single wrong thing is named first, with a residual below a millimetre when it is corrected, and nothing is calibrated."""
     try:
         suspicions = calibrate(spoiled(sound, what)).summary["setup"]
     except WrongSetup as refusal:
@@ -102,7 +102,7 @@ def tracked() -> Dataset:
 @pytest.mark.parametrize("joint", [2, 3, 4, 5])
 @pytest.mark.parametrize("degrees", [90, 180])
 def test_a_zero_wrong_by_a_quarter_or_half_turn_is_named_for_a_tracker(tracked, joint, degrees):
-    """The fit itself follows such a zero and would leave nothing: that is no reason to blame another parameter, or the poses."""
+    """The fit follows such a zero and leaves no residual, and yet no other parameter and no pose is blamed for it."""
     moved = with_columns(tracked, **{f"q{joint}": tracked.q[:, joint - 1] + degrees * DEG})
     with pytest.raises(WrongSetup) as refused:
         calibrate(moved)
@@ -119,7 +119,7 @@ def test_a_zero_wrong_by_a_quarter_or_half_turn_is_named_for_a_tracker(tracked, 
 @pytest.mark.parametrize("kind", ["tracker", "line-laser"])
 @pytest.mark.parametrize("joints", [(1, 2), (2, 5), (4, 5)])
 def test_two_wrong_signs_are_named_together(sound, tracked, kind, joints):
-    """Two joints that count the other way: both are named in one sentence, first or as one of several that explain the data alike."""
+    """If two joints count the other way, both are named in one sentence, first or among several that explain the data alike."""
     dataset = tracked if kind == "tracker" else sound
     spoilt = with_columns(dataset, **{f"q{j}": -dataset.q[:, j - 1] for j in joints})
     with pytest.raises(WrongSetup) as refused:
@@ -132,7 +132,7 @@ def test_two_wrong_signs_are_named_together(sound, tracked, kind, joints):
 
 
 def test_three_wrong_signs_are_named_together(tracked):
-    """Some controllers count half of their axes against the table's convention."""
+    """If three joints count the other way, as with some controllers, all are named together."""
     spoilt = with_columns(tracked, **{f"q{j}": -tracked.q[:, j - 1] for j in (1, 3, 5)})
     with pytest.raises(WrongSetup) as refused:
         calibrate(spoilt)
@@ -148,7 +148,7 @@ def test_a_refusal_that_need_not_be_explained_is_a_refusal(sound):
 
 
 def test_lengths_in_another_unit_are_not_passed_in_silence(sound):
-    """Scans in inches that pass for millimetres shrink the whole arm without a residual: the fit says that all links came out short."""
+    """Scans in inches that are taken for millimetres shrink the arm without a residual, and the fit says that all links came out short."""
     try:
         suspicions = calibrate(spoiled(sound, "length_unit")).summary["setup"]
         what = [s["what"] for s in suspicions]
@@ -158,7 +158,7 @@ def test_lengths_in_another_unit_are_not_passed_in_silence(sound):
 
 
 def test_a_mirrored_scan_is_a_sensor_turned_from_its_stated_place(sound):
-    """x counted the other way is a half turn about z: nothing in the residual shows it, the stated pose does."""
+    """An x that counts the other way is a half turn about z, which the stated pose shows though no residual does."""
     dataset = replace(
         sound,
         points=sound.points * np.array([-1.0, 1.0]),
@@ -171,7 +171,7 @@ def test_a_mirrored_scan_is_a_sensor_turned_from_its_stated_place(sound):
 
 @pytest.mark.parametrize("robot", ["vs060", "ur10e", "panda", "puma560"])
 def test_a_sound_setup_is_left_in_peace(robot):
-    """Natural errors of an arm, rough planes, a rough sensor pose: nothing is suspected."""
+    """With natural errors of an arm, rough planes and a rough sensor pose, nothing is suspected."""
     scene = make_scene(
         robot, poses_per_plane=40, points_per_scan=10, noise=1e-4, length_error=2 * MM, angle_error=1 * DEG
     )
@@ -179,7 +179,7 @@ def test_a_sound_setup_is_left_in_peace(robot):
 
 
 def test_a_diagnosis_refuses_what_a_calibration_refuses(sound):
-    """Where calibrate sends the user, diagnose does not break: it names the same joint."""
+    """A diagnosis names the same joint as a calibration, and does not fail otherwise."""
     with pytest.raises(InvalidInput, match="joint 4 counts the other way"):
         diagnose(spoiled(sound, "joint_sign"))
 
@@ -219,7 +219,7 @@ def test_a_table_read_one_way_and_back_is_the_same():
 
 @pytest.mark.parametrize("joint", range(6))
 def test_a_corrected_standard_table_stays_standard(joint):
-    """A joint of a standard-DH table counts the other way, the first and the last included: the correction is written as standard DH too."""
+    """If any joint of a standard-DH table counts the other way, the corrected table is in standard DH too."""
     joints = [
         {"a": 0.1 * (i + 1), "alpha": 0.3 * i - 0.7, "d": 0.2 - 0.1 * i, "theta": 0.1 * i} for i in range(6)
     ]
@@ -259,7 +259,7 @@ def test_alternatives_differ_from_what_is_stated(sound):
 @pytest.mark.slow
 @pytest.mark.parametrize("convention", ["modified-dh", "standard-dh"])
 def test_the_corrected_table_is_offered_and_works(tmp_path, convention):
-    """`corrected-dataset.yaml` in the output folder, put in the place of dataset.yaml, calibrates; its table is of the user's convention."""
+    """`corrected-dataset.yaml` in the place of dataset.yaml can be calibrated, and its table has the user's convention."""
     scene = make_scene("vs060", poses_per_plane=30, points_per_scan=12, noise=1e-4, seed=6)
     folder = scene.write(tmp_path / "cell")
     if convention == "standard-dh":

@@ -155,9 +155,7 @@ def test_the_claimed_covariance_is_the_bound(draws):
 
 
 def test_the_spread_of_every_parameter_is_within_a_tenth_of_the_bound(draws):
-    """RMS error over standard error of the bound, for each free parameter: a tenth, widened by the
-    sampling of 400 draws.
-    """
+    """For each free parameter, the RMS error is within a tenth of the bound's standard error, widened by the sampling of 400 draws."""
     ratio = np.sqrt(np.mean(draws.errors**2, axis=0) / np.diag(draws.bound))
     low, high = allowed(len(draws.names))
     assert np.all(ratio > (1 - ISSUE) * low), dict(zip(draws.names, ratio.tolist(), strict=True))
@@ -165,9 +163,7 @@ def test_the_spread_of_every_parameter_is_within_a_tenth_of_the_bound(draws):
 
 
 def test_the_spread_as_a_whole_is_the_bound(draws):
-    """``e' C^-1 e`` over all draws is a chi-square with 32 x 400 degrees: this leaves no room of 10 %,
-    only of 3.5.
-    """
+    """The sum of ``e' C^-1 e`` over all draws is a chi-square with 32 x 400 degrees of freedom, which leaves room for 3.5 %."""
     whitened = np.linalg.solve(np.linalg.cholesky(draws.bound), draws.errors.T)
     freedom = whitened.size
     total = np.sum(whitened**2)
@@ -189,7 +185,7 @@ def test_no_direction_spreads_otherwise(draws):
 
 
 def test_errors_in_standard_errors_have_unit_spread_and_no_bias(draws):
-    """(hat - true) / std, each draw with the std that it claimed itself: unit root mean square, zero mean."""
+    """(hat - true) / std, with each draw's own std, has a root mean square of one and a mean of zero."""
     z = draws.errors / draws.std
     low, high = allowed(len(draws.names))
     rms = np.sqrt(np.mean(z**2, axis=0))
@@ -199,9 +195,7 @@ def test_errors_in_standard_errors_have_unit_spread_and_no_bias(draws):
 
 
 def test_the_predicted_poses_spread_as_predict_std_says(draws):
-    """Root mean square error of position and orientation at 20 poses against what one calibration
-    claims for them.
-    """
+    """The root mean square errors of position and orientation at 20 poses agree with those that one calibration states."""
     low, high = allowed(40)
     for errors, claimed in zip((draws.position_errors, draws.orientation_errors), draws.claimed, strict=True):
         ratio = np.sqrt(np.mean(np.sum(errors**2, axis=2), axis=0)) / claimed
@@ -209,7 +203,7 @@ def test_the_predicted_poses_spread_as_predict_std_says(draws):
 
 
 def test_the_p_value_of_the_misfit_is_uniform(draws):
-    """With nothing but the stated noise, the share of p-values below 0.1 and above 0.9 is a tenth each."""
+    """With the stated noise alone, a tenth of the p-values lies below 0.1 and a tenth above 0.9."""
     share = FALSE_ALARM / 4
     for low, high in ((0.0, 0.1), (0.9, 1.0)):
         count = np.count_nonzero((draws.misfit_p_values >= low) & (draws.misfit_p_values <= high))

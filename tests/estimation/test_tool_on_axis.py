@@ -41,14 +41,14 @@ def scene(robot, kind, off, drawn_on_axis, seed):
     [*(("vs060", off, True) for off in DISTANCES), *(("ur10e", off, False) for off in DISTANCES)],
 )
 def test_a_tracked_tool_near_the_axis_gives_no_finding(robot, off, drawn_on_axis):
-    """Wherever the tool is and is drawn, an arm without an effect is called so."""
+    """Wherever the tool is and is declared to be, nothing is named for an arm without an effect."""
     diagnosis = diagnose(scene(robot, "tracker", off, drawn_on_axis, seed=11).dataset)
     assert (diagnosis.verdict, diagnosis.findings) == ("no_effect", ())
 
 
 @pytest.mark.parametrize("off", [0.0, 13.9e-3])
 def test_a_scanner_near_the_axis_gives_no_finding(off):
-    """The same with scans, which show the last axis by their direction."""
+    """The same holds for scans, which show the last axis by their direction."""
     diagnosis = diagnose(scene("vs060", "line-laser", off, True, seed=12).dataset)
     assert (diagnosis.verdict, diagnosis.findings) == ("no_effect", ())
 
@@ -70,8 +70,8 @@ def test_predictions_are_as_right_as_they_say(off):
     assert np.max(np.abs(off_by)) < 4.0
 
 
-def test_the_axis_is_found_where_the_tool_shows_it_and_kept_near_the_data_sheet_where_it_does_not():
-    """14 mm off the axis nothing rests on the data sheet; on the axis the direction of the axis does."""
+def test_an_axis_rests_on_the_data_sheet_only_where_the_tool_does_not_show_it():
+    """With a tool 14 mm off the axis no direction rests on the data sheet, and with one on the axis that of the axis does."""
     beside = calibrate(scene("vs060", "tracker", 13.9e-3, True, seed=14).dataset)
     upon = calibrate(scene("vs060", "tracker", 0.0, True, seed=14).dataset)
     assert not beside.summary["kept_near_data_sheet"]

@@ -93,7 +93,7 @@ def test_a_kinematics_file_is_the_calibrated_arm(tmp_path):
 
 
 def test_an_arm_in_other_frames_makes_no_kinematics_file(tmp_path):
-    """A base that is turned against the controller's is refused: the file would turn the arm."""
+    """A base that is turned against the controller's is refused, because the file would turn the arm."""
     turned = replace(robot_of("ur10e"), T_base_0=rotation(2, np.pi))
     path = tmp_path / "calibration.json"
     calibrated(turned, np.random.default_rng(1)).save(path)
@@ -103,7 +103,7 @@ def test_an_arm_in_other_frames_makes_no_kinematics_file(tmp_path):
 
 
 def test_a_dh_table_is_the_calibrated_arm(tmp_path):
-    """Multiplied out as its formula says, the CSV gives the flange of the calibration."""
+    """The table in the CSV, multiplied out by its formula, gives the flange of the calibration."""
     calibration = calibrated(robot_of("panda"), np.random.default_rng(1))
     rows = list(csv.DictReader(io.StringIO(exported(calibration, tmp_path, "dh.csv"))))
     q = np.random.default_rng(2).uniform(-2, 2, (20, 7))
@@ -198,7 +198,7 @@ def test_the_table_for_people_has_the_same_numbers_in_millimetres_and_degrees(tm
 
 
 def test_a_tilt_that_an_effect_holds_has_its_standard_error(tmp_path):
-    """Beta is estimated as an effect: the table has the sum of both, its standard error by the law of the sum, and none where it is fixed."""
+    """The table has beta as the sum of parameter and effect, with the standard error of the sum, and with none where it is fixed."""
     made = calibrated(robot_of("ur10e"), np.random.default_rng(1))
     tilt = AxisNonparallel(3, coefficients=np.array([1e-3]))
     made = replace(made, model=replace(made.model, effects=(tilt,)))

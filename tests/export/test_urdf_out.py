@@ -70,7 +70,7 @@ def test_pybullet_puts_the_sensor_where_the_calibration_predicts_it(name, tmp_pa
 
 @pytest.mark.parametrize("seed", range(10))
 def test_any_description_holds_its_calibration(seed, tmp_path):
-    """Axes in any direction, fixed joints between, a tip that turns or is fixed, a base in the chain or beside it."""
+    """The exported file agrees for axes in any direction, fixed joints between, a tip that turns or not, and a base in the chain or beside it."""
     pytest.importorskip("pybullet")
     rng = np.random.default_rng(seed)
     urdf = tmp_path / f"random{seed}.urdf"
@@ -86,7 +86,7 @@ def test_any_description_holds_its_calibration(seed, tmp_path):
 
 
 def test_a_description_whose_right_angles_are_rounded_holds_it_too(tmp_path):
-    """The arm was calibrated from its maker's table, and the description writes right angles as 1.5708."""
+    """If the arm was calibrated from its maker's table, it is exported into a description that writes right angles as 1.5708."""
     pytest.importorskip("pybullet_data")
     robot, _ = robot_from_urdf(shipped("panda"), "panda_link0", "panda_link8")
     text = shipped("panda").read_text(encoding="utf-8")
@@ -102,7 +102,7 @@ def test_a_description_whose_right_angles_are_rounded_holds_it_too(tmp_path):
 
 
 def test_only_origins_of_the_chain_change(tmp_path):
-    """Comments, meshes, limits, axes and all beside the chain stay as they were; what is exported again stays the same."""
+    """Comments, meshes, limits, axes and everything beside the chain stay as they were, and a second export changes nothing."""
     pytest.importorskip("pybullet_data")
     _, base, tip = ARMS["panda"]
     robot, _ = robot_from_urdf(shipped("panda"), base, tip)
@@ -135,7 +135,7 @@ def test_only_origins_of_the_chain_change(tmp_path):
 
 
 def test_what_a_description_cannot_hold_is_listed_with_its_size(tmp_path):
-    """Size by the model itself: the distance between predictions with and without the effect at random poses."""
+    """The size of an effect is the distance between predictions with and without it at random poses."""
     robot = Robot.from_mapping(load_yaml(ROBOT_CONFIGS / "vs060.yaml"))
     tilt = AxisNonparallel(3, coefficients=np.array([2e-3]))
     slip = SensorSlip(10.0, coefficients=np.array([1e-3, 0, 0, 0, 2e-3, 0]))
@@ -183,7 +183,7 @@ def test_what_a_description_cannot_hold_is_listed_with_its_size(tmp_path):
     ],
 )
 def test_what_cannot_be_exported_is_refused_in_one_line(options, words, tmp_path, monkeypatch):
-    """Exit 2, one line with what to do, and no file."""
+    """The exit status is 2, one line says what to do, and no file is written."""
     monkeypatch.chdir(tmp_path)
     for name, seed in (("in", 1), ("other", 2)):
         text = random_description(np.random.default_rng(seed), 6).replace("prismatic", "revolute")

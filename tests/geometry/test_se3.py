@@ -109,5 +109,5 @@ def test_batches_are_the_single_results_stacked(outer, inner):
 
 @given(directions, st.one_of(small_angles, st.floats(1e-3, np.pi)))
 def test_rotation_angle_is_accurate_near_zero_and_up_to_half_a_turn(direction, angle):
-    """A tiny angle comes back to relative accuracy, not as the arc cosine of one."""
+    """The angle has full relative accuracy even where it is tiny, where an arc cosine would return zero."""
     assert se3.rotation_angle(se3.exp_so3(direction * angle)) == pytest.approx(angle, rel=1e-9, abs=1e-15)

@@ -33,7 +33,7 @@ def write_matrices(folder, n_points):
 
 
 def test_rows_are_counted_by_pose(tmp_path):
-    """Row 3 i + k is target k of pose i."""
+    """Row 3 i + k is that of target k at pose i."""
     points = write_matrices(tmp_path, 15)
     imported(tmp_path, counted({"rows_per_pose": 3}), tmp_path)
     table = np.genfromtxt(tmp_path / "out/points.csv", delimiter=",", names=True)
@@ -97,7 +97,7 @@ def test_a_document_without_records_is_refused(tmp_path, content):
 
 
 def test_a_stated_tolerance_is_in_the_units_of_the_dataset(tmp_path):
-    """It was taken for metres and radians, whatever the mapping stated."""
+    """A tolerance is converted from the mapping's units; it was once taken for metres and radians in any case."""
     write_records(tmp_path / "campaign.yaml")
     mapping = records_mapping()
     mapping["dataset"]["robot"]["tolerance"] = {"length": 0.5, "angle": 0.03}

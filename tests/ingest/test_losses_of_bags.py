@@ -44,7 +44,7 @@ def pieces() -> Pieces:
 
 
 def test_a_wrong_sign_of_joint_1_is_named_though_most_scans_keep_a_plane(pieces: Pieces) -> None:
-    """The floor stays where it is when joint 1 counts the other way, so that most stops are kept; the sign is named all the same."""
+    """If joint 1 counts the other way, scans of the floor still fit, so that most stops are kept; the sign is named all the same."""
     assert np.all(pieces.plane_index() >= 0)
     wrong = replace(pieces, robot=with_sign_changed(ROBOT, 0))
     kept = int(np.count_nonzero(wrong.plane_index() >= 0))
@@ -54,7 +54,7 @@ def test_a_wrong_sign_of_joint_1_is_named_though_most_scans_keep_a_plane(pieces:
 
 
 def test_stops_that_are_lost_in_any_case_name_nothing(pieces: Pieces) -> None:
-    """A fifth of the stops are on the way, above no plane: no other reading keeps them, and none is named."""
+    """If a fifth of the stops are above no plane, no other reading keeps them, and none is named."""
     points = [scan + np.array([0.0, 0.4]) if k % 5 == 0 else scan for k, scan in enumerate(pieces.points)]
     lossy = replace(pieces, points=points)
     kept = int(np.count_nonzero(lossy.plane_index() >= 0))

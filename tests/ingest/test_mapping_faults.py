@@ -97,7 +97,7 @@ def test_column_numbers_are_integers_and_lengths_are_bounded(edit: Any, key: str
     "path", sorted((ROOT / "configs/measured").glob("*.yaml")), ids=lambda path: path.stem
 )
 def test_the_example_mappings_have_no_faults(path):
-    """Each loads without a fault, and its robot's flange is 0.5 to 3 m from the base at joint angles of zero."""
+    """Each example loads without a fault, and its robot's flange is 0.5 to 3 m from the base at joint angles of zero."""
     from scalar.geometry.robot import Robot
     from scalar.ingest.mapping_reader import load_mapping
 

@@ -43,7 +43,7 @@ def test_gains_and_losses_are_those_of_the_sets_themselves(a_optimal):
 
 
 def test_updates_agree_with_inverses():
-    """After adding and removing, the covariance is that of the set."""
+    """After adding and removing candidates, the updated covariance is the inverse of the set's information."""
     rows, start, interest = problem(2)
     design = Design.of(rows, start, interest)
     for i in (1, 4, 7, 2, 9):
@@ -56,7 +56,7 @@ def test_updates_agree_with_inverses():
 @pytest.mark.parametrize("a_optimal", [True, False])
 @pytest.mark.parametrize("seed", range(5))
 def test_exchange_never_worsens_and_ends_where_no_exchange_helps(seed, a_optimal):
-    """From a random set the criterion falls or stays; at the end, no swap of the cheapest candidate lowers it."""
+    """From a random set the criterion never grows, and at the end no swap of the cheapest candidate lowers it."""
     rows, start, interest = problem(seed)
     interest = interest if a_optimal else None
     chosen = [int(i) for i in np.random.default_rng(seed).permutation(len(rows))[:6]]
@@ -74,7 +74,7 @@ def test_exchange_never_worsens_and_ends_where_no_exchange_helps(seed, a_optimal
 
 
 @pytest.mark.parametrize("a_optimal", [True, False])
-def test_small_sets_against_every_subset(a_optimal):
+def test_small_sets_are_as_good_as_the_best_subset(a_optimal):
     """Greedy choice and exchange find the best of all subsets, or one within 2 % of it (for D, 2 % of the volume's fourth root)."""
     best_found = 0
     for seed in range(10):

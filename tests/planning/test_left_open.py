@@ -99,7 +99,10 @@ def narrow() -> Case:
 
 
 def test_a_sag_by_one_link_is_asked_for_by_all_links(narrow: Case) -> None:
-    """By the torque of link 2 alone it is a sine of joint 2, as a gear's error is; links beyond weigh something, and other poses show it."""
+    """By the torque of link 2 alone a sag is a sine of joint 2, as a gear's error is.
+
+    Links beyond weigh something too, and poses are planned that show it.
+    """
     (pair,), _ = open_pairs(narrow.diagnosis, narrow.calibration.model.effects, narrow.dataset)
     assert {term[1] for term in pair.effect.terms} == set(range(2, 7))  # type: ignore[attr-defined]
     (answer,) = narrow.after().answers

@@ -22,7 +22,7 @@ def test_every_pose_once_and_never_longer(n, seed):
 
 
 def test_near_the_shortest_of_all():
-    """Six poses, all orders tried: never 10 % longer than the shortest, and mostly the shortest."""
+    """For six poses the order is never more than 10 % longer than the shortest of all orders, and mostly is the shortest."""
     shortest = 0
     for seed in range(15):
         lengths = move_lengths(np.random.default_rng(seed).uniform(-3, 3, (6, 3)))
@@ -34,7 +34,7 @@ def test_near_the_shortest_of_all():
 
 
 def test_a_move_through_an_obstacle_is_avoided():
-    """A wall in the plane of two joints with a gap at its end: the order goes round it where it can, and says where it cannot."""
+    """Around a wall in the plane of two joints with a gap at its end, the order takes the gap if it can, and says where it cannot."""
 
     def allowed(q):
         return ~((np.abs(q[:, 0]) < 0.2) & (q[:, 1] < 1.0))
@@ -48,7 +48,7 @@ def test_a_move_through_an_obstacle_is_avoided():
 
 
 def test_without_a_test_no_move_is_judged():
-    """Where nothing is known of collisions, nothing is said of them."""
+    """Without a test for collisions, the order states nothing about them."""
     assert ordered(np.eye(3), None)[1] == []
 
 

@@ -31,7 +31,7 @@ def page(found: Diagnosis) -> str:
 
 
 def test_what_was_found_stands_in_view_whatever_its_place_in_the_list(found: Diagnosis, page: str) -> None:
-    """A finding is never folded away with the lesser candidates: not if it stands last among them, and not if the list lacks it."""
+    """A finding is never folded away with the lesser candidates, whether it stands last among them or is not in the list."""
     title = words.capital(found.findings[0].effect.title)
     own = [entry for entry in found.ranking if words.capital(entry.effect.title) == title]
     others = [entry for entry in found.ranking if entry not in own]

@@ -35,7 +35,7 @@ def few() -> Diagnosis:
 
 
 def test_too_few_poses_are_said_with_how_many_more(few: Diagnosis) -> None:
-    """Nothing certain is found in 36 scans; terminal and report say that they are too few, and the second sentence of the report sends to plan."""
+    """In 36 scans nothing certain is found: terminal and report say that they are too few, and the second sentence of the report leads to plan."""
     assert not few.findings
     (sentence,) = few_poses(few)
     more = int(re.search(r"Measure at least (\d+) more", sentence)[1])
@@ -46,7 +46,7 @@ def test_too_few_poses_are_said_with_how_many_more(few: Diagnosis) -> None:
 
 
 def test_with_as_many_more_the_effect_is_named(few: Diagnosis) -> None:
-    """With the poses that were asked for the compliance is named, and of few poses nothing is said; what its confidence means is."""
+    """With the poses that were asked for the compliance is named, and the report explains its confidence and no longer speaks of few poses."""
     more = int(re.search(r"Measure at least (\d+) more", few_poses(few)[0])[1])
     found = sagging(12 + -(-more // 3))
     assert [finding.effect.name for finding in found.findings] == ["joint_compliance"]

@@ -26,7 +26,7 @@ def found(effect: Any, before: float, after: float) -> Any:
 
 
 def test_the_largest_gain_comes_first():
-    """Of two findings, the one that lowered the squared error more is told first, in whatever order they were added."""
+    """Of two findings, the one that lowered the squared error more comes first, in whatever order they were added."""
     small, large = (
         found(JointBacklash(2, "approach"), 3e-4, 2.9e-4),
         found(JointBacklash(3, "approach"), 2.9e-4, 1e-4),
@@ -66,7 +66,7 @@ def test_an_unsure_cause_is_confirmed_before_anything_is_repaired():
 
 
 def test_a_doubtful_name_is_a_hint():
-    """It is told last, as what the structure is most like, and nobody is sent to a repair."""
+    """A doubtful name is told last, as what the structure is most like, and no repair is advised."""
     doubtful, certain = (
         found(JointBacklash(2, "approach"), 3e-4, 1e-4),
         found(JointBacklash(3, "approach"), 1e-4, 9e-5),

@@ -23,7 +23,7 @@ ROWS = [
 
 
 def test_zero_has_no_sign() -> None:
-    """What rounds to nothing is 0.0000, from whichever side; a change of nothing is +0.0000."""
+    """A value that rounds to zero is 0.0000 from either side, and a change of zero is +0.0000."""
     for value in (-1e-12, -0.0, 0.0, 1e-12):
         assert _fixed(value, 4) == "0.0000" and _signed(value, 4) == "+0.0000"
 
@@ -94,7 +94,7 @@ def test_what_was_fixed_is_named_by_the_same_rows() -> None:
 
 
 def test_a_saved_calibration_knows_its_table(tmp_path) -> None:
-    """Saved and loaded, an arm is still that of a standard-DH table, to the end of its last link."""
+    """After saving and loading, an arm still has its standard-DH table, to the end of its last link."""
     robot = Robot.from_mapping({"name": "arm", "convention": "standard-dh", "joints": ROWS})
     calibrated(robot, np.random.default_rng(0)).save(tmp_path / "calibration.json")
     loaded = load_calibration(tmp_path / "calibration.json")

@@ -27,7 +27,7 @@ def said(*, without_effects: bool) -> str:
 
 
 def test_effects_that_do_not_extrapolate_are_said_to_be_findings_only():
-    """With both errors, and that it was whole regions that were held out."""
+    """The sentence states both errors, and that whole regions were held out."""
     text = said(without_effects=True)
     assert (
         "regions of the joint space that are held out as a whole are predicted worse (0.600 mm RMS, 0.250 mm without)"
@@ -37,7 +37,7 @@ def test_effects_that_do_not_extrapolate_are_said_to_be_findings_only():
 
 
 def test_what_held_out_regions_show_is_said():
-    """With their number, and that nothing is known farther away."""
+    """The sentence states the number of regions, and that nothing is known farther away."""
     text = said(without_effects=False)
     assert (
         "each of 4 regions" in text and "0.600 mm RMS with the effects" in text and "0.250 mm without" in text

@@ -18,7 +18,10 @@ def poor():
 
 
 def test_a_residual_that_no_tracker_scatters_by_is_called_too_large(poor):
-    """One sentence on the terminal: the size, what a tracker scatters by, what the rest means and what to do; the page does not say to use it."""
+    """One sentence on the terminal states the size, the usual scatter of trackers, what the rest means and what to do.
+
+    The page does not advise use.
+    """
     dataset, calibration = poor
     said = describe_calibration(calibration)
     line = next(line for line in said.splitlines() if "more than noise" in line)
@@ -30,14 +33,14 @@ def test_a_residual_that_no_tracker_scatters_by_is_called_too_large(poor):
 
 
 def test_no_noise_is_invented(poor):
-    """The sentence alone is new: no test of the residual is claimed where nobody stated a noise."""
+    """Where nobody stated a noise, only that sentence is new, and no test of the residual is claimed."""
     _, calibration = poor
     assert calibration.sensor["noise"] is None and calibration.summary["misfit_p_value"] is None
 
 
 @pytest.mark.parametrize(("stated", "words"), [(None, "state sensor.noise"), (3e-5, "the noise explains")])
 def test_a_small_residual_is_not_called_too_large(stated, words):
-    """A residual that a tracker may have: how to have it tested, or, with a stated noise, the test."""
+    """For a residual that a tracker may have, the sentence says how to have it tested, or, with a stated noise, gives the test."""
     scene = make_scene(kind="tracker", seed=2, poses_per_plane=12, noise=3e-5, stated_noise=stated)
     said = describe_calibration(calibrate(scene.dataset))
     assert words in said and "more than noise" not in said

@@ -26,7 +26,7 @@ def test_a_coefficient_stands_in_the_unit_beside_it(name: str, value: float, wri
 
 
 def test_milliradians_do_not_follow_the_millimetre(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Were lengths written in inches, a ratio of angles would still be written in milliradians."""
+    """Milliradians are thousandths, and would be so even if lengths were written in inches."""
     before = words.coefficient("gain_rad_per_rad", 2.5e-3, 1e-4)
     monkeypatch.setattr(wording, "MM", 25.4e-3)
     assert words.coefficient("gain_rad_per_rad", 2.5e-3, 1e-4) == before

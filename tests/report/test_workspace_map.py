@@ -47,19 +47,21 @@ def section() -> dict:
 
 @given(st.floats(1e-5, 1.0), st.floats(1.0, 1e5))
 def test_classes_of_colour_are_round_and_hold_every_value(smallest: float, ratio: float) -> None:
-    """Nine rising edges of one digit, the last not below the largest value, the one before it below; within four decades the smallest is
-    told from the largest."""
+    """There are nine rising edges of one digit, of which the last alone reaches the largest value.
+
+    Within four decades the smallest value has a class of its own.
+    """
     largest = smallest * ratio
     edges = _edges(smallest, largest)
     assert len(edges) == 9 and np.all(np.diff(edges) > 0)
     assert edges[-2] < largest <= edges[-1] * (1 + 1e-12)
-    assert all(re.fullmatch(r"[1235]", f"{edge:.12e}".rstrip("0+-e").replace(".", "")[:1]) for edge in edges)
+    assert all(re.fullmatch(r"[1235]\.0+e.*", f"{edge:.12e}") for edge in edges)
     if 30 < ratio < 1e4:
         assert np.searchsorted(edges, smallest) < np.searchsorted(edges, largest)
 
 
 def test_a_cell_has_the_mean_of_its_poses() -> None:
-    """Means of draws by cell are those of a data frame's groups."""
+    """The mean of each draw in a cell is that of a data frame's groups."""
     rng = np.random.default_rng(0)
     cell, draws = rng.integers(0, 7, 200), rng.normal(size=(5, 200))
     expected = pd.DataFrame(draws.T).groupby(cell).mean().to_numpy().T
@@ -67,7 +69,7 @@ def test_a_cell_has_the_mean_of_its_poses() -> None:
 
 
 def test_what_is_shipped_has_the_smaller_error(section: dict) -> None:
-    """By the data sheet the arm errs by about a millimetre, as it was made; the estimate itself only by what its covariance leaves."""
+    """By the data sheet the arm errs by about a millimetre, as it was made, and by the estimate only by what the covariance leaves."""
     assert [row["state"] for row in section["rows"]] == ["data sheet", "after.json"]
     before, after = (float(row["mean"]["value"].removesuffix(" mm")) for row in section["rows"])
     assert 0.3 < before < 5.0 and after < 0.3 * before
@@ -90,7 +92,10 @@ def test_each_cell_says_its_error_and_its_band(section: dict) -> None:
 
 
 def test_the_page_of_a_calibration_begins_with_the_error_and_what_to_do() -> None:
-    """By the data sheet so much, as calibrated so much less, and the command that uses it; the same bytes each time, under a megabyte."""
+    """The page begins with the errors by data sheet and as calibrated, and the command that uses it.
+
+    It has the same bytes each time, and is under a megabyte.
+    """
     scene = make_scene(kind="tracker", seed=2, poses_per_plane=12)
     calibration = calibrate(scene.dataset)
     page = render_calibration(calibration, scene.dataset)
@@ -103,8 +108,10 @@ def test_the_page_of_a_calibration_begins_with_the_error_and_what_to_do() -> Non
 
 @pytest.mark.parametrize("kind", ["tracker", "line-laser"])
 def test_what_the_model_lacks_is_counted_in_the_error(kind: str) -> None:
-    """A gear that errs with three times the angle of joint 2, and no effect for it in the model: the page states the error that the arm then has,
-    within a factor of two, and not the far smaller one that the covariance leaves."""
+    """If a gear errs with three times the angle of joint 2 and the model lacks the effect, the page states the arm's error within a factor of two.
+
+    The covariance alone leaves a far smaller one.
+    """
     scene = make_scene(kind=kind, seed=2, poses_per_plane=30, points_per_scan=20, noise=2e-5)
     q_true = scene.dataset.q.copy()
     read = q_true.copy()
@@ -169,7 +176,7 @@ def test_an_arm_that_fills_no_slice_is_no_error(joints: int) -> None:
 
 
 def test_a_model_that_is_exact_has_no_map() -> None:
-    """Where nothing errs and nothing is uncertain there is nothing to show."""
+    """If nothing errs and nothing is uncertain, there is no map."""
     calibration = Calibration.nominal(make_scene(kind="tracker", poses_per_plane=3).dataset)
     seen = Poses(np.zeros((4, 6)), np.arange(4.0), {})
     assert workspace_section(calibration, None, seen, SHIPPED) is None

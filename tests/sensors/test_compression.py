@@ -43,7 +43,7 @@ lengths = st.lists(st.integers(1, 40), min_size=1, max_size=8)
 
 @given(lengths, st.sampled_from([0.0, 1e-9, 1e-4, 1e-2]), st.booleans(), st.integers(0, 2**32 - 1))
 def test_the_length_of_the_residual_is_kept(lengths, noise, vertical, seed):
-    """``|B c| = |R c|`` for every c, for scans of any length from one point, noise-free and vertical lines included."""
+    """``|B c| = |R c|`` holds for every c and scans of any length, noise-free and vertical lines included."""
     rng = np.random.default_rng(seed)
     assert worst_disagreement(scans(rng, lengths, noise, vertical), lengths, rng) < RELATIVE
 
@@ -62,9 +62,7 @@ def test_the_small_residual_at_the_truth_is_kept(M, seed):
 
 @given(lengths, st.integers(1, 6), st.integers(0, 2**32 - 1))
 def test_the_factor_is_triangular_and_q_orthonormal(lengths, k, seed):
-    """``B = Q R`` for every scan, R upper triangular with a diagonal that is not negative, ``Q'Q`` a
-    projection.
-    """
+    """For every scan, ``B = Q R``, where R is upper triangular with a diagonal that is not negative, and ``Q'Q`` is a projection."""
     rng = np.random.default_rng(seed)
     starts = np.r_[0, np.cumsum(lengths)]
     basis = rng.standard_normal((starts[-1], k))
@@ -78,7 +76,7 @@ def test_the_factor_is_triangular_and_q_orthonormal(lengths, k, seed):
 
 
 def test_the_factor_is_that_of_numpy():
-    """NumPy's Householder factor, with the signs of its diagonal made positive, is the same."""
+    """R is NumPy's Householder factor with the signs of its diagonal made positive."""
     rng = np.random.default_rng(2)
     points = scans(rng, [50, 50], 1e-4)
     R = compress(line_basis(points), np.array([0, 50, 100]))

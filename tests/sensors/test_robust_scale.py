@@ -8,7 +8,7 @@ from scalar.sensors.robust_scale import robust_std
 
 @pytest.mark.parametrize("sigma", [1e-4, 3.0])
 def test_it_is_the_standard_deviation_of_normal_errors(sigma):
-    """From a hundred thousand draws it is their standard deviation to a percent."""
+    """For a hundred thousand normal draws the robust scale is their standard deviation, to a percent."""
     draws = sigma * np.random.default_rng(0).standard_normal(100_000)
     assert robust_std(draws) == pytest.approx(sigma, rel=0.01)
 

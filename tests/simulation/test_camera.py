@@ -44,7 +44,7 @@ def volume(mesh) -> float:
 
 
 def test_solids_have_the_volume_of_their_formula():
-    """Closed and turned outward; a facet's chord costs less than a per cent."""
+    """Solids are closed and turned outward, and their volume differs from the formula's by less than a per cent, the chords of facets."""
     size = np.array([0.2, 0.3, 0.5])
     assert volume(box(size)) == pytest.approx(size.prod())
     r, start, end = 0.1, np.array([0.2, 0.1, 0.3]), np.array([0.5, 0.1, 0.7])
@@ -66,7 +66,7 @@ def test_normals_are_unit_and_point_out(mesh):
 
 
 def test_a_frame_lies_along_its_segment():
-    """It is a rotation, its z runs to the end, whichever way that is."""
+    """The frame is a rotation whose z axis points to the end of the segment, in every direction."""
     rng = np.random.default_rng(1)
     for start, end in rng.normal(size=(20, 2, 3)):
         T = frame_along(start, end)

@@ -39,7 +39,7 @@ def joint_errors(scene, control):
 
 @pytest.mark.parametrize("kind", CAUSES)
 def test_a_cause_acts_and_the_truth_names_it(kind, control):
-    """Scans differ from the control's; the truth holds its kind and what it depends on, as JSON; twice the same bytes; encoders read the same."""
+    """Scans differ from the control's, encoders read the same, the truth holds the cause's kind as JSON, and the bytes are the same twice."""
     scene = injected(entry_of(kind))
     (truth,) = json.loads(json.dumps(scene.truth, allow_nan=False))["effects"]
     assert (truth["name"], truth["kind"]) == ("unknown", kind) and truth["depends_on"]
@@ -50,7 +50,7 @@ def test_a_cause_acts_and_the_truth_names_it(kind, control):
 
 @pytest.mark.parametrize("kind", CAUSES)
 def test_a_cause_is_in_proportion_to_its_size(kind, control):
-    """A hundredth of the size does a hundredth, to the square of small errors: nothing at all remains at no size."""
+    """A hundredth of the size has a hundredth of the effect, to the square of small errors, and a size of zero has none."""
     large = injected(entry_of(kind)).points - control.points
     small = injected(entry_of(kind, size=SIZE / 100)).points - control.points
     np.testing.assert_allclose(small * 100, large, atol=0.02 * np.abs(large).max())
@@ -58,21 +58,21 @@ def test_a_cause_is_in_proportion_to_its_size(kind, control):
 
 @pytest.mark.parametrize("kind", CAUSES)
 def test_at_rest_only_what_the_pose_itself_does_is_left(kind, control):
-    """Evaluation poses are reached one by one: what moves leave is gone, what weight and angles do is there."""
+    """Evaluation poses are reached one by one: effects of moves are absent, and those of weight and angles are present."""
     moved = np.abs(injected(entry_of(kind)).truth_poses - control.truth_poses).to_numpy().max()
     assert (moved == 0) == (kind in AT_REST_NOTHING)
 
 
 @pytest.mark.parametrize("kind", ["two_pulley_belt", "encoder_interpolation", "two_slope_gear", "vibration"])
 def test_a_drive_errs_in_its_own_joint_by_its_size(kind, control):
-    """One joint alone, at most by the size, and somewhere by all of it."""
+    """One joint alone errs, at most by the size, and somewhere by all of it."""
     dq = joint_errors(injected(entry_of(kind, target={"joint": 3})), control)
     assert not np.delete(dq, 2, axis=1).any()
     assert np.abs(dq[:, 2]).max() == pytest.approx(SIZE)
 
 
-def test_a_hose_remembers(control):
-    """The same posture errs otherwise after another way; a hose that has hung there for hours does not remember."""
+def test_a_hose_depends_on_the_way_to_a_posture(control):
+    """The same posture errs differently after another way, and not after the hose has hung there for hours."""
     length, time = np.array([1.0, 2.0, 1.0, 1.0, 1.0]), np.array([0.0, 10.0, 20.0, 30.0, 36000.0])
     remembered = relaxed(length, time, 60.0)
     assert remembered[2] > remembered[0] and remembered[2] > remembered[3] > 1.0
@@ -91,7 +91,7 @@ def test_a_hose_remembers(control):
 
 
 def test_a_hose_pulls_towards_its_anchor(control):
-    """Work done by the tension: where the hose is taut, the arm gives way so that the distance to the anchor shrinks."""
+    """Where the hose is taut, the arm gives way so that the distance to the anchor shrinks."""
     from scalar.simulation.world import World
 
     scene = injected(entry_of("hose", size=1e-3))
@@ -129,7 +129,7 @@ def test_the_encoder_repeats_512_times_a_turn():
 
 
 def test_a_belt_repeats_with_its_pulleys_and_not_with_the_joint(control):
-    """Two frequencies, neither a whole number of times a turn."""
+    """The error has two frequencies, neither of which is a whole number of times a turn."""
     truth = injected(entry_of("two_pulley_belt")).truth["effects"][0]
     for turns in (truth["turns"], truth["turns"] * truth["ratio"]):
         assert turns > 1
@@ -138,7 +138,7 @@ def test_a_belt_repeats_with_its_pulleys_and_not_with_the_joint(control):
 
 
 def test_a_gear_is_softer_below_its_bend(control):
-    """Wind-up over torque: one slope up to the bend, a smaller one beyond, odd in the torque."""
+    """The wind-up is odd in the torque, with one slope up to the bend and a smaller one beyond."""
     from scalar.simulation.world import World
 
     scene = injected(entry_of("two_slope_gear", target={"joint": 2}))
@@ -155,7 +155,7 @@ def test_a_gear_is_softer_below_its_bend(control):
 
 
 def test_a_mount_flops_with_hysteresis():
-    """It stays on its side while the pull the other way is weaker than friction, and only then changes."""
+    """The mount stays on its side while the pull to the other is weaker than friction, and changes only then."""
     pull = np.array([1.0, 0.1, -0.5 * FRICTION, -2 * FRICTION, 0.5 * FRICTION, 2 * FRICTION])
     np.testing.assert_array_equal(sides(pull), [1, 1, 1, -1, -1, 1])
     scene = injected(entry_of("loose_mount"))
@@ -164,7 +164,7 @@ def test_a_mount_flops_with_hysteresis():
 
 
 def test_a_resonance_peaks_and_turns_its_phase():
-    """A driven oscillator: nothing at rest, a peak near its own frequency, a quarter turn behind there, half beyond."""
+    """A driven oscillator is at rest for zero frequency, and peaks near its own frequency. Its phase turns by a quarter there, and by half beyond."""
     r = np.linspace(0.0, 20.0, 20_001)
     assert amplitude(r)[0] == 0 and amplitude(r)[-1] == pytest.approx(1.0, abs=0.01)
     assert r[np.argmax(amplitude(r))] == pytest.approx(1.0, abs=0.05)
@@ -182,7 +182,7 @@ def test_a_late_trigger_moves_along_the_velocity(control):
 
 
 def test_air_conditioning_swings_about_the_middle_and_lags():
-    """The thermostat switches for ever: temperature is periodic, stays inside heat and cold, and a slow arm swings less."""
+    """The temperature is periodic, stays between the limits of heating and cooling, and swings less for a slow arm."""
     time = np.arange(0.0, 8000.0, 10.0)
     quick, slow = thermostat(time, 300.0, 100.0, 1500.0), thermostat(time, 300.0, 900.0, 1500.0)
     assert np.abs(quick).max() < 1.0
@@ -192,7 +192,7 @@ def test_air_conditioning_swings_about_the_middle_and_lags():
 
 
 def test_growth_falls_back_after_each_period():
-    """A sawtooth of 45 poses or so: it rises evenly and falls back at once."""
+    """The growth is a sawtooth of about 45 poses: it rises evenly and falls back at once."""
     scene = injected(entry_of("sawtooth_growth"), poses_per_plane=40, seed=3)
     states, period = scene.effects.parts[0].states, scene.truth["effects"][0]["period_poses"]
     assert 42 <= period <= 48
@@ -203,7 +203,7 @@ def test_growth_falls_back_after_each_period():
 
 
 def test_the_floor_holds_until_it_gives_way(control):
-    """Below the anchors' preload the base does not move; beyond, it tilts the way the moment turns."""
+    """Below the anchors' preload the base does not move, and beyond it tilts as the moment turns."""
     from scalar.simulation.world import World
 
     scene = injected(entry_of("giving_floor"))
@@ -230,7 +230,7 @@ def test_a_laser_that_wanders_turns_its_plane_and_misreads(control):
 
 
 def test_a_joint_where_there_is_none_is_refused():
-    """A cause of the whole arm takes no joint; the message says which."""
+    """A cause of the whole arm takes no joint, and a message names the cause for which one was stated."""
     from scalar.errors import InvalidInput
 
     with pytest.raises(InvalidInput, match="'hose' has no joint"):

@@ -109,7 +109,7 @@ def test_a_number_of_poses_that_is_none_is_refused_in_plain_words(value):
 
 
 def test_one_of_the_numbers_of_poses_is_named_by_its_plane():
-    """Where the planes have numbers of their own, the faulty one is named, not the whole."""
+    """If each plane has its own number of poses, a faulty one is named by its place, and not the whole list."""
     message = refusal(PAPER | {"poses_per_plane": {"floor": 0}})
     assert "poses_per_plane.floor: 0 is less than 1; write a whole number at least 1" in message
 

@@ -41,7 +41,7 @@ def on_joint(joint, function):
 
 
 def test_a_harmonic_is_a_sine_of_the_angle():
-    """dq = size sin(order q + phase), on the joint that is named and no other."""
+    """The named joint alone errs, by dq = size sin(order q + phase)."""
     entry = {
         "effect": "joint_harmonic",
         "target": {"joint": 4, "order": 5},
@@ -52,7 +52,7 @@ def test_a_harmonic_is_a_sine_of_the_angle():
 
 
 def test_harmonics_of_one_joint_add_up():
-    """Several orders are one entry, each with the size as its amplitude and a phase of its own."""
+    """Several orders are one entry; each has the size as its amplitude and a phase of its own."""
     scene = injected({"effect": "joint_harmonic", "target": {"joint": 2, "orders": [1, 8]}, "size": 3e-4})
     (entry,) = scene.truth["effects"]
     assert entry["target"] == {"joint": 2, "orders": [1, 8]}
@@ -63,19 +63,19 @@ def test_harmonics_of_one_joint_add_up():
 
 
 def test_a_scale_is_in_proportion_to_the_angle():
-    """dq = size q."""
+    """The joint errs by dq = size q."""
     scene = injected({"effect": "joint_scale", "target": {"joint": 3}, "size": -2e-3})
     assert_stands_at(scene, on_joint(3, lambda angle, *_: -2e-3 * angle))
 
 
 def test_a_coupling_is_in_proportion_to_its_source():
-    """dq_6 = size q_5."""
+    """Joint 6 errs by dq_6 = size q_5."""
     scene = injected({"effect": "joint_coupling", "target": {"joint": 6, "source": 5}, "size": 1e-3})
     assert_stands_at(scene, on_joint(6, lambda _, q, __: 1e-3 * q[:, 4]))
 
 
 def test_play_goes_to_the_side_from_which_the_joint_came():
-    """dq = size times the recorded direction of approach, also at the evaluation poses."""
+    """The joint errs by dq = size times the recorded direction of approach, at the evaluation poses too."""
     scene = injected({"effect": "joint_backlash", "target": {"joint": 2}, "size": 3e-4})
     assert set(scene.poses["approach2"]) == set(scene.truth_poses["approach2"]) == {-1, 1}
     assert_stands_at(scene, on_joint(2, lambda _, __, poses: 3e-4 * poses["approach2"].to_numpy()))
@@ -98,7 +98,7 @@ def torques(arm, q, step=1e-4):
 
 
 def test_play_without_a_recorded_direction_follows_the_weight():
-    """With recorded: false the joint rests where its weight pulls it: by the sign of the energy's slope."""
+    """With recorded: false the joint rests where its weight pulls it, by the sign of the slope of the potential energy."""
     scene = injected(
         {"effect": "joint_backlash", "target": {"joint": 2}, "size": 3e-4, "recorded": False}, record=[]
     )
@@ -115,7 +115,7 @@ PENDULUM = {
 
 
 def test_a_pendulum_sags_by_its_lever():
-    """A mass m on a rod of length l gives way by c m g l cos q, downwards; a mass at its end adds its own."""
+    """A mass m on a rod of length l sags by c m g l cos q, and a mass at its end adds its own share."""
     arm = arm_from_mapping(PENDULUM, {"translation": [0.5, 0.0, 0.0]})
     arm = replace(arm, weights=Weights(np.array([7.0]), np.array([[0.3, 0.0, 0.0]]), 2.0))
     effect = JointCompliance({"joints": [1]}, 1e-5, {})
@@ -128,7 +128,7 @@ def test_a_pendulum_sags_by_its_lever():
 
 @pytest.mark.parametrize("scene", ["ur10e", "panda"])
 def test_joints_give_way_down_the_slope_of_the_energy(scene):
-    """dq = -c dV/dq for the named joints, V the energy of the masses where SciPy's kinematics puts them."""
+    """Named joints err by dq = -c dV/dq, where V is the energy of the masses at the places that SciPy's kinematics gives."""
     simulated = injected(
         {"effect": "joint_compliance", "target": {"joints": [2, 4]}, "size": 2e-5}, scene=scene
     )
@@ -144,14 +144,14 @@ def test_joints_give_way_down_the_slope_of_the_energy(scene):
 
 
 def test_all_joints_that_carry_weight_give_way_where_none_is_named():
-    """On a vertical first axis no weight acts: it is not among the joints that give way."""
+    """If no joint is named, all give way but one with a vertical first axis, on which no weight acts."""
     (entry,) = injected({"effect": "joint_compliance"}).truth["effects"]
     assert {2, 3} <= set(entry["target"]["joints"])
     assert 1 not in entry["target"]["joints"]
 
 
 def test_masses_of_the_config_are_the_arms():
-    """Stated masses and centres of mass are those that sag; the others stay as they were."""
+    """Stated masses and centres of mass replace the guessed ones, and the others stay as they were."""
     kg = [9.0, 8.0, 7.0, 3.0, 2.0, 1.0]
     masses = {"links_kg": kg, "centres_m": [[0.1, 0.0, 0.05]] * 6, "sensor_kg": 0.0}
     entry = {"effect": "joint_compliance", "target": {"joints": [2]}}
@@ -163,9 +163,9 @@ def test_masses_of_the_config_are_the_arms():
 
 
 def test_an_arm_that_grows_sags_under_its_own_levers():
-    """With lengths that drift, the torque at each pose is that of the arm at that pose.
+    """If lengths drift, the torque at each pose is that of the arm at that pose.
 
-    pybullet keeps the dynamics of a removed arm by its address, and may take it for that of the next one.
+    Pybullet keeps the dynamics of a removed arm by its address, and may take it for that of the next one.
     """
     sag = {"effect": "joint_compliance", "target": {"joints": [2]}, "size": 1e-4}
     drift = {"effect": "thermal_drift", "by": "time", "lengths": ["a_3"], "size": 5e-2}
@@ -201,7 +201,7 @@ UNKNOWN = {
 
 @pytest.mark.parametrize("kind", UNKNOWN)
 def test_unknown_errors_of_a_joint_have_their_shape(kind):
-    """A bump, a step in the angle, a drift with time: as large as the size says, where the truth says."""
+    """A bump, a step in the angle and a drift with time are as large as the size, at the place that the truth states."""
     scene = injected({"effect": "unknown", "kind": kind, "target": {"joint": 3}, "size": 5e-4})
     (entry,) = scene.truth["effects"]
     assert (entry["name"], entry["kind"], entry["target"]) == ("unknown", kind, {"joint": 3})
@@ -209,7 +209,7 @@ def test_unknown_errors_of_a_joint_have_their_shape(kind):
 
 
 def test_a_product_of_two_joints_errs_as_no_catalogue_has_it():
-    """Largest where both factors are at an end of their ranges, with the sign of their product."""
+    """The error is largest where both factors are at an end of their ranges, and has the sign of their product."""
     scene = injected({"effect": "unknown", "kind": "angle_product", "target": {"joint": 2}, "size": 5e-4})
     (entry,) = scene.truth["effects"]
     assert entry["depends_on"] == [f"q{j}" for j in entry["factors"]]
@@ -224,7 +224,7 @@ def test_a_product_of_two_joints_errs_as_no_catalogue_has_it():
 
 
 def test_friction_winds_a_joint_up_along_a_loop():
-    """From rest, one spring after the other slips; forth and back by the same small way is a closed loop, and a long move leaves all stretched."""
+    """From rest, one spring slips after the other: a small move and back is a closed loop, and a long move leaves all stretched."""
     slip, ways = 0.6, np.array([0.0, 0.1, -0.1, 0.1, -0.1, 2.0, 1.9, 2.0, -2.0])
     found = stretched(ways, slip / 2)
     assert found[3] == pytest.approx(found[1], abs=1e-12) and found[4] == pytest.approx(found[2], abs=1e-12)

@@ -14,7 +14,7 @@ EXACT = {"atol": 1e-12, "rtol": 0}
 
 
 def test_an_axis_leans_by_hayatis_angle():
-    """The arm stands as one whose beta of that joint is the size; truth.json's parameters say so too."""
+    """The arm stands as one whose beta of that joint is the size, and so do the parameters in truth.json."""
     scene = injected({"effect": "axis_nonparallel", "target": {"joint": 3}, "size": 2e-3})
     leaning = replace(scene.workcell.arm, beta=np.array([0, 0, 2e-3, 0, 0, 0]))
     np.testing.assert_allclose(scene.T_base_sensor, sensor_frames(leaning, scene.q), **EXACT)
@@ -29,7 +29,7 @@ def test_an_axis_leans_by_hayatis_angle():
     [("ur10e", 2, "is not parallel"), ("panda", 3, "is not parallel"), ("panda", None, "no axis parallel")],
 )
 def test_only_parallel_axes_can_stop_being_parallel(scene, joint, message):
-    """Elsewhere the tilt is one that the model holds: refused, naming the place in the config."""
+    """Elsewhere such a tilt is a parameter of the model, and is refused by its place in the config."""
     target = {} if joint is None else {"joint": joint}
     with pytest.raises(InvalidInput, match=rf"injected\[0\]\.target.*{message}"):
         injected({"effect": "axis_nonparallel", "target": target}, scene=scene)
@@ -38,7 +38,7 @@ def test_only_parallel_axes_can_stop_being_parallel(scene, joint, message):
 @pytest.mark.parametrize("profile", ["proportional", "warm_up"])
 @pytest.mark.parametrize("by", ["temperature", "time"])
 def test_lengths_grow_with_what_is_recorded(by, profile):
-    """From nothing at the first pose to the size at the last, along the recorded column; evaluation sees the last."""
+    """Lengths grow along the recorded column, from zero at the first pose to the size at the last, which evaluation poses have."""
     lengths = ["a_3", "d_1"]
     entry = {"effect": "thermal_drift", "by": by, "profile": profile, "lengths": lengths, "size": 1e-3}
     scene = injected(entry)
@@ -59,7 +59,7 @@ def test_lengths_grow_with_what_is_recorded(by, profile):
 
 
 def test_all_lengths_grow_where_none_is_named():
-    """At the end of the run a robot that has warmed up is larger, to scale."""
+    """At the end of the run a robot without a named link is larger, to scale."""
     scene = injected({"effect": "thermal_drift", "size": 1e-3})
     arm = scene.workcell.arm
     grown = replace(arm, a=arm.a * 1.001, d=arm.d * 1.001)
@@ -69,7 +69,7 @@ def test_all_lengths_grow_where_none_is_named():
 
 @pytest.mark.parametrize("pivot", [[0.0, 0.0, 0.0], [0.1, -0.2, -0.8]])
 def test_the_pedestal_tilts_by_the_moment_of_the_weight(pivot):
-    """The whole arm turns about the pivot by size times sum m (r - pivot) x g, masses placed by SciPy."""
+    """The whole arm turns about the pivot by size times sum m (r - pivot) x g, with masses placed by SciPy's kinematics."""
     scene = injected({"effect": "base_compliance", "size": 5e-6, "pivot_m": pivot})
     arm = scene.workcell.arm
 
@@ -92,7 +92,7 @@ def test_the_pedestal_tilts_by_the_moment_of_the_weight(pivot):
 
 
 def test_a_slip_moves_the_sensor_from_one_pose_on():
-    """Before its moment the sensor sits where it sat; after, and at the evaluation poses, size metres and radians away."""
+    """Before its moment the sensor is in its place, and afterwards and at the evaluation poses it is off by size metres and radians."""
     scene = injected({"effect": "sensor_slip", "target": {"at": {"order": 20}}, "size": 3e-3})
     (entry,) = scene.truth["effects"]
     assert entry["target"] == {"at": {"order": 20, "time": scene.poses["time"][20]}}
@@ -110,7 +110,7 @@ def test_a_slip_moves_the_sensor_from_one_pose_on():
 
 
 def test_a_sensor_oscillates_along_one_line():
-    """It leaves its place by a sine of the recorded time, and is at rest for the evaluation."""
+    """The sensor leaves its place by a sine of the recorded time, and is at rest at the evaluation poses."""
     scene = injected({"effect": "unknown", "kind": "sensor_oscillation", "size": 4e-4})
     (entry,) = scene.truth["effects"]
     motion = np.linalg.inv(sensor_frames(scene.workcell.arm, scene.q)) @ scene.T_base_sensor
@@ -134,7 +134,7 @@ RANGES = {
 @pytest.mark.parametrize("axis", ["ray", "z"])
 @pytest.mark.parametrize("effect", RANGES)
 def test_the_laser_errs_along_its_error_axis(effect, axis):
-    """Along the ray, its range errs as a function of itself; a profiler's z does, and its x is exact."""
+    """A laser errs along the ray as a function of its range; a profiler errs along z, and its x is exact."""
     sensor = {"pose": {"translation": [0.05, 0.02, 0.1]}, "error_axis": axis}
     scene = injected({"effect": effect, "size": 3e-3}, sensor=sensor, seed=2)
     x, z = scene.ranges * np.sin(scene.angles), scene.ranges * np.cos(scene.angles)

@@ -35,7 +35,7 @@ def control():
 
 @pytest.mark.parametrize("name", ENTRIES)
 def test_an_effect_changes_neither_poses_nor_chance(name, control):
-    """Same poses, columns and rays; the noise of the points is the control's, whatever was injected."""
+    """Poses, columns, rays and noise of the points are the control's, whatever was injected."""
     scene = injected(ENTRIES[name], noise=NOISE)
     pd.testing.assert_frame_equal(scene.poses, control.poses)
     np.testing.assert_array_equal(scene.angles, control.angles)
@@ -47,7 +47,7 @@ def test_an_effect_changes_neither_poses_nor_chance(name, control):
 
 
 def test_jitter_and_bias_enlarge_their_noise(control):
-    """The spread injected and the spread declared add as variances, from the same draws."""
+    """Injected and declared variances add up, and are scaled from the same draws."""
     jittery = injected({"effect": "pose_jitter", "size": 1e-4}, noise=NOISE)
     ratio = (jittery.q_true - jittery.q) / (control.q_true - control.q)
     np.testing.assert_allclose(ratio, np.hypot(1e-4, 2e-5) / 2e-5, rtol=1e-6)
@@ -59,7 +59,7 @@ def test_jitter_and_bias_enlarge_their_noise(control):
 
 @pytest.mark.parametrize("name", ENTRIES)
 def test_the_truth_names_what_was_injected(name):
-    """Its name and target as interfaces have them, its size with a unit, and all of it is JSON."""
+    """The truth has the documented name and target, the size with its unit, and is JSON."""
     entry = ENTRIES[name]
     scene = injected(entry)
     (truth,) = json.loads(json.dumps(scene.truth, allow_nan=False))["effects"]
@@ -95,7 +95,7 @@ def test_one_effect_does_not_move_the_other():
 
 
 def test_joints_add_up_and_arms_follow_each_other():
-    """Two errors of joints and a slip together: the frames are those of both joints' errors, then the slip's."""
+    """With two errors of joints and a slip, the frames are those of the sum of the joints' errors, followed by the slip."""
     joint = {"effect": "joint_scale", "target": {"joint": 2}}
     other = {"effect": "joint_coupling", "target": {"joint": 5, "source": 4}}
     slip = {"effect": "sensor_slip", "target": {"at": {"order": 10}}}
@@ -164,7 +164,7 @@ def test_the_columns_are_the_same_with_and_without(control):
 
 @pytest.mark.slow
 def test_same_seed_same_bytes(tmp_path):
-    """All effects at once, twice, give the same files."""
+    """A scene with all effects at once gives the same files twice."""
     config = config_with(*ENTRIES.values())
     for name in ("a", "b"):
         write_scene(simulate(config, plan=plan_of("ur10e")), tmp_path / name)

@@ -19,7 +19,7 @@ def rays(scene, k):
 @pytest.mark.parametrize("size", [5e-4, 5e-3])
 @pytest.mark.parametrize("plane", ["floor", "wall_x"])
 def test_rays_end_on_the_paraboloid(plane, size):
-    """On the bent target plane every ray ends on h = c_1 s^2 + c_2 t^2, to a micrometre; on the others as before."""
+    """On the bent target plane every ray ends on h = c_1 s^2 + c_2 t^2, to a micrometre, and on the others as before."""
     scene = injected({"effect": "plane_bow", "target": {"plane": plane}, "size": size})
     (entry,) = scene.truth["effects"]
     index = [target_plane.name for target_plane in scene.workcell.target_planes].index(plane)
@@ -82,7 +82,7 @@ def test_a_knocked_target_plane_stands_elsewhere_from_its_moment_on():
 
 
 def test_a_target_plane_creeps_in_proportion_to_the_poses_passed():
-    """With creep 1 the target plane has gone nowhere at its moment, half-way half of it, all of it at the last pose."""
+    """With creep 1 the target plane has moved by nothing at its moment, by half half-way, and by all at the last pose."""
     entry = {
         "effect": "plane_moved", "size": 2e-3, "tilt_rad": 0.0, "creep": 1.0,
         "target": {"plane": "floor", "at": {"order": 5}},
@@ -102,7 +102,7 @@ def test_a_target_plane_creeps_in_proportion_to_the_poses_passed():
 
 
 def test_a_bent_target_plane_can_be_knocked_too():
-    """Both at once: after the knock every ray of that target plane is longer or shorter by what the shift makes of it."""
+    """If a bent target plane is knocked, every ray to it changes afterwards by what the shift makes of it."""
     bow = {"effect": "plane_bow", "target": {"plane": "floor"}, "size": 2e-3}
     knock = {
         "effect": "plane_moved", "size": 1e-3, "tilt_rad": 0.0,

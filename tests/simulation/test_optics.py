@@ -69,7 +69,7 @@ def test_speckle_has_the_stated_variance_and_no_mean(size, line):
 
 
 def test_noise_grows_as_triangulation_says():
-    """In the middle at normal incidence it is the stated one; without shot noise it rises by the square of the distance."""
+    """In the middle of the range at normal incidence the noise is the stated one, and without shot noise it grows with the square of the range."""
     middle = np.array([0.275])
     np.testing.assert_allclose(growth(SCANNER, middle, np.ones(1), 0.4), 1.0)
     z = np.linspace(0.1, 0.45, 8)
@@ -82,7 +82,7 @@ def test_noise_grows_as_triangulation_says():
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_lens_keeps_its_data_sheet_and_its_factory_calibration(seed):
-    """95 % of the field is below the stated error; offset, gain and tilt have been taken away; and it is smooth."""
+    """The error is smooth, within the stated one over 95 % of the field, and has no offset, gain or tilt."""
     field = Linearity.drawn(5e-5, SCANNER, np.random.default_rng(seed))
     rng = np.random.default_rng(99)
     z = rng.uniform(0.1, 0.45, 4000)
@@ -98,7 +98,7 @@ def test_a_lens_keeps_its_data_sheet_and_its_factory_calibration(seed):
 
 
 def test_no_distortion_leaves_points_where_they_are():
-    """Pictures and rays of vision are inverse to each other."""
+    """Without distortion points do not move, and pictures and rays of vision are inverse to each other."""
     field = Linearity.drawn(1.0, SCANNER, np.random.default_rng(0))
     x, z = np.array([0.02, -0.05]), np.array([0.2, 0.4])
     np.testing.assert_allclose(field._point(*field._picture(x, z)), [x, z], atol=1e-14)
@@ -131,7 +131,7 @@ def test_gaps_and_glints_have_their_shares():
 
 
 def test_nothing_stated_changes_nothing():
-    """With every amplitude at zero, sizes of speckle and gaps and all do not touch a byte."""
+    """With every amplitude at zero, the sizes of speckle and gaps change no byte."""
     plain = scene_with()
     idle = scene_with({"speckle_pixels": 7.0, "gap_pixels": 9.0, "shot_share": 0.1}, {"waves": 3})
     assert plain.scans.equals(idle.scans) and plain.truth == idle.truth
@@ -157,7 +157,7 @@ def test_faults_leave_the_arm_and_its_poses_alone():
 
 
 def test_the_first_scans_stay_when_more_are_asked_for():
-    """Each scan draws from its own generator: a longer run begins with the shorter one's speckle."""
+    """Each scan draws from a generator of its own, so a longer run begins with the shorter one's speckle."""
     config = config_with(noise=NOISE, scanner=ALL, order="by_plane")
     few = copy.deepcopy(config) | {"poses_per_plane": 5}
     many, short = simulate(config, plan=plan_of("ur10e")), simulate(few, plan=plan_of("ur10e"))

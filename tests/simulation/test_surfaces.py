@@ -31,7 +31,7 @@ def hits(scene):
 
 @pytest.mark.parametrize("count", [1, 5, 12])
 def test_waves_have_the_stated_energy(count):
-    """However many waves: the mean square of the height over a large target plane is half the square of the amplitude."""
+    """However many waves there are, the mean square of the height over a large target plane is half the square of the amplitude."""
     planes = scene_of({}).workcell.target_planes
     uv = np.random.default_rng(0).uniform(-1.4, 1.4, (200_000, 2))
     for surface in surfaces_of(FLAT | {"waves_m": 4e-5, "waves": count}, planes, 3):
@@ -67,8 +67,8 @@ def test_a_place_has_one_height():
     assert np.abs(slipped.ranges - scene.ranges).max() > 1e-4
 
 
-def test_a_bent_target_plane_is_highest_in_its_middle_and_flat_at_its_edges():
-    """The first mode of a target plane that is supported along its edges, up or down."""
+def test_a_bent_target_plane_is_highest_in_its_middle_and_zero_at_its_edges():
+    """The height is the first mode of a target plane that is supported along its edges, up or down."""
     planes = scene_of({}).workcell.target_planes
     for surface, plane in zip(surfaces_of(FLAT | {"bow_m": 2e-4}, planes, 5), planes, strict=True):
         assert abs(surface.height(np.zeros(2))) == pytest.approx(2e-4)

@@ -75,7 +75,7 @@ def test_a_meshed_target_plane_is_as_exact_as_a_box():
 
 @pytest.mark.parametrize("count", [1, RAYS_PER_BATCH, 16_384, 40_000])
 def test_every_ray_is_answered_in_its_place(count):
-    """As many answers as rays, in their order, also beyond the 16,384 of which pybullet loses one."""
+    """There are as many answers as rays, in their order, even beyond the 16,384 rays of which pybullet loses one."""
     floor = random_target_plane(
         np.random.default_rng(0), normal=[0, 0, 1], distance_m=0.0, centre_m=[0, 0, 0]
     )
@@ -89,15 +89,15 @@ def test_every_ray_is_answered_in_its_place(count):
 
 
 def test_a_lost_ray_is_an_error(monkeypatch):
-    """If pybullet answers fewer rays than were asked, that is said and nothing is returned."""
+    """If pybullet answers fewer rays than were asked, an error says so and nothing is returned."""
     monkeypatch.setattr("scalar.simulation.world.RAYS_PER_BATCH", 16_384)
     ends = np.tile([0.0, 0.0, 1.0], (16_384, 1))
     with World() as world, pytest.raises(SimulationError, match="16384 rays were asked and 16383 answered"):
         world.cast(np.zeros_like(ends), ends)
 
 
-def test_a_ray_that_meets_nothing_says_so():
-    """A ray past the target plane's edge hits nothing: a target plane is no endless plane."""
+def test_a_ray_past_the_edge_meets_nothing():
+    """A ray past the edge of a target plane meets nothing, because the plane has an end."""
     floor = random_target_plane(
         np.random.default_rng(0), normal=[0, 0, 1], distance_m=0.0, centre_m=[0, 0, 0]
     )

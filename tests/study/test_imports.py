@@ -25,7 +25,7 @@ def imported(path):
 
 
 def test_imports_have_no_circle():
-    """There is an order in which every module comes after all that it imports, imports inside functions counted."""
+    """There is an order in which every module comes after all that it imports, where imports inside functions count."""
     order = list(TopologicalSorter({name: imported(path) for name, path in MODULES.items()}).static_order())
     assert set(order) == set(MODULES)
     assert order.index("study.common.grid") < order.index("study.sweeps.run")
@@ -50,5 +50,5 @@ def test_a_file_has_one_idea(name):
 
 
 def test_every_module_stands_in_a_package_of_its_study():
-    """Directly in ``workflow/study`` there is no module."""
+    """No module stands directly in ``workflow/study``."""
     assert [path.name for path in STUDY.glob("*.py")] == ["__init__.py"]

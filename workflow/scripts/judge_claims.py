@@ -7,7 +7,8 @@ with logged(snakemake.log):
 
     import pandas as pd
     from scalar.data.io.atomic import write_json
-    from study.claims.judge import Results, judge_claims
+    from study.claims.answers import Results
+    from study.claims.judge import judge_claims
     from study.claims.numbers import claim_numbers
     from study.common.tables import of_case, read_table, write_table
 

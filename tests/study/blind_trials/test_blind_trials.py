@@ -101,7 +101,7 @@ def test_a_target_is_right_or_not(name, found, injected, right):
 
 
 def test_an_answer_is_judged_by_its_first_effect():
-    """Right, listed beside another name, declared unobservable, missed, wrong, unattributed: each is what its name says."""
+    """The first effect decides whether an answer is right, listed beside another name, declared unobservable, missed, wrong or unattributed."""
     injected = {"name": "joint_scale", "target": {"joint": 2}}
     right = injected | {"confounded_with": []}
     other = {"name": "plane_bow", "target": {"plane": "floor"}, "confounded_with": []}
@@ -130,8 +130,9 @@ def test_more_seeds_leave_those_that_are_there():
 
 
 def test_the_config_tries_every_effect_often_enough():
-    """Every name that a diagnosis may give, at least 20 seeds each but for what some robots cannot have; 200 sets
-    with nothing injected, 60 pairs, 40 without a name.
+    """Every name that a diagnosis may give has at least 20 seeds, unless some robots cannot have it.
+
+    There are 200 sets without effects, 60 with pairs, and 40 with structure without a name.
     """
     study = load_study(CONFIG)
     injected = {case.choices[0].entry["effect"] for case in study.cases.values() if case.kind == "single"}
@@ -198,9 +199,7 @@ def sets():
 
 
 def test_a_set_is_injected_diagnosed_and_judged(sets):
-    """A gross scale error is named with its joint, the error after is nearer to the floor than to before, and gross errors is no
-    effect; the tables say so.
-    """
+    """A gross scale error is named with its joint, the error after is nearer to the floor than to before, and gross errors are no effect."""
     study, table = sets
     assert list(table.columns) == list(SET_COLUMNS)
     row = table.iloc[0]
@@ -222,7 +221,7 @@ def test_a_set_is_injected_diagnosed_and_judged(sets):
 
 
 def test_the_committed_summaries_are_whole_and_small():
-    """Every table, with a row for every effect of the catalogue; seeds and code that made them; below 300 kB."""
+    """Every table is there, with a row for every effect of the catalogue and the seeds and code that made it, and all together are below 300 kB."""
     files = {path.name for path in COMMITTED.iterdir()}
     rules = (ROOT / "workflow/rules/blind_trials.smk").read_text(encoding="utf-8")
     listed = re.search(r"TRIALS_TABLES = \[(.*?)\]", rules, re.DOTALL)
@@ -243,7 +242,7 @@ def test_the_committed_summaries_are_whole_and_small():
 
 @pytest.mark.slow
 def test_the_rules_run_small(tmp_path):
-    """`snakemake blind_trials` on the small config: every table, every figure, and nothing to do a second time."""
+    """`snakemake blind_trials` on the small config makes every table and every figure, and a second call has nothing to do."""
     for name in ("scalar", "workflow", "configs", "paper"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "Snakefile", tmp_path)

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from study.claims.answers import Found, Results
 from study.claims.judge import (
     ABSENT,
     CHANGED,
@@ -13,8 +14,6 @@ from study.claims.judge import (
     FAR,
     MOST,
     SAME,
-    Found,
-    Results,
     judge,
     judge_claims,
 )
@@ -208,7 +207,7 @@ def test_a_way_that_always_fails_confirms_nothing(published):
     assert verdict(10) == DIFFERS
 
 
-def test_no_time_is_told(published):
+def test_the_table_contains_no_time(published):
     """No time is written to the table, so that it is the same on every machine that is fast enough."""
     one, two = (judge_claims(published, Results(seconds={"proposed": s})) for s in (0.1, 3.0))
     pd.testing.assert_frame_equal(one, two)

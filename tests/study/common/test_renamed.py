@@ -17,7 +17,7 @@ SCHEMA = json.loads((ROOT / "workflow/schemas/config.schema.json").read_text(enc
 
 @pytest.mark.parametrize("old", RENAMED_KEYS)
 def test_a_former_key_is_answered_with_the_present_one(old):
-    """At any depth of the config, the message has the place of the key and its present name."""
+    """At any depth of the config, the message has the place of the former key and its present name."""
     (message,) = renamed_faults({"studies": [{old: 1}]})
     assert message.startswith(f"studies[0].{old}: ") and f"{RENAMED_KEYS[old]!r}" in message
 

@@ -13,12 +13,12 @@ SCHEMA = ROOT / "workflow" / "schemas" / "config.schema.json"
 
 @pytest.mark.parametrize("name", ["paper", "smoke"])
 def test_our_configurations_have_no_fault(name):
-    """The checks agree with the configurations that the workflow runs."""
+    """The configurations that the workflow runs pass the checks."""
     assert schema_faults(load_yaml(ROOT / "configs" / f"{name}.yaml"), SCHEMA) == []
 
 
 def test_every_fault_is_one_line():
-    """A text where a number is wanted and a misspelt key: two lines, each with its key and what to write."""
+    """A text in the place of a number and a misspelt key give two lines, each with its key and what to write."""
     config = load_yaml(ROOT / "configs" / "smoke.yaml")
     lines = schema_faults({**config, "first_seed": "one", "seeds_per_jobb": 2}, SCHEMA)
     assert sorted(line.split(":")[0] for line in lines) == ["first_seed", "seeds_per_jobb"]

@@ -18,7 +18,7 @@ def checkout(folder: Path, **modules: str) -> dict[str, Path]:
 
 
 def test_imports_are_followed_from_module_to_module(tmp_path):
-    """Inside functions too, by any form of the statement; a name that is no module counts for nothing, nor a package of others."""
+    """Every form of the import statement is followed, in functions too; names that are no module and packages of others are not."""
     homes = checkout(
         tmp_path,
         first="import json\n\ndef later():\n    from ours.room import second\n",
@@ -41,7 +41,7 @@ def test_schemas_beside_a_module_come_with_it(tmp_path):
 
 
 def test_nothing_that_python_loads_is_missing():
-    """A second opinion: what Python itself has loaded after importing a step of the studies is among the files found."""
+    """Every file that Python has loaded after importing a step of the studies is among the files that are listed."""
     step = "study.sweeps.plans"
     program = (
         f"import sys, {step}\n"

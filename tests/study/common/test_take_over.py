@@ -69,7 +69,7 @@ def test_locks_of_another_workflow_are_left_alone(tmp_path: Path) -> None:
 
 
 def test_the_names_of_marked_outputs_are_read_whatever_their_length(tmp_path: Path) -> None:
-    """Files and folders, with names longer than a file name may be; marks that are none are left."""
+    """Marked files and folders are read even if their names are longer than a file name may be, and other files among the marks are left."""
     outputs = ["a", "results/deep/folder", "results/" + "long" * 40]
     for k, output in enumerate(outputs):
         path = tmp_path / output

@@ -9,7 +9,7 @@ TEXT = "size: 1e-4\nnested: [{bound: 2E3}, 1.0e-4, 7]\nname: e4\nmeasured: {fold
 
 
 def test_numbers_are_read_as_our_reader_reads_them(tmp_path):
-    """PyYAML, which Snakemake uses, reads 1e-4 as text: it becomes a number, and all other values stay as they are."""
+    """1e-4, which Snakemake's PyYAML reads as text, becomes a number, and all other values stay as they are."""
     (tmp_path / "config.yaml").write_text(TEXT)
     theirs = yaml.safe_load(TEXT)
     assert theirs["size"] == "1e-4"

@@ -134,14 +134,14 @@ def test_shares_add_up_and_edges_are_found():
 
 
 def test_structure_that_is_found_without_a_name_is_no_wrong_name():
-    """Only where a gear was injected; without one, such structure is a false alarm."""
+    """Unattributed structure is no wrong name where a gear error was injected, and is a false alarm where nothing was."""
     table = rows().query("axis == 'outliers' and value == 20").assign(verdict="unattributed")
     for injected, said in (("gear", "unattributed"), ("nothing", "wrong")):
         assert summarise_edges(table.assign(injected=injected))[said].tolist() == [1.0]
 
 
 def test_the_figure_shows_every_axis_with_its_unit():
-    """A panel of errors and a panel of answers for each axis that has rows, and no other."""
+    """The figure has a panel of errors and a panel of answers for each axis that has rows, and no other."""
     figure = draw_edges(rows(), summarise_edges(rows()))
     labels = [ax.get_xlabel() for ax in figure.axes if ax.get_xlabel()]
     assert labels == [AXES["outliers"].label, AXES["noise"].label]

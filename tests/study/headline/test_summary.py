@@ -53,7 +53,7 @@ def test_published_values_fall_where_they_are_counted():
 
 
 def test_unit_normal_errors_have_unit_spread():
-    """Errors drawn with the standard errors claimed: normalised to 1, and 95 % within 2."""
+    """Errors that are drawn with the stated standard errors have a normalised spread of 1, and 95 % of them are within 2."""
     rng = np.random.default_rng(7)
     std = 0.01
     error = std * rng.standard_normal(4000)

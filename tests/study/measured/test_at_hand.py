@@ -23,7 +23,7 @@ def at_hand(tmp_path):
 
 
 def test_without_files_and_network_nothing_is_at_hand_and_it_is_said_once(at_hand):
-    """Several rules ask for the sets, but there is one warning, with the files, the sets and what to do."""
+    """If several rules ask for the sets, one warning names the files, the sets and what to do."""
     look, said = at_hand
     sets = look()
     assert sets.names == sets.names == []
@@ -34,14 +34,14 @@ def test_without_files_and_network_nothing_is_at_hand_and_it_is_said_once(at_han
 
 
 def test_nothing_is_asked_before_somebody_wants_to_know(at_hand):
-    """A workflow that does not study measured robots neither waits for the network nor reads a warning."""
+    """A workflow that does not study measured robots neither waits for the network nor prints a warning."""
     look, said = at_hand
     look()
     assert said == []
 
 
 def test_a_set_is_at_hand_by_its_folder_or_because_it_was_fetched_before(at_hand, tmp_path):
-    """A transfer needs both of its sets."""
+    """A set is at hand if its files are in the folder or were fetched before, and a transfer needs both of its sets."""
     look, said = at_hand
     (tmp_path / "local").mkdir()
     (tmp_path / "local/two.csv").write_text("1")

@@ -37,20 +37,20 @@ def one():
 
 
 def test_a_fresh_split_bears_a_true_effect_out(one):
-    """With the effect, poses of another split are predicted nearly to the tracker's noise; without it they are not."""
+    """With the true effect, poses of another split are predicted nearly to the tracker's noise, and without it they are not."""
     found = on_a_fresh_split(*one)
     assert 0.2 * one[0].n_poses < found["poses"] < 0.4 * one[0].n_poses
     assert found["after_rms_mm"] < 2 * np.sqrt(3) * TRACKER_NOISE / MM < 0.5 * found["before_rms_mm"]
 
 
 def test_told_the_angles_of_other_poses_an_effect_gains_nothing(one):
-    """The control: the same columns at shuffled angles predict poses held out no better than the geometry alone."""
+    """As a control, the same columns at shuffled angles predict held-out poses no better than the geometry alone."""
     geometry = on_a_fresh_split(*one)["before_rms_mm"]
     assert on_shuffled_angles(*one)["held_out_rms_mm"] > 0.95 * geometry
 
 
 def test_the_error_of_a_gear_is_the_one_injected(one):
-    """Over the angles that were seen the curve is the injected one, but for a straight line, within its standard error."""
+    """Over the measured angles the curve is the injected one up to a straight line, within its standard error."""
     dataset, found = one
     table = gear_errors(found, dataset)
     assert set(table["joint"]) == {ERRING}
@@ -77,7 +77,7 @@ def test_campaigns_of_one_arm_agree_and_of_two_do_not(one):
 
 
 def test_no_gears_no_rows(one):
-    """A calibration without harmonics has no gears to show, and nothing to agree on."""
+    """A calibration without harmonics gives no rows of gears, and none of agreement."""
     dataset, found = one
     bare = replace(found, model=replace(found.model, effects=()))
     table = gear_errors(bare, dataset)
@@ -85,7 +85,7 @@ def test_no_gears_no_rows(one):
 
 
 def test_the_figures_show_every_set_and_joint(one):
-    """Bars for every set, a panel for every joint of a campaign with several."""
+    """There are bars for every set, and a panel for every joint of a campaign with several."""
     errors = pd.DataFrame(
         [
             {"set": name, "model": model, "held_out_rms_mm": 0.3}
@@ -101,7 +101,7 @@ def test_the_figures_show_every_set_and_joint(one):
 
 
 def test_readme_and_documentation_say_what_the_verdicts_are():
-    """The verdict is `unattributed` in every set, and the two campaigns of one arm name different axes as non-parallel."""
+    """README and documentation state the verdict of the sets, and the axes that the two campaigns of one arm name as non-parallel."""
     sets = json.loads((ROOT / "paper/summaries/measured/numbers.json").read_text(encoding="utf-8"))["sets"]
     assert {found["verdict"] for found in sets.values()} == {"unattributed"}
     axes = [
@@ -120,7 +120,7 @@ def test_readme_and_documentation_say_what_the_verdicts_are():
 
 
 def test_the_readme_says_what_the_summaries_say():
-    """Every error in the table of measured robots is that of the committed summaries, to two places, in README and documentation alike."""
+    """In README and documentation, every error in the table of measured robots is that of the committed summaries, to two places."""
     numbers = json.loads((ROOT / "paper/summaries/measured/numbers.json").read_text(encoding="utf-8"))
     readme, page = ((ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "docs/results.md"))
     models = ("base_and_tool", "geometry", "geometry_and_effects")

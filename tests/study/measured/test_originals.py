@@ -70,7 +70,7 @@ def test_another_file_of_that_name_is_refused_and_nothing_is_left(tmp_path):
 
 
 def test_every_listed_set_has_a_mapping_that_names_its_files():
-    """What is fetched is what is imported, with a checksum for each."""
+    """The mapping of each set names exactly the files that are fetched, each of which has a checksum."""
     from scalar.ingest.mapping_reader import load_mapping
 
     everything = {

@@ -62,7 +62,7 @@ def test_no_semicolon_is_swallowed(path):
     ],
 )
 def test_a_typed_number_is_found(text):
-    """Wherever a number may be typed, the check finds it: prose, captions, tables, headings, formulas, words in code."""
+    """The check finds a number wherever one may be typed: in prose, captions, tables, headings, formulas and words in code."""
     assert len(typed_numbers(text)) == 1
 
 
@@ -215,7 +215,7 @@ def test_every_section_can_be_typeset(tmp_path):
 
 
 def test_what_is_said_of_other_workcells_has_its_numbers():
-    """The numbers that the default run alone has: small runs have no other workcells, and leave the sentences out."""
+    """Sentences on other workcells have numbers in the default run, and small runs, which lack these numbers, leave the sentences out."""
     curves = {
         "offset_std": {"point": {"position_mean_mm": 0.2, "orientation_mean_deg": 0.1}},
         "other_workcells": {"near": {"position_mean_mm": -0.3}, "far": {"position_mean_mm": 0.4}},
@@ -230,7 +230,7 @@ def test_what_is_said_of_other_workcells_has_its_numbers():
 
 @pytest.mark.slow
 def test_same_bytes_whatever_the_machine(tmp_path):
-    """The PDF depends on its inputs alone: not on the time, the home folder, the zone, the fonts of the machine."""
+    """The PDF depends on its inputs alone, and not on the time, the home folder, the time zone or the fonts of the machine."""
     numbers, figures = invented(tmp_path)
     (document,) = typeset(PAPER, numbers, figures)
     script = f"""

@@ -50,7 +50,7 @@ def test_independent_scenes_have_the_interval_of_independent_trials():
 
 
 def test_every_set_is_counted_once(reported):
-    """Shares are of all sets; the gain that leaves no residual is in one of them and not in the other."""
+    """Shares are of all sets, and the gain that leaves no residual is counted in one of them and not in the other."""
     natural = reported["natural"]
     assert natural["all"]["sets"] == natural["observable"]["sets"] + natural["unobservable"]["sets"]
     assert natural["all"]["count"] == natural["observable"]["count"] + natural["unobservable"]["named"]
@@ -78,7 +78,7 @@ def test_the_committed_scenes_agree_with_the_committed_workcells():
 
 
 def test_what_was_not_injected_is_said(reported):
-    """Each effect of the catalogue was injected, or is in the list; an effect that joins the catalogue joins the list."""
+    """Each effect of the catalogue was injected or is in the list, which an effect joins with the catalogue."""
     tried = {
         case.split("-")[0].replace("_", " ")
         for case in read_table(SUMMARIES / "blind_trials/power.csv")["case"]

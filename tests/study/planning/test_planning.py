@@ -22,7 +22,7 @@ def table(ratio):
 
 @pytest.mark.parametrize("ratio", [0.5, 2.0])
 def test_ratios_are_taken_in_the_same_seed(ratio):
-    """The median ratio, in how many seeds the planned poses are better, and what chance makes of it: two to the minus nine."""
+    """Ratios are of the same seed: their median, the number of seeds in which planning is better, and what chance makes of that number."""
     entry = planning_numbers(table(ratio))["planned_30_against_random_30"]
     assert entry["times_random"] == pytest.approx(ratio)
     assert entry["better_in"] == (10 if ratio < 1 else 0)

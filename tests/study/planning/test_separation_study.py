@@ -21,7 +21,7 @@ def problem(seed):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_no_poses_exceed_the_bound(seed):
-    """Neither planned poses nor a thousand random choices; the planned ones come close, so it is no idle bound."""
+    """Neither planned poses nor a thousand random choices exceed the bound, and the planned ones come close to it."""
     question, start, rows = problem(seed)
     bound = best_noncentrality(question, start, rows, 6)
     rng = np.random.default_rng(seed)
@@ -47,7 +47,10 @@ def effect(name, joint):
 
 
 def test_a_pair_is_distinguished_where_neither_is_named_with_the_other_listed():
-    """One named alone, both found, or something else instead; not where nothing is found, the other is listed, or the diagnosis failed."""
+    """A pair is distinguished if one is named alone, both are found, or something else is.
+
+    It is not if nothing is found, the other is listed, or the diagnosis failed.
+    """
     pair = SimpleNamespace(effect=effect("a", 1), rival=effect("b", 2))
     a, b = ({"name": e.name, "target": e.target, "confounded_with": []} for e in (pair.effect, pair.rival))
     other = {"name": "c", "target": {}, "confounded_with": [{"name": "b", "target": {"joint": 2}}]}

@@ -55,7 +55,7 @@ def test_strong_correlations_have_their_number():
 
 
 def test_the_map_has_units_and_states():
-    """Each state and its unit is named; no calibration at all is said."""
+    """The map names each state and its unit, and says if there is no calibration at all."""
     text = words(draw_workspace(errors(), 5))
     for word in ("before", "found", "predicted", "[mm]", "[µm]", "5 simulated workcells"):
         assert word in text
@@ -64,7 +64,7 @@ def test_the_map_has_units_and_states():
 
 @pytest.mark.slow
 def test_the_same_input_gives_the_same_bytes(tmp_path):
-    """No date, no version, no random id in a file; the workcell's parts have their names."""
+    """Files contain no date, no version and no random identifier, and the workcell's parts have their names."""
     picture = np.full((60, 80, 3), 255, dtype=np.uint8)
     picture[20:50, 10:70] = 90
     imsave(tmp_path / "picture.png", picture)

@@ -35,7 +35,7 @@ def table(most: int) -> pd.DataFrame:
 
 @pytest.mark.parametrize("most", [1, 5])
 def test_every_way_and_case_has_its_name(most):
-    """Legend and rows name all that is drawn, with units."""
+    """The legend and the rows name every way and every case that is drawn, with units."""
     errors = table(most)
     figure = draw_sequential(errors, summarise_sequential(errors))
     figure.draw_without_rendering()

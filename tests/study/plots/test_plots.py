@@ -86,7 +86,7 @@ def test_the_same_tables_give_the_same_bytes(tmp_path):
 
 
 def test_every_axis_names_its_quantity_and_unit():
-    """A number without a unit stands on no axis but those that count or divide."""
+    """Every axis has a label with a unit, unless it shows counts or ratios."""
     for name, figure in figures().items():
         for axes in figure.axes:
             label = axes.get_ylabel()
@@ -139,7 +139,7 @@ def test_plots_compute_nothing():
 
 
 def test_an_unknown_suffix_leaves_nothing_behind(tmp_path):
-    """A figure appears whole or not at all."""
+    """A figure with an unknown suffix is refused, and leaves no file."""
     with pytest.raises(KeyError):
         save_figure(Figure(), [tmp_path / "figure.gif"])
     assert list(tmp_path.iterdir()) == []
@@ -150,7 +150,7 @@ def test_an_unknown_suffix_leaves_nothing_behind(tmp_path):
     [(0.0886525, "0.0887"), (103.9, "104"), (0, "0"), (3.2e-7, "3.20e-07"), (26.26, "26.3")],
 )
 def test_numerals_are_short_and_readable(value, text):
-    """Three digits, an exponent only where one is needed."""
+    """A numeral has three digits, and an exponent only if one is needed."""
     assert numeral(value) == text
 
 

@@ -58,7 +58,7 @@ def test_a_width_is_read_from_the_text():
 
 
 def test_a_file_is_as_wide_as_its_figure(tmp_path):
-    """Sizes of type are scaled from the width of the figure: the file that the paper shows has the same."""
+    """The file that the paper shows has the width of the figure from which the sizes of type are scaled."""
     figure = flawed("")
     save_figure(figure, [tmp_path / "figure.svg"])
     written = re.search(
@@ -69,8 +69,8 @@ def test_a_file_is_as_wide_as_its_figure(tmp_path):
 
 
 @pytest.mark.parametrize("name", DRAWN)
-def test_a_figure_can_be_read(name):
-    """Every text and every value is there to be seen."""
+def test_every_text_and_value_of_a_figure_is_visible(name):
+    """The figure passes all checks, so that every text and every value in it can be seen."""
     for part, figure in DRAWN[name]().items():
         try:
             readable.assert_readable(figure, printed_in=PRINTED.get((name, part)))
@@ -112,14 +112,14 @@ def flawed(flaw: str) -> Figure:
     ],
 )
 def test_each_flaw_is_found_and_by_its_own_check(flaw, finds):
-    """A figure without the flaw passes, with it exactly one check fails: these checks can fail."""
+    """A figure without a flaw passes, and with a flaw exactly one check fails, so each check can fail."""
     readable.assert_readable(flawed(""))
     checks = ("small_texts", "overlapping_texts", "texts_outside", "data_outside")
     assert [name for name in checks if getattr(readable, name)(flawed(flaw))] == [finds]
 
 
 def test_a_figure_of_the_summaries_shows_every_row():
-    """Of the blind trials: as many rows as cases, their number of sets written behind each; of the measured sets: a bar a number."""
+    """The figure of the blind trials has a row for each case with its number of sets, and that of the measured sets has a bar for each number."""
     table = summary("blind_trials", "confusion")
     table = table[table["size"] >= 1.0]
     text = readable.words(blind_trials.draw_confusion(table))

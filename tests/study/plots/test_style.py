@@ -14,7 +14,7 @@ COLOUR = re.compile(r"[\"']#[0-9a-fA-F]{6}[\"']|color=[\"'](?!white|none)\w+[\"'
 
 
 def test_a_colour_stands_in_the_table_alone():
-    """No other module of the figures names a colour, white paper excepted: so none gets a second meaning."""
+    """No other module of the figures names a colour except white, so that none gets a second meaning."""
     for path in Path(study.plots.__file__).parent.glob("*.py"):
         if path.name != "style.py":
             assert COLOUR.findall(path.read_text(encoding="utf-8")) == [], path.name
@@ -40,13 +40,13 @@ def test_a_colour_has_one_meaning():
     ],
 )
 def test_parameters_have_symbols(name, shown):
-    """The symbols of the paper's text; what has none keeps its name."""
+    """Parameters have the symbols of the paper's text, and one without a symbol keeps its name."""
     assert symbol(name) == shown
 
 
 @given(st.lists(st.floats(0, 1), min_size=2, max_size=20, unique=True), st.floats(0.01, 0.5))
 def test_labels_keep_their_distance(places, least):
-    """Of neighbours that are shown, none is nearer than asked for but the two ends, which always are."""
+    """No two labels that are shown are nearer than asked for, except the two ends, which are always shown."""
     places = sorted(places)
     shown = spaced_labels(places, [f"{place}" for place in places], least)
     kept = [place for place, label in zip(places, shown, strict=True) if label]

@@ -33,8 +33,9 @@ def report(name: str) -> tuple[set[str], str]:
 
 
 def test_every_library_takes_the_kernels_that_are_asked_for():
-    """NumPy's OpenBLAS and SciPy's both do, and the results differ in their bits: the imitation has an effect. What the
-    machine itself cannot run is left out, Prescott's, which any x86 can, never.
+    """NumPy's OpenBLAS and SciPy's both take the kernels, and the bits of the results differ.
+
+    Kernels that the machine cannot run are left out; Prescott's, which any x86 can run, never are.
     """
     found = {name: report(name) for name in KERNELS}
     possible = {name: checksum for name, (used, checksum) in found.items() if used <= KERNELS[name].names}
@@ -58,8 +59,9 @@ def errors(factor: np.ndarray, status: str = "converged") -> pd.DataFrame:
 
 
 def test_a_difference_is_the_range_over_the_mean():
-    """Of two processors whose errors differ by 10 % in one of four seeds: 10 % of that seed, a quarter of the mean over
-    seeds, nothing in the median seed; a status that differs is counted.
+    """A difference of 10 % in one of four seeds is 10 % of that seed, a quarter of it in the mean, and zero in the median seed.
+
+    A status that differs is counted.
     """
     low, high = np.array([1.0, 1.0, 1.0, 0.95]), np.array([1.0, 1.0, 1.0, 1.05])
     tables = {"one": errors(low), "two": errors(high, "capped")}
@@ -78,7 +80,7 @@ def test_a_difference_is_the_range_over_the_mean():
 
 
 def test_the_same_results_do_not_differ():
-    """Processors with the same kernels differ by exactly nothing, zeros included, and count as one."""
+    """Processors with the same kernels differ by exactly zero, even where errors are zero, and count as one."""
     factor = np.array([0.0, 1.0, 3.0])
     tables = {"one": errors(factor + 1.0), "two": errors(factor + 1.0)}
     compared = compare_processors(tables)
@@ -88,8 +90,9 @@ def test_the_same_results_do_not_differ():
 
 
 def test_no_mean_of_the_committed_summary_changes_in_a_digit_that_is_printed():
-    """What the paper says of the headline's own methods: lowest and highest mean over the processors read the same in three
-    digits, one more than the text prints of ours; of the reading with the defaults of 2018 they do not.
+    """For the headline's own methods, the means over the processors agree in three digits, one more than the text prints of ours.
+
+    For the reading with the defaults of 2018 they do not.
     """
     table = pd.read_csv(SUMMARY / "differences.csv")
     same = [

@@ -22,7 +22,7 @@ OPTIONS = {"leave_out": {"poses": [18]}}
 
 @pytest.mark.parametrize(("lean", "scene"), [(0.0, "paper"), (3.0, "paper_tilted")])
 def test_the_ends_are_the_scenes_of_the_sweeps(lean, scene):
-    """No lean is the upright scene, and three degrees the tilted one; all else is the same."""
+    """Walls that do not lean give the upright scene, walls that lean by three degrees give the tilted one, and all else is the same."""
     turned = leaning(load_config(SCENES / "paper.yaml"), lean)
     wanted = load_config(SCENES / f"{scene}.yaml")
     for own, other in zip(turned["planes"], wanted["planes"], strict=True):
@@ -40,7 +40,7 @@ def published():
 
 
 def test_the_run_that_is_left_out_is_the_only_further_one():
-    """18 poses, and nothing else; its case asks for six poses a plane."""
+    """The only further run is that with 18 poses, whose case has six poses on each plane."""
     every, usual = published()
     assert len(every.settings) == len(usual.settings) + 1
     (further,) = set(every.settings) - set(usual.settings)
@@ -62,7 +62,7 @@ def fits(curves, failed: str) -> pd.DataFrame:
 
 
 def test_a_reading_is_weighed_only_where_its_fits_end():
-    """Every reading has a prediction of every run, but the one whose fits did not converge."""
+    """Every reading has a prediction of every run, except the one whose fits did not converge."""
     _, usual = published()
     found = dict(_from_fits(fits(usual, "baseline-nan"), usual))
     assert set(found) == {(method, 1.0) for method in READINGS if method != "baseline-nan"}
@@ -70,5 +70,5 @@ def test_a_reading_is_weighed_only_where_its_fits_end():
 
 
 def test_every_reading_is_a_method():
-    """What is fitted is what the sweeps know by that name."""
+    """Every reading that is fitted has the name of a method of the sweeps."""
     assert set(READINGS) <= set(EVERY_METHOD)

@@ -130,7 +130,7 @@ def dense_covariance(refined, node, kappa, offset):
 
 
 def test_the_likelihood_is_the_normal_law():
-    """Against SciPy's density with the covariance written out, at some nodes and every kappa, for two sets."""
+    """The likelihood agrees with SciPy's density with the covariance written out, at some nodes and every kappa, for two sets."""
     rng = np.random.default_rng(5)
     refined = refine(synthetic(rng, runs=5))
     root = rng.normal(size=(12, 12)) * 0.2

@@ -19,8 +19,8 @@ TABLE = pd.read_csv(ROOT / "paper/summaries/sensitivity/settings.csv")
 NOISE = 1e-4  # m
 
 
-def test_the_sets_stand_for_what_the_issue_asks():
-    """Sixty, twelve of them for every setting; all sensors, arms, and kinds of trouble are among both."""
+def test_the_sets_have_every_sensor_arm_and_kind_of_trouble():
+    """There are sixty sets, of which twelve are run for every setting; both groups have all sensors, arms and kinds of trouble."""
     sets = load_sets(ROOT / "configs/sensitivity.yaml")
     assert (len(sets.screened), len(sets.sets)) == (12, 60)
     for names in (sets.screened, sets.others):
@@ -77,7 +77,7 @@ def test_a_setting_changes_an_answer_or_guards():
 
 
 def test_a_guard_is_a_setting_and_its_test_is_there():
-    """What the table says of settings that change nothing on the sets: a threshold that exists, and a test that exists."""
+    """Each entry of the table of guards names a threshold and a test that exist."""
     known = documentation(DEFAULTS)
     for row in GUARDS.to_dict("records"):
         assert row["setting"] in known

@@ -30,10 +30,10 @@ def traced(value, **alternatives):
 
 
 @given(NUMBERS, NUMBERS, NUMBERS, NUMBERS, OPERATORS, OPERATORS)
-def test_what_is_computed_is_the_value_s_own_and_an_alternative_that_ends_elsewhere_has_diverged(
+def test_a_traced_number_computes_as_a_plain_one_and_notes_alternatives_that_end_elsewhere(
     value, other, a, b, first, second
 ):
-    """For any two operations and a comparison: the outcome is that of plain numbers; the alternative has diverged if its outcome is another."""
+    """For any two operations and a comparison, the outcome is that of plain numbers, and an alternative has diverged if its outcome is another."""
 
     def outcome(x):
         return second(first(x, a), np.float64(b)) < 5.0
@@ -73,8 +73,8 @@ def test_exactly_those_alternatives_diverge_that_come_out_otherwise(ask, divergi
 @pytest.mark.parametrize(
     ("rounds", "diverging"), [(1, set()), (2, set()), (3, {"low"}), (4, {"low"}), (9, {"low", "high"})]
 )
-def test_a_loop_that_ends_by_itself_diverges_only_under_bounds_that_would_have_ended_it(rounds, diverging):
-    """At most 4 rounds, or 2, or 8: a loop left in its second round is the same under all; one that runs out is another under more."""
+def test_a_loop_diverges_only_under_bounds_that_change_its_number_of_rounds(rounds, diverging):
+    """With bounds of 4, 2 and 8, a loop that is left in its second round is the same under all, and one that runs out is another under 8."""
     bound, trace = traced(4, low=2, high=8)
     done = 0
     for i in counted(bound):
@@ -85,8 +85,8 @@ def test_a_loop_that_ends_by_itself_diverges_only_under_bounds_that_would_have_e
     assert trace.diverged == diverging
 
 
-def test_under_a_function_compared_by_its_result_only_alternatives_with_another_result_diverge():
-    """Of 2, 9, 4 and 5, those below 4.5: below 4.2 they are the same two, though a comparison diverges; below 8, three."""
+def test_a_function_compared_by_its_result_diverges_only_with_another_result():
+    """Of 2, 9, 4 and 5, two are below 4.5. Below 4.2 they are the same two, though a comparison diverges; below 8 there are three."""
 
     def below(values, threshold):
         kept = [float(value) for value in values if float(value) + 0.0 * float(threshold) < float(threshold)]
@@ -99,14 +99,14 @@ def test_under_a_function_compared_by_its_result_only_alternatives_with_another_
 
 
 def test_a_result_that_is_itself_traced_is_computed_for_every_alternative():
-    """Twice the threshold, which by itself makes none diverge: the plain number comes back, and both alternatives diverge."""
+    """Twice a traced threshold makes no alternative diverge; a function that returns it returns the plain number, and both alternatives diverge."""
     number, trace = traced(4.5, near=4.2, far=8.0)
     assert comparing_results(lambda x: (2.0 * x,), same_content)(number) == (9.0,)
     assert trace.diverged == {"near", "far"}
 
 
 def test_plain_ranges_stay_as_they_are():
-    """Without a traced bound it is the built-in, and the modules have theirs and their functions back after the study."""
+    """Without a traced bound ``range`` is the built-in, and after the study the modules have their own functions again."""
     from scalar.diagnosis import diagnose as module_of_its_own  # so that the modules are there
     from scalar.diagnosis import hold_out
 
@@ -126,9 +126,10 @@ def small_set():
 
 
 @pytest.mark.slow
-def test_what_a_trace_says_is_the_same_is_the_same_when_it_is_run(small_set):
-    """Of the variants that diverged in no operation, twelve are run: every number of the answer is the default's, to the last bit, confidences
-    apart, which count by the side of 0.8 on which they are.
+def test_variants_that_do_not_diverge_give_the_same_answer_when_run(small_set):
+    """Of the variants that diverged in no operation, twelve are run: every number is the default's to the last bit.
+
+    Confidences are compared by the side of 0.8 on which they are.
     """
     dataset, truth_poses = small_set
     trace, wanted = Trace(), [v for v in variants() if not v.setting.startswith("confidence.")]

@@ -73,8 +73,10 @@ def rows():
 
 
 def test_only_what_may_answer_otherwise_is_run(rows):
-    """Once by default, once traced, and once for each comparison that comes out otherwise: swap margin 6, change margin 12, least selected 0.25.
-    A loop whose bound is known only to the built-in ``range`` counts as one; what is not asked for is not run.
+    """A diagnosis is run once by default, once traced, and once for each comparison that has another outcome.
+
+    These are swap margin 6, change margin 12 and least selected 0.25. A loop whose bound is known only to the built-in ``range`` counts as one, and
+    what is not asked for is not run.
     """
     answer = Diagnosed()
     vary("here", answer, variants(NAMES))
@@ -89,7 +91,7 @@ def test_only_what_may_answer_otherwise_is_run(rows):
 
 
 def test_what_changed_is_told_by_kind_the_gravest_first(rows):
-    """A name that goes changes the verdict too; a refusal is a kind of its own; errors at other poses count."""
+    """A name that disappears changes the verdict too, a refusal is a kind of its own, and errors at other poses count."""
     changed = rows.set_index(["setting", "direction"])["changed"].to_dict()
     assert changed["selection.swap_margin", "doubled"] == "verdict;names"
     assert changed["outer_split.least_selected", "halved"] == "refused"
@@ -130,8 +132,8 @@ def test_a_diagnosis_that_cannot_be_traced_is_run_for_every_variant():
         (refusal(Undetermined("too few poses")), "refused"),
     ],
 )
-def test_a_difference_is_of_its_kind(change, kind):
-    """One statement at a time is another; what is the same, or within the tolerance, is no difference."""
+def test_a_difference_belongs_to_its_kind(change, kind):
+    """Each change of one statement is a difference of its own kind; equal values, or values within the tolerance, are no difference."""
     found = differences(ANSWER, {**ANSWER, **change})
     assert list(found) == ([kind] if kind else [])
     assert set(found) <= set(KINDS)
@@ -139,7 +141,7 @@ def test_a_difference_is_of_its_kind(change, kind):
 
 
 def test_the_table_counts_sets_and_names_the_gravest_first(rows):
-    """Two sets, one of which changes nothing: shares are halves of the two directions; a guard stands only where nothing changed."""
+    """Of two sets one changes nothing, so that shares are halves in either direction, and a guard is named only where nothing changed."""
     quiet = rows.assign(set="there", changed="", example="", how=SAME)
     table = tabulate(pd.concat([rows, quiet]), NO_GUARDS)
     by_name = table.set_index("setting")

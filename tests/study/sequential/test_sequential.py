@@ -130,7 +130,7 @@ def test_with_a_true_arm_the_scanner_alone_is_enough(base):
 
 
 def test_a_table_has_every_case_seed_way_and_pass(repository):
-    """One pass where one is asked for, else passes up to one that has converged, the last of them marked."""
+    """A way has one pass if one is asked for, else passes up to one that has converged, and the last is marked."""
     cases = {"on": SMALL, "once": SMALL | {"poses_per_plane": 14}}
     table = compare_sequential(repository / SCENE, cases, [1], ["on"])
     assert list(table.columns) == list(SEQUENTIAL_COLUMNS)
@@ -170,7 +170,7 @@ def made_up():
 
 
 def test_the_summary_compares_within_each_seed():
-    """Ratios are of the same seed, passes in between are left out, and failures and not_converged ends are counted."""
+    """Ratios are of the same seed, intermediate passes are left out, and failures and ends that did not converge are counted."""
     errors = made_up()
     assert len(staged(errors)) == 2 * 4 + 3  # the failed seed counts in every stage
     summary = summarise_sequential(errors)

@@ -79,7 +79,7 @@ def test_a_shared_plan_gives_the_poses_that_the_case_would_find_itself(plans, re
     ],
 )
 def test_shared_scans_change_no_bit(plans, repository, monkeypatch, overrides, cast_anew):
-    """Taken from the plan or cast anew, the points are the same; what the plan does not hold is cast."""
+    """Points that are taken from the plan are those that are cast anew, and points that the plan lacks are cast."""
     from scalar.simulation import ranges
 
     config, alone = small_scene(repository, **overrides)
@@ -108,7 +108,7 @@ def test_the_bound_is_proportional_to_the_noise(repository):
 
 
 def test_a_calibration_at_the_bound_has_the_error_of_the_efficient_estimate(plans, repository):
-    """Seed by seed, with small noise: ours is efficient. And over seeds that estimate scatters as the bound says."""
+    """With small noise our estimate is the efficient one seed by seed, and over seeds it scatters as the bound says."""
     overrides = SMALL | {"noise.range_noise_std_m": 1e-6}
     table = sweep_cases(
         {"fine": overrides}, {"upright": repository / SCENE}, [1, 2], ["proposed"], {"upright": plans}
@@ -120,7 +120,7 @@ def test_a_calibration_at_the_bound_has_the_error_of_the_efficient_estimate(plan
 
 
 def test_there_is_no_bound_with_fewer_equations_than_unknowns(repository):
-    """Fifteen poses give thirty equations for thirty-two unknowns."""
+    """Fifteen poses give thirty equations for thirty-two unknowns, so there is no bound."""
     held = load_config(repository / SCENE)["initial_model"]["exact"]
     _, scene = small_scene(repository, poses_per_plane=5)
     assert bound_errors(dataset_in_memory(scene), scene.truth, held, scene.truth_poses) is None

@@ -18,7 +18,7 @@ def test_values_are_in_the_unit_of_the_label():
 
 
 def test_every_case_off_the_axis_is_named():
-    """One that leaves the key as it is, and one that starts from another scene, which would be another experiment."""
+    """A case that leaves the key as it is, and one that starts from another scene, are refused by name."""
     refuse_cases_off_the_axis({"noise": AXIS}, {"noise": {"low": LOW, "high": HIGH}})
     silent, elsewhere = Case("silent", None, {}), Case("elsewhere", "other.yaml", LOW.overrides)
     with pytest.raises(InvalidInput) as refused:
@@ -41,7 +41,7 @@ def test_groups_hold_every_case_once_in_order_and_a_row_more_leaves_full_ones_al
 
 
 def test_a_posture_plan_holds_the_largest_case():
-    """Of all sweeps, since they share the plans; a workflow without sweeps has none to ask."""
+    """The plan holds the largest case of all sweeps, since they share it; a workflow without sweeps has no plan."""
     poses = {name: Case(name, None, {"poses_per_plane": int(name)}) for name in ("12", "40")}
     assert most_poses({"noise": {"low": LOW}, "poses": poses}) == 40
     assert most_poses({}) == 1

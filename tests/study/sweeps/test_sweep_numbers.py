@@ -45,7 +45,7 @@ def test_the_slope_is_the_power_of_the_noise(power):
 
 
 def test_the_edge_is_the_last_value_at_which_every_seed_succeeds():
-    """One lost fit, far from the truth, ends it; values beyond at which all succeed do not mend it."""
+    """One fit that is lost, far from the truth, ends the range, even if all seeds succeed at values beyond."""
     table = table_of([10, 20, 30, 40], lambda value, seed: 99.0 if value == 30 and seed == 2 else 0.02)
     edge = numbers_of(plane_tilt=table)["edges"]["plane_tilt"]["upright"]["proposed"]
     assert (edge["all_succeed_up_to"], edge["first_failure_at"], edge["none_succeeds_from"]) == (20, 30, None)

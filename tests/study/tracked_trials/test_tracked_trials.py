@@ -69,7 +69,10 @@ def test_a_set_follows_from_the_seed_its_sensor_and_its_number(design):
 
 
 def test_sets_have_what_the_design_says(design):
-    """Sizes within their bounds, no cause twice, columns that a cause needs, and every statement about the noise as often."""
+    """Sizes are within their bounds, no cause occurs twice, and columns that a cause needs are recorded.
+
+    Each statement about the noise occurs as often as in the design.
+    """
     content = design.content
     trials = [design.trial(sensor, k) for sensor in SENSORS for k in range(40)]
     for trial in trials:
@@ -156,7 +159,7 @@ def test_a_loaded_arm_gives_way_downwards(arm):
 
 
 def test_torques_are_weights_times_levers(arm):
-    """Joint 1 stands upright and bears none: turning it lifts nothing. The moment about the base turns with it."""
+    """Joint 1 is upright and bears no torque, so turning it lifts nothing, and the moment about the base turns with it."""
     q = arm.poses(10, np.random.default_rng(4))
     upright = TrackedArm(
         arm.name, arm.geometry * np.array([1, 1, 1, 1, 0])[:, None], arm.targets, arm.T_tracker_base
@@ -187,7 +190,7 @@ def test_contacts_lag_behind_the_pose_that_is_kept_before_them(arm):
 
 @pytest.mark.parametrize("sensor", SENSORS)
 def test_a_dataset_states_and_records_what_was_drawn(design, sensor):
-    """The sensor's kind, the noise as stated, and the same bytes from the same seed."""
+    """The dataset has the sensor's kind and the noise as stated, and the same seed gives the same bytes."""
     trial = replace(design.trial(sensor, 1), stated="fifth", noise_m=5e-5, records_time=True)
     dataset, unseen, truth = simulated(trial)
     assert dataset.sensor.kind == ("probe" if sensor == "probe" else "tracker")
@@ -254,14 +257,14 @@ def test_what_cannot_be_seen_or_does_not_repeat_is_no_fault():
 
 @pytest.mark.parametrize(("after", "worse"), [(1.04, False), (1.06, True), (None, False)])
 def test_after_is_held_against_before(after, worse):
-    """By the error over the unseen poses, from 5 % on; without an answer the set has failed."""
+    """A correction is worse if the error over unseen poses grows by 5 % or more, and without an answer the set has failed."""
     score = tracked_score([], True, [], [], {"before": 1.0, "after": after})
     assert score["worse"] == worse and score["failed"] == (after is None)
 
 
 @pytest.mark.slow
 def test_a_small_run_is_scored():
-    """A set of each kind: all columns, the same twice, and summaries by sensor and statement that hold all sets."""
+    """A set of each kind of sensor has all columns and gives the same answer twice, and the summaries count all sets."""
     small = load_tracked(SMOKE)
     sets = pd.concat([run_trials(small, sensor, range(1)) for sensor in SENSORS], ignore_index=True)
     assert list(sets.columns) == list(TRIAL_COLUMNS) and (sets["status"] == "diagnosed").all()

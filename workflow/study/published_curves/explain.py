@@ -14,7 +14,8 @@ from scalar.geometry.se3 import Array
 from study.published_curves.candidates import CANDIDATES, STATED, predict_from_fits
 from study.published_curves.curves import Curves
 from study.published_curves.ensemble import build_ensemble
-from study.published_curves.findings import candidate_table, prediction_table, summary_numbers
+from study.published_curves.findings import candidate_table, prediction_table
+from study.published_curves.numbers import summary_numbers
 from study.published_curves.predict import Predictions, runs_to_weigh
 from study.published_curves.recovery import inject, inject_from_fits, recover
 from study.published_curves.support import RefinedPrediction, Support, refine, weigh
