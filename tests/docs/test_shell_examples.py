@@ -76,7 +76,7 @@ def check_snakemake(words: list[str]) -> None:
 
 
 def check_make(words: list[str]) -> None:
-    """Each target stands in the Makefile."""
+    """Check that each target stands in the Makefile."""
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for word in words:
         assert "=" in word or re.search(rf"(?m)^{re.escape(word)}:", makefile), f"no target {word}"

@@ -49,7 +49,7 @@ def measured(arm, q, rng, torques, columns):
 
 
 def assert_found(calibration):
-    """Its compliances are those that were simulated, to a part in ten thousand, and it leaves no residual."""
+    """Assert that the compliances are those that were simulated, to a part in ten thousand, and that no residual is left."""
     (effect,) = calibration.model.effects
     found = dict(zip(effect.joints, effect.coefficients, strict=True))
     for joint, value in found.items():

@@ -27,14 +27,14 @@ def run(*arguments):
 
 @pytest.fixture(autouse=True)
 def nothing_loaded(monkeypatch):
-    """Every test begins as a new process does: no file of a user's has been loaded."""
+    """Let every test begin as a new process does: no file of a user's has been loaded."""
     monkeypatch.setattr(registry, "_OF_USERS", {})
     monkeypatch.setattr(registry, "_asked", False)
 
 
 @pytest.fixture(scope="module")
 def cell():
-    """A workcell whose joint 4 the hose twists, by this test's own formula."""
+    """Return a workcell whose joint 4 the hose twists, by this test's own formula."""
     twist = on_joint(JOINT, lambda at: TWIST * np.cos(2 * at.q[:, JOINT - 1]) * np.sin(at.q[:, JOINT]))
     return make_cell(Flaws(joints=twist), seed=2, poses_per_plane=40, points_per_scan=12)
 

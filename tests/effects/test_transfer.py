@@ -25,7 +25,7 @@ GOES = {
 
 @pytest.fixture(scope="module")
 def cell():
-    """A dataset with every optional column, and a model with every effect."""
+    """Return a dataset with every optional column, and a model with every effect."""
     rng = np.random.default_rng(5)
     dataset = make_scene(seed=5, poses_per_plane=10, points_per_scan=5).dataset
     columns = optional_columns(rng, dataset.n_poses, dataset.robot.n_joints)

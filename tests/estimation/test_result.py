@@ -22,13 +22,13 @@ SETTINGS = {"poses_per_plane": 30, "points_per_scan": 20, "seed": 12}
 
 @pytest.fixture(scope="module", params=["line-laser", "probe", "tracker"])
 def scene(request) -> Scene:
-    """A workcell for each kind of sensor."""
+    """Return a workcell for each kind of sensor."""
     return make_scene("panda", request.param, **SETTINGS)
 
 
 @pytest.fixture(scope="module")
 def calibration(scene) -> Calibration:
-    """Its calibration."""
+    """Return the calibration of the scene."""
     return calibrate(scene.dataset)
 
 

@@ -49,7 +49,7 @@ class Case:
 
     @property
     def error(self) -> float:
-        """The true error of predicted positions within the joint limits [m]."""
+        """Return the true error of predicted positions within the joint limits [m]."""
         q = np.random.default_rng(7).uniform(*ROBOT.limits.T, (400, 6))
         found = aligned_to(stands(q), self.calibration.predict(q))
         return float(np.sqrt(np.mean(np.sum((found - stands(q))[:, :3, 3] ** 2, axis=1))))

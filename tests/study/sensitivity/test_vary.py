@@ -46,7 +46,7 @@ class Diagnosed:
     """Stands for a diagnosis: asks of a few settings, and counts how often it is asked itself."""
 
     def __init__(self):
-        """Nobody asked yet."""
+        """Count the questions from zero."""
         self.asked = 0
 
     def __call__(self, settings):

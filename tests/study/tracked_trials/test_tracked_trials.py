@@ -10,7 +10,7 @@ import pytest
 import yaml
 from study.blind_trials.stratified_design import numbers_of
 from study.common import kinematics
-from study.tracked_trials.design import SENSORS, STATED, Design, load_tracked
+from study.tracked_trials.design import SENSORS, Design, load_tracked
 from study.tracked_trials.flawed_arm import Acquisition, FlawedArm
 from study.tracked_trials.measure import FIRST, contacts, simulated
 from study.tracked_trials.run import TRIAL_COLUMNS, run_trials, unseen_error
@@ -25,6 +25,11 @@ from tests.tracked_targets import drawn_arm
 ROOT = Path(__file__).parents[3]
 CONFIG = ROOT / "configs/tracked_trials.yaml"
 SMOKE = ROOT / "configs/tracked_trials_smoke.yaml"
+RATIOS = {
+    "right": 1,
+    "fifth": 1 / 5,
+    "three_times": 3,
+}  # of the stated noise to the true one, by the names of the levels
 SIZES = {"joint_harmonic": 3e-4, "joint_scale": 1e-3, "joint_backlash": 4e-4, "pose_lag": 1e-3}
 
 
@@ -85,8 +90,8 @@ def test_sets_have_what_the_design_says(design):
         assert trial.records_approach or "joint_backlash" not in names
         assert trial.poses in content["poses"][trial.sensor]
         assert trial.sensor == "targets" or (trial.sessions == 1 and trial.turn_noise_rad is None)
-        factor = STATED[trial.stated]
-        assert trial.stated_noise_m == (None if factor is None else factor * trial.noise_m)
+        ratio = None if trial.stated_noise_m is None else trial.stated_noise_m / trial.noise_m
+        assert ratio == (None if trial.stated == "none" else pytest.approx(RATIOS[trial.stated]))
     for sensor in SENSORS:
         counts = pd.Series([t.stated for t in trials if t.sensor == sensor]).value_counts()
         assert dict(counts) == {"right": 16, "fifth": 8, "three_times": 8, "none": 8}
