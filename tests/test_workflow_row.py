@@ -17,7 +17,7 @@ ROW = "more,20,20,300\n"
 
 
 @pytest.mark.slow
-def test_a_row_more_has_figures_of_its_own_and_leaves_the_first_case_alone(tmp_path):
+def test_another_row_has_its_own_figures_and_does_not_change_the_first_case(tmp_path):
     """The new case has its own figure and errors; the first case has the same figure with the row or without, byte by byte."""
     folder = copy_checkout(tmp_path)
     (folder / "small.yaml").write_text(CONFIG, encoding="utf-8")

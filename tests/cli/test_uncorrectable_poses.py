@@ -67,7 +67,7 @@ def test_a_program_that_is_out_of_reach_throughout_is_refused(program):
         assert not (program / "out.csv").exists()
 
 
-def test_a_row_out_of_reach_is_no_move(tmp_path, arm_calibration):
+def test_the_approach_is_from_the_last_pose_in_reach(tmp_path, arm_calibration):
     """A joint's direction of approach is taken from the last pose that is reached, so a frame out of reach between two others changes nothing."""
     made = replace(
         arm_calibration,

@@ -19,7 +19,7 @@ from tests.small_datasets import description, edit_lines, tables
 
 @pytest.mark.parametrize("text", [r"\ud800", r"\udfff", r"a\uDBFF"])
 @pytest.mark.parametrize("entry", ['name: "{}"', '"{}": 1', 'list: [1, "{}"]'])
-def test_half_a_character_in_yaml_is_refused_with_its_row(entry: str, text: str, tmp_path: Path) -> None:
+def test_a_lone_surrogate_in_yaml_is_refused_with_its_row(entry: str, text: str, tmp_path: Path) -> None:
     """A lone surrogate, in a value or a key, is refused, since it could not be written to a file."""
     path = tmp_path / "file.yaml"
     path.write_text("first: 1\n" + entry.format(text) + "\n")

@@ -25,7 +25,7 @@ def said(dataset):
 
 
 @pytest.mark.parametrize("kind", ["probe", "tracker"])
-def test_points_instead_of_scans(kind):
+def test_contacts_and_tracked_points_can_be_diagnosed(kind):
     """Contacts of a probe and points of a tracker can be diagnosed: no effect is named without one, and a joint's scale error is found."""
     verdict, _ = said(make_scene(kind=kind, seed=1, poses_per_plane=80).dataset)
     assert verdict == "no_effect"
@@ -48,7 +48,7 @@ def test_a_tracked_joint_error_is_named():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("poses_per_plane", [1, 2, 3, 5, 7, 8, 10, 13])
-def test_few_poses(poses_per_plane):
+def test_few_poses_are_refused_or_give_no_effect(poses_per_plane):
     """With too few poses, or hardly enough to hold any out, the exit status is 3 with a reason, or no effect is named."""
     for seed in range(2):
         verdict, text = said(make_cell(seed=seed, poses_per_plane=poses_per_plane).dataset)
@@ -57,13 +57,13 @@ def test_few_poses(poses_per_plane):
             assert verdict == 3
 
 
-def test_two_points_a_scan():
+def test_scans_of_two_points_can_be_diagnosed():
     """Scans of two points have no scatter and no curvature; they are diagnosed by the remaining rows."""
     verdict, mapping = said(make_cell(seed=3, points_per_scan=2, poses_per_plane=80).dataset)
     assert verdict == "no_effect", mapping
 
 
-def test_unequal_numbers_of_poses_and_points():
+def test_unequal_numbers_of_poses_and_points_give_no_effect():
     """With few poses on one plane and many on others, and scans of 5 to 90 points, no effect is named that is not there."""
     dataset = make_cell(seed=4, poses_per_plane=80, points_per_scan=(5, 90)).dataset
     few = np.flatnonzero((dataset.plane_index != 1) | (np.arange(dataset.n_poses) % 8 == 0))
@@ -79,7 +79,7 @@ def test_an_effect_so_large_that_the_first_fit_fails():
     assert verdict in (2, 3, "effect", "unattributed")
 
 
-def test_one_plane_seen_at_one_spot():
+def test_a_plane_measured_along_one_line_is_refused_or_fixed():
     """A plane that was measured along one line only does not determine its normal: the exit status is 3 with its name, or the undetermined part is
     fixed.
     """
@@ -94,7 +94,7 @@ def test_one_plane_seen_at_one_spot():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("how", ["in turn", "at random"])
-def test_every_pose_mislabelled(how):
+def test_labels_that_are_all_wrong_are_refused(how):
     """If all labels are wrong, the exit status is 3, and the message asks for the labels to be checked."""
     data = make_cell(seed=7).dataset
     shift = np.random.default_rng(1).integers(1, 3, data.n_poses) if how == "at random" else 1
@@ -105,20 +105,20 @@ def test_every_pose_mislabelled(how):
 
 
 @pytest.mark.slow
-def test_half_of_all_poses_wrong():
+def test_half_of_all_poses_wrong_give_no_effect():
     """If half of the poses are wrong, the exit status is 3, or the right poses are found; an effect is never named."""
     dataset, _ = spoiled(make_cell(seed=8).dataset, np.random.default_rng(2), poses=0.5)
     verdict, text = said(dataset)
     assert verdict in (3, "no_effect"), text
 
 
-def test_a_joint_that_never_moves():
+def test_no_error_of_a_joint_that_never_moves_is_named():
     """An error of a joint that never moves cannot be observed, and none is named."""
     verdict, mapping = said(make_cell(seed=9, still_joint=4).dataset)
     assert verdict in (3, "no_effect"), mapping
 
 
-def test_columns_that_say_nothing():
+def test_constant_columns_and_huge_covariates_change_nothing():
     """Optional columns that are constant or nearly so, and a covariate of huge numbers, change nothing."""
     dataset = make_cell(seed=10).dataset
     n = dataset.n_poses
@@ -132,7 +132,7 @@ def test_columns_that_say_nothing():
     assert verdict == "no_effect", mapping
 
 
-def test_two_sessions():
+def test_sessions_share_the_arm_and_not_the_planes():
     """If planes and sensor stand elsewhere in each session, no effect is named, and a joint's scale error is common to both sessions."""
     cell, name, target = scale(11, poses_per_plane=80)
     sessions = np.repeat([1, 2], cell.dataset.n_poses // 2)
@@ -141,7 +141,7 @@ def test_two_sessions():
     assert (mapping["effects"][0]["name"], mapping["effects"][0]["target"]) == (name, target)
 
 
-def test_without_a_nominal_sensor_pose():
+def test_a_sensor_pose_that_is_not_stated_is_estimated():
     """If the pose of a line laser on the flange is not stated, it is estimated first, and the diagnosis is as usual."""
     cell, name, target = scale(12, nominal_pose=False)
     verdict, mapping = said(cell.dataset)
@@ -165,7 +165,7 @@ def test_reference_planes_show_the_gain():
     assert not any(s["name"] == "range_scale" for s in mapping["unobservable"])
 
 
-def test_no_noise_at_all():
+def test_measurements_without_noise_give_no_effect():
     """Measurements without any noise, and without a stated noise, give no effect and no error message."""
     verdict, mapping = said(make_cell(seed=14, noise=0.0, stated_noise=None).dataset)
     assert verdict == "no_effect", mapping

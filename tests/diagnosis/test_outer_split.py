@@ -84,7 +84,7 @@ def test_every_pose_is_predicted_by_a_run_without_it(cleaned, monkeypatch):
         )
 
 
-def test_one_core_or_two(cleaned, monkeypatch):
+def test_the_numbers_do_not_depend_on_the_number_of_processes(cleaned, monkeypatch):
     """The numbers are the same to the last bit, however many processes run."""
     found = []
     for cores in (1, 2):
@@ -156,12 +156,12 @@ def test_what_runs_leave_on_all_poses_is_known(cleaned):
     assert seen < found.unseen_rms(0, seen) < found.errors[0].rms
 
 
-def test_no_split(cleaned):
+def test_fewer_than_two_parts_give_no_split(cleaned):
     """With fewer than two parts nothing is run, and there is no result."""
     assert outer_split(cleaned.dataset, cleaned, pytest.fail, DEFAULTS, 0, lambda done, total: None) is None
 
 
-def test_the_share_of_runs(cleaned):
+def test_a_run_confirms_an_effect_at_the_same_place(cleaned):
     """A run confirms an effect if it found it at the same place: the same joint, and for a gear at least one common order."""
     model = geometry_fit(cleaned.dataset)[0]
     chosen = [(JointScale(2),), (JointScale(3), JointHarmonic(4, (2, 5))), (JointHarmonic(4, (2,)),), ()]
@@ -230,7 +230,7 @@ def test_an_unconfirmed_effect_without_which_predictions_are_worse_is_corrected_
 
 
 @pytest.mark.slow
-def test_the_whole_choice_anew():
+def test_every_run_selects_anew():
     """A strong effect is found in every run; with it the errors on unseen poses are smaller, and no smaller than those in training."""
     diagnosis = diagnose(scale(5, poses_per_plane=40)[0].dataset, outer_folds=3)
     mapping = diagnosis.to_mapping()

@@ -104,7 +104,7 @@ def test_changes_by_cumulative_sums_are_direct_scores(seed, margin):
         assert dof == direct[1][0]
 
 
-def test_too_few_poses_have_no_moment():
+def test_a_change_at_too_few_poses_has_no_score():
     """If the change touches fewer poses than the margins need, it has no score."""
     r, J, E, _ = problem(1, tried=3)
     touched = np.arange(40) < 11
@@ -131,7 +131,7 @@ def test_what_the_model_already_explains_is_never_scored(seed, size):
     assert evidence(background, float(gain[0]), int(dof[0]), 0.0) == -np.inf
 
 
-def test_an_effect_of_implausible_size_is_none():
+def test_a_direction_determined_worse_than_its_prior_is_left_out():
     """A direction that the data determine less well than its prior does is left out."""
     r, J, E, _ = problem(5, tried=1)
     faint = E / np.linalg.norm(E) * 1e-3  # one unit of the coefficient makes a thousandth of a sigma

@@ -33,7 +33,7 @@ def fitted():
     return calibrate(dataset, effects=(effect,)), dataset
 
 
-def test_its_width_comes_back(fitted):
+def test_the_width_of_the_hysteresis_is_found(fitted):
     """The columns solve the differential equation: the residual is that of its integration, and the injected width is found."""
     calibration, _ = fitted
     assert calibration.residual_rms < 2e-6
@@ -81,7 +81,7 @@ def test_moves_that_are_all_long_leave_it_to_backlash():
     assert not {travel for e in JointHysteresis.candidates(dataset) for travel in e.travels} & {0.02, 0.06}
 
 
-def test_it_can_be_asked_for():
+def test_the_effect_can_be_freed_by_its_joint():
     """The effect can be freed by its joint, even where a diagnosis would not try it."""
     dataset = tracked(np.zeros_like, joint=2, seed=5)
     (effect,) = parse_effects("joint_hysteresis:4", dataset)

@@ -77,7 +77,7 @@ JOINT_ERRORS = {
 
 
 @pytest.mark.parametrize("effects", JOINT_ERRORS)
-def test_joint_errors(effects):
+def test_joint_errors_are_explained_with_their_signs(effects):
     """Gear errors, scale and coupling are found with their signs, where the arm stands at q + dq and the encoders read q."""
     joint, error = JOINT_ERRORS[effects]
     result, cell = explained(Flaws(joints=on_joint(joint, lambda at: error(at.q))), effects, seed=21)
@@ -96,7 +96,7 @@ def test_joint_errors(effects):
         assert value(result, name) == pytest.approx(truth, abs=1e-8), name
 
 
-def test_backlash_by_approach():
+def test_backlash_is_explained_by_the_approach():
     """A joint arrives short by half its play on the side from which it comes, and predicting needs that side."""
     error = on_joint(3, lambda at: 2e-4 * at.columns["approach3"])
     result, cell = explained(Flaws(joints=error), "joint_backlash:3", seed=22, columns=approaches)
@@ -108,7 +108,7 @@ def test_backlash_by_approach():
     assert apart(result, at.q, T, **side) < PREDICTION
 
 
-def test_compliance_of_any_masses():
+def test_compliance_is_explained_for_any_masses():
     """The compliance of joints under links of unknown mass is explained, because the moments that are tried span those of every arm."""
     rng = np.random.default_rng(23)
     cell = make_cell(seed=23, poses_per_plane=4)
@@ -120,7 +120,7 @@ def test_compliance_of_any_masses():
     assert_explained(result, cell)
 
 
-def test_nonparallel_axis():
+def test_a_nonparallel_axis_is_explained():
     """Hayati's angle of a joint whose axis is nearly parallel to the one before is found."""
     geometry = np.zeros((5, 6))
     geometry[BETA, 2] = 1.5e-3
@@ -131,7 +131,7 @@ def test_nonparallel_axis():
 
 
 @pytest.mark.parametrize("stiff", [(1.0, 1.0), (1.0, 0.3)])
-def test_tilting_base(stiff):
+def test_a_tilting_base_is_explained(stiff):
     """The tilt of a pedestal under the moving weight is explained, with the same compliance about both axes or with a smaller one about y."""
     cell = make_cell(seed=25, poses_per_plane=4, length_error=0.0, angle_error=0.0)
     truth = cell.scene.truth
@@ -157,7 +157,7 @@ def test_tilting_base(stiff):
 
 
 @pytest.mark.parametrize("by", ["temperature", "order"])
-def test_growing_lengths(by):
+def test_growing_lengths_are_explained(by):
     """Lengths that grow with the temperature, or with time where only the order is known, are explained; the
     prediction is for the temperature given, or for the end.
     """
@@ -179,7 +179,7 @@ def test_growing_lengths(by):
     assert apart(result, at.q, T, **warm) < PREDICTION
 
 
-def test_slipped_sensor():
+def test_a_slipped_sensor_is_explained():
     """A sensor that shifts and turns at some pose is explained, and a prediction without ``order`` is for the end."""
     motion = np.eye(4)
     motion[:3, 3] = [4e-4, -2e-4, 3e-4]
@@ -194,7 +194,7 @@ def test_slipped_sensor():
 
 
 @pytest.mark.parametrize("axis", ["ray", "z"])
-def test_range_errors(axis):
+def test_range_errors_are_explained(axis):
     """A zero and a curvature of the range are explained, along the ray or along z."""
     if axis == "ray":
         # r = m + 2e-4, so that m = r - 2e-4.
@@ -229,7 +229,7 @@ def test_range_errors(axis):
 
 
 @pytest.mark.parametrize("target_plane", ["floor", "wall_x", "wall_y"])
-def test_bent_and_moved_target_planes(target_plane):
+def test_bent_and_moved_target_planes_are_explained(target_plane):
     """A paraboloid, and a knocked target plane, are explained on each target plane; they do not act on the arm's
     predictions.
     """

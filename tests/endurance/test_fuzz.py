@@ -42,7 +42,7 @@ def test_a_damaged_file_is_refused_or_read_as_what_it_says(
     assert find is None
 
 
-def test_the_words_of_a_find_name_the_error_and_the_file_that_is_kept(tmp_path):
+def test_the_message_of_a_find_names_the_error_and_the_kept_file(tmp_path):
     """The message of a find names the error and the file with the bytes that caused it, which the next input does not replace."""
 
     def read(folder: Path) -> str:

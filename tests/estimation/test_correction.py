@@ -218,7 +218,7 @@ def test_a_column_that_an_effect_needs_is_named():
         calibration.correct(np.zeros((2, 6)))
 
 
-def test_an_effect_of_the_pose_before_is_that_of_the_corrected_pose_before():
+def test_a_lag_follows_the_moves_between_corrected_poses():
     """If the order states the moves, `predict` computes them from the corrected angles, and a lag acts on these."""
     rng = np.random.default_rng(1)
     robot = robot_of("vs060")

@@ -59,7 +59,7 @@ CERTIFIED_SUM = 1.2455138894e-01
 
 
 @pytest.mark.parametrize("start", [[500.0, 1e-4], [250.0, 5e-4]])
-def test_certified_answer(start):
+def test_the_fit_gives_the_certified_answer(start):
     """Values, standard deviations and sum of squares agree with NIST's to 9 digits, which double precision allows."""
     found = fit(Misra1a(), Curve(np.array(start)), np.array([True, True]))
     assert found.converged

@@ -25,7 +25,7 @@ def test_a_coefficient_stands_in_the_unit_beside_it(name: str, value: float, wri
     assert (row[1], row[3]) == (written, unit)
 
 
-def test_milliradians_do_not_follow_the_millimetre(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_milliradians_do_not_depend_on_the_unit_of_length(monkeypatch: pytest.MonkeyPatch) -> None:
     """Milliradians are thousandths, and would be so even if lengths were written in inches."""
     before = words.coefficient("gain_rad_per_rad", 2.5e-3, 1e-4)
     monkeypatch.setattr(wording, "MM", 25.4e-3)

@@ -51,7 +51,7 @@ def test_no_target_plane_stands_in_the_beam(scene):
             assert not (on_it & (crossing > 0) & (crossing < ranges)).any()
 
 
-def test_nothing_touches(scene):
+def test_no_links_touch_at_any_pose(scene):
     """At every pose, links that could touch stay apart: sampled axes are farther off than the radii."""
     arm = scene.workcell.arm
     body = body_of(scene.workcell.nominal, scene.config["body"])

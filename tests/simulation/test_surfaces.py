@@ -78,7 +78,7 @@ def test_a_bent_target_plane_is_highest_in_its_middle_and_zero_at_its_edges():
         )
 
 
-def test_no_height_is_flat():
+def test_amplitudes_of_zero_give_a_flat_plane():
     """Amplitudes of zero give the very ranges of flat target planes."""
     np.testing.assert_array_equal(scene_of({"waves": 9}).ranges, scene_of({}).ranges)
 

@@ -57,7 +57,7 @@ def test_an_interval_of_a_share_is_scipys(k, n):
     assert wilson(k, n) == pytest.approx((other.low, other.high), abs=1e-12)
 
 
-def test_half_is_found_where_half_are():
+def test_the_half_point_is_where_half_of_the_sets_are_found():
     """Of sets that are found with a chance that passes one half at 0.2, the half point is near 0.2 on average, and at least
     eight intervals of ten hold it.
     """
@@ -73,7 +73,7 @@ def test_half_is_found_where_half_are():
     assert held >= 8
 
 
-def test_half_is_nowhere_where_nothing_is_found():
+def test_without_hits_there_is_no_half_point():
     """Without hits there is no half point; if everything is a hit, it lies below all values that were tried."""
     x = np.array([0.1, 0.1, 1.0, 1.0])
     assert np.isnan(half_point(x, np.zeros(4)))
@@ -95,7 +95,7 @@ def test_half_is_nowhere_where_nothing_is_found():
         ("plane_moved", {"plane": "b", "at": {"order": 100.0}}, {"plane": "a", "at": {"order": 100}}, False),
     ],
 )
-def test_a_target_is_right_or_not(name, found, injected, right):
+def test_a_target_is_right_only_if_all_of_it_is(name, found, injected, right):
     """A target is right only if joint, order, target plane and moment are those of the injected effect."""
     assert same_target({"name": name, "target": found}, {"name": name, "target": injected}) is right
 
@@ -114,7 +114,7 @@ def test_an_answer_is_judged_by_its_first_effect():
     assert outcome(injected, [], [injected | {"target": {"joint": 3}}]) == "missed"
 
 
-def test_more_seeds_leave_those_that_are_there():
+def test_more_repetitions_do_not_change_the_first_sets():
     """No two workcells share a seed, and with more repetitions the first sets stay the same."""
     study = load_study(CONFIG)
     case = study.cases["joint_scale"]

@@ -160,7 +160,7 @@ def test_verdicts_come_from_the_tables(published):
         assert found[name] == FAILS, name
 
 
-def test_at_once_is_judged_by_the_case_that_suits_it_least(published):
+def test_the_rule_at_once_is_judged_by_its_worst_case(published):
     """A claim that holds in the first case, but not in every case, differs."""
     common = {
         "stage": "one_pass",

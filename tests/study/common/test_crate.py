@@ -62,8 +62,8 @@ def test_no_reference_leads_nowhere(crate):
     assert all(graph["./"][key] for key in ("name", "description", "datePublished", "license"))
 
 
-def test_the_run_is_told(crate):
-    """The workflow took the config and made the results, which are in the archive as they were on disk."""
+def test_the_metadata_describe_the_run(crate):
+    """The metadata state that the workflow took the config and made the results, which are in the archive as they were on disk."""
     path, results = crate
     read = ROCrate(str(path))
     assert read.mainEntity.id == "workflow/Snakefile"

@@ -30,7 +30,7 @@ def test_a_scene_that_holds_its_robot_stands_alone(scene):
     assert files_of_scene(scene) == ["scenes/cell.yaml"]
 
 
-def test_from_elsewhere_names_are_whole(scene, monkeypatch):
+def test_files_are_found_from_another_folder(scene, monkeypatch):
     """A workflow that is run from another folder still finds every file."""
     (scene.parent / "elsewhere").mkdir()
     monkeypatch.chdir(scene.parent / "elsewhere")

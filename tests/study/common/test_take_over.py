@@ -44,7 +44,7 @@ def mark(folder: Path, output: str, longest: int = 100) -> None:
     path.write_text("{}")
 
 
-def test_the_living_keep_what_they_have_and_the_dead_do_not(tmp_path: Path) -> None:
+def test_locks_and_marks_stay_while_their_owner_lives(tmp_path: Path) -> None:
     """Locks and marked outputs stay while the owner lives; after its death they are gone, and nothing else is."""
     folder = tmp_path / ".snakemake"
     process = owner(folder, "os.kill(os.getpid(), 9)")

@@ -41,7 +41,7 @@ def test_nothing_is_changed_where_nothing_is_wrong(axis, dataset):
     assert all(value == scene[key] for key, value in wrong.overrides(wrong.scene_value).items())
 
 
-def test_what_nothing_is_wrong_with_is_diagnosed_once(monkeypatch, capsys):
+def test_the_sound_dataset_is_diagnosed_once(monkeypatch, capsys):
     """The dataset without a fault is diagnosed once, and has a row in every axis; each other degree is diagnosed by itself."""
     pytest.importorskip("pybullet")
     made = []

@@ -33,7 +33,7 @@ def test_without_files_and_network_nothing_is_at_hand_and_it_is_said_once(at_han
         assert words in warning
 
 
-def test_nothing_is_asked_before_somebody_wants_to_know(at_hand):
+def test_files_are_looked_for_only_when_a_workflow_needs_them(at_hand):
     """A workflow that does not study measured robots neither waits for the network nor prints a warning."""
     look, said = at_hand
     look()

@@ -36,14 +36,14 @@ def one():
     return campaign(1)
 
 
-def test_a_fresh_split_bears_a_true_effect_out(one):
+def test_another_split_confirms_a_true_effect(one):
     """With the true effect, poses of another split are predicted nearly to the tracker's noise, and without it they are not."""
     found = on_a_fresh_split(*one)
     assert 0.2 * one[0].n_poses < found["poses"] < 0.4 * one[0].n_poses
     assert found["after_rms_mm"] < 2 * np.sqrt(3) * TRACKER_NOISE / MM < 0.5 * found["before_rms_mm"]
 
 
-def test_told_the_angles_of_other_poses_an_effect_gains_nothing(one):
+def test_an_effect_at_shuffled_angles_gains_nothing(one):
     """As a control, the same columns at shuffled angles predict held-out poses no better than the geometry alone."""
     geometry = on_a_fresh_split(*one)["before_rms_mm"]
     assert on_shuffled_angles(*one)["held_out_rms_mm"] > 0.95 * geometry

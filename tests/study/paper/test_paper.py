@@ -214,7 +214,7 @@ def test_every_section_can_be_typeset(tmp_path):
     assert document.startswith(b"%PDF-")
 
 
-def test_what_is_said_of_other_workcells_has_its_numbers():
+def test_sentences_on_other_workcells_appear_only_with_their_numbers():
     """Sentences on other workcells have numbers in the default run, and small runs, which lack these numbers, leave the sentences out."""
     curves = {
         "offset_std": {"point": {"position_mean_mm": 0.2, "orientation_mean_deg": 0.1}},

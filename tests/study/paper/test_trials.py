@@ -77,7 +77,7 @@ def test_the_committed_scenes_agree_with_the_committed_workcells():
     assert scenes.size().to_dict() == cells["sets"].to_dict()
 
 
-def test_what_was_not_injected_is_said(reported):
+def test_every_effect_was_injected_or_is_listed_as_not_injected(reported):
     """Each effect of the catalogue was injected or is in the list, which an effect joins with the catalogue."""
     tried = {
         case.split("-")[0].replace("_", " ")

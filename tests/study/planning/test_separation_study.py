@@ -46,7 +46,7 @@ def effect(name, joint):
     return SimpleNamespace(name=name, target={"joint": joint})
 
 
-def test_a_pair_is_distinguished_where_neither_is_named_with_the_other_listed():
+def test_a_pair_is_distinguished_unless_the_other_cause_is_listed():
     """A pair is distinguished if one is named alone, both are found, or something else is.
 
     It is not if nothing is found, the other is listed, or the diagnosis failed.

@@ -30,7 +30,7 @@ def test_every_case_off_the_axis_is_named():
         assert name in str(fault) and AXIS["key"] in str(fault)
 
 
-def test_groups_hold_every_case_once_in_order_and_a_row_more_leaves_full_ones_alone():
+def test_groups_hold_every_case_once_and_another_row_changes_no_full_group():
     """A job's name says which rows of the grid it runs, so a row at the end changes no job that is full."""
     cases = {f"case-{k}": LOW for k in range(7)}
     groups = in_groups(cases, 3)

@@ -61,7 +61,7 @@ def test_failures_are_counted_once_and_are_no_successes():
     assert (ends["raised"], ends["capped"]) == (1, 1)
 
 
-def test_a_way_with_the_errors_of_the_yardsticks_is_at_the_bound():
+def test_errors_equal_to_the_bound_have_a_ratio_of_one():
     """The ratio is one, and what has no sweep in a run has no answer."""
     numbers = numbers_of(noise=table_of([0.1, 1.0], lambda value, seed: value * (1 + seed)))
     near = numbers["near_bound"]["proposed"]
