@@ -90,8 +90,8 @@ def test_one_set_of_moments_serves_all_joints(name):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_a_frame_loads_only_the_joints_inside_it(name):
-    """A joint carries only what is beyond it, so the column of a frame is zero for every joint beyond that frame."""
+def test_a_compliance_moves_its_own_joint_alone(name):
+    """The compliance of joint 2 under the weight of frame 3 has an angle error of joint 2, and of no other joint."""
     robot, _, q = arm(name, 5)
     poses = Poses(q, np.arange(len(q), dtype=float), {})
     B = JointCompliance(((2, 3),)).joint_basis(robot, poses)

@@ -15,7 +15,7 @@ def basis():
 
 
 def test_only_joints_that_move_are_kept():
-    """Of six joints, the basis keeps the two that effects move, each with its own columns."""
+    """Of six joints, the basis keeps the two that have columns."""
     parts = JointBasis.of(basis()).parts
     assert [joint for joint, _ in parts] == [1, 4]
 

@@ -144,7 +144,7 @@ def test_joints_give_way_down_the_slope_of_the_energy(scene):
 
 
 def test_all_joints_that_carry_weight_give_way_where_none_is_named():
-    """If no joint is named, all give way but one with a vertical first axis, on which no weight acts."""
+    """If no joint is named, all give way except the first, since its axis is vertical and no weight acts about it."""
     (entry,) = injected({"effect": "joint_compliance"}).truth["effects"]
     assert {2, 3} <= set(entry["target"]["joints"])
     assert 1 not in entry["target"]["joints"]

@@ -47,7 +47,7 @@ def test_an_effect_changes_neither_poses_nor_chance(name, control):
 
 
 def test_jitter_and_bias_enlarge_their_noise(control):
-    """Injected and declared variances add up, and are scaled from the same draws."""
+    """An injected variance is added to the declared one, and the errors are the same draws, scaled."""
     jittery = injected({"effect": "pose_jitter", "size": 1e-4}, noise=NOISE)
     ratio = (jittery.q_true - jittery.q) / (control.q_true - control.q)
     np.testing.assert_allclose(ratio, np.hypot(1e-4, 2e-5) / 2e-5, rtol=1e-6)

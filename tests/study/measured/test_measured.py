@@ -101,7 +101,7 @@ def test_the_figures_show_every_set_and_joint(one):
 
 
 def test_readme_and_documentation_say_what_the_verdicts_are():
-    """README and documentation state the verdict of the sets, and the axes that the two campaigns of one arm name as non-parallel."""
+    """In README and documentation as in the summaries, every verdict is `unattributed`, and two campaigns of one arm name different axes."""
     sets = json.loads((ROOT / "paper/summaries/measured/numbers.json").read_text(encoding="utf-8"))["sets"]
     assert {found["verdict"] for found in sets.values()} == {"unattributed"}
     axes = [

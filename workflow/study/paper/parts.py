@@ -21,6 +21,7 @@ from scalar.units import DEG, MM, MRAD
 from study.blind_trials.statistics import LEVEL
 from study.blind_trials.stratified_score import MUCH_WORSE, WORSE
 from study.common.methods import INITIAL, PROPOSED
+from study.common.scene_config import is_wall
 from study.common.statistics import BAND, QUANTITIES
 from study.published_curves.curves import LEFT_OUT
 from study.sweeps.numbers import NEAR_BOUND
@@ -55,7 +56,8 @@ def setup(scene: Path, tilted: Path, seeds: int) -> dict[str, Any]:
     from scalar.simulation.config import load_config, poses_wanted
 
     config = load_config(scene)
-    leaning = [plane["normal"] for plane in load_config(tilted)["planes"][1:]]
+    leaning = [plane["normal"] for plane in load_config(tilted)["planes"] if is_wall(plane)]
+    wall = next(plane for plane in config["planes"] if is_wall(plane))
     joints, planes = len(config["robot"]["joints"]), len(config["planes"])
     poses = sum(poses_wanted(config))
     points = config["sensor"]["points_per_scan"]
@@ -83,7 +85,7 @@ def setup(scene: Path, tilted: Path, seeds: int) -> dict[str, Any]:
         "range_near_mm": near / MM,
         "range_far_mm": far / MM,
         "incidence_deg": config["sensor"]["incidence_max_deg"],
-        "wall_distance_m": config["planes"][1]["distance_m"],
+        "wall_distance_m": wall["distance_m"],
         "walls_lean_deg": max(asin(abs(n[2]) / hypot(*n)) for n in leaning) / DEG,
         "plane_offset_mm": config["plane_guess"]["offset_m"] / MM,
         "plane_tilt_deg": config["plane_guess"]["tilt_deg"],

@@ -16,6 +16,7 @@ import pandas as pd
 import yaml
 
 from scalar.units import DEG
+from study.common.scene_config import is_wall
 from study.published_curves.curves import Curves, Setting
 from study.published_curves.predict import runs_to_weigh
 from study.sweeps.plans import write_plans
@@ -31,8 +32,6 @@ READINGS = {
     "baseline-nan-2018": "no number passed on, solver of 2018",
 }
 """Methods that are fitted, with their labels."""
-_UPRIGHT = 0.5
-"""A plane is a wall if the vertical component of its unit normal is smaller than this."""
 
 
 def leaning(config: Mapping[str, Any], lean_deg: float) -> dict[str, Any]:
@@ -42,13 +41,13 @@ def leaning(config: Mapping[str, Any], lean_deg: float) -> dict[str, Any]:
     """
     planes, sign = [], 1.0
     for plane in config["planes"]:
-        x, y, z = (component / hypot(*plane["normal"]) for component in plane["normal"])
-        if abs(z) >= _UPRIGHT:
+        if is_wall(plane):
+            x, y, _ = plane["normal"]
+            level = cos(lean_deg * DEG) / hypot(x, y)
+            planes.append({**plane, "normal": [level * x, level * y, sign * sin(lean_deg * DEG)]})
+            sign = -sign
+        else:
             planes.append(plane)
-            continue
-        level = cos(lean_deg * DEG) / hypot(x, y)
-        planes.append({**plane, "normal": [level * x, level * y, sign * sin(lean_deg * DEG)]})
-        sign = -sign
     return {**config, "planes": planes}
 
 
