@@ -50,7 +50,7 @@ def test_a_misspelt_config_fails_at_load_with_its_name(checkout, file, old, new,
 
 @pytest.mark.slow
 def test_the_papers_config_is_sound():
-    """It plans thirty seeds of the headline in every way, and every published value of every sweep for two kinds of walls."""
+    """The config plans thirty seeds of the headline in every way, and every published value of every sweep for two kinds of walls."""
     ran = snakemake(ROOT, "--dry-run", "--forceall", "--quiet", "reason", "--nolock")
     assert ran.returncode == 0, ran.stdout
     started = jobs(ran.stdout)

@@ -245,7 +245,7 @@ def test_several_orders_of_one_joint_are_one_entry():
 
 @pytest.mark.parametrize("robot", ["ur10e", "puma560"])
 def test_other_arms_have_no_false_effect_and_show_a_gear_error(robot):
-    """Arms with parallel axes and with offset wrists: no effect is named without one, and a gear error is named."""
+    """For arms with parallel axes and with offset wrists, no effect is named without one, and a gear error is named."""
     assert diagnose(make_cell(seed=900, robot=robot).dataset).verdict == "no_effect"
     cell, name, target = harmonic(901, robot=robot)
     assert judged(diagnose(cell.dataset).to_mapping()["effects"], name, target)

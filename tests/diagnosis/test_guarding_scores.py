@@ -108,8 +108,9 @@ def errors(squared: Any, metric: float = 1.0, settings: Any = HOLD_OUT) -> HeldO
 
 
 def test_the_gain_of_one_block_is_limited():
-    """Nineteen blocks gain one each, and the last gains eight: it counts for five; with the threshold doubled it counts for eight, and the scatter is
-    larger.
+    """If nineteen blocks gain one each and the last gains eight, it counts for five.
+
+    With the threshold doubled it counts for eight, and the scatter is larger.
     """
     drop = np.r_[np.ones(19) + 0.2 * np.tile([1, -1], 10)[:19], 8.0]
     usual, wide = (

@@ -135,8 +135,10 @@ NOBODY_KNOWS = {"length": 0.3 * MM, "angle": 0.3e-3, "zero": 1e-3}
 
 @pytest.mark.parametrize(("group", "counts_as"), [("length", 6.0), ("angle", 6.0), ("zero", 1.0)])
 def test_what_is_usual_is_outweighed_by_the_arm_itself(group, counts_as):
-    """Without data an arm is as far off as arms are. Four corrections of ten times that, each exactly known, are pooled with the usual one,
-    which counts as six corrections of lengths and angles, and as one of zeros: ``t^2 = (sum m_i^2 + c t_0^2) / (4 + c)``.
+    """Without data the priors are those of usual arms, and an arm's own corrections outweigh them.
+
+    By ``t^2 = (sum m_i^2 + c t_0^2) / (4 + c)``, four exactly known corrections are pooled with the usual one, which counts as c = 6 for lengths and
+    angles, and as 1 for zeros.
     """
     typical, usual = typical_prior_stds(DEFAULTS.identifiability), NOBODY_KNOWS[group]
     nothing = np.eye(1), np.zeros(1), np.zeros(1), np.ones(1)

@@ -43,8 +43,8 @@ def test_the_truth_has_no_error(scene):
         assert errors.orientation.max() < 1e-14
 
 
-def test_a_base_that_is_moved_is_all_raw_and_nothing_aligned(scene):
-    """3 mm along x: raw errors are 3 mm and no angle at every pose, aligned ones zero."""
+def test_a_moved_base_gives_raw_errors_and_no_aligned_ones(scene):
+    """If the base is moved by 3 mm along x, raw errors are 3 mm and no angle at every pose, and aligned errors are zero."""
     moved = true_model(scene, kinematics.translation(0, 3 * MM))
     result = evaluate(moved, scene.truth.poses(300, np.random.default_rng(0)))
     np.testing.assert_allclose(result.raw.position, 3 * MM, atol=1e-14)
@@ -53,9 +53,10 @@ def test_a_base_that_is_moved_is_all_raw_and_nothing_aligned(scene):
     assert result.aligned.orientation.max() < 1e-13
 
 
-def test_a_base_that_is_turned_is_all_raw_and_nothing_aligned(scene):
-    """A base turned by 2 degrees about the vertical: the raw position error is the chord at each pose's radius, the raw orientation error
-    2 degrees everywhere; aligned, both are zero.
+def test_a_turned_base_gives_raw_errors_and_no_aligned_ones(scene):
+    """If the base is turned by 2 degrees about the vertical, raw position errors are the chords at each pose's radius.
+
+    Raw orientation errors are 2 degrees everywhere, and aligned errors are zero.
     """
     poses = scene.truth.poses(300, np.random.default_rng(0))
     result = evaluate(true_model(scene, kinematics.rotation(2, 2 * DEG)), poses)
@@ -70,9 +71,7 @@ def test_a_base_that_is_turned_is_all_raw_and_nothing_aligned(scene):
 
 
 def test_errors_agree_with_an_independent_computation(scene):
-    """Equations 17 and 18 for a nominal arm, by other code: the length and the angle of ``T_true^-1
-    T_hat``.
-    """
+    """For a nominal arm, equations 17 and 18 give what other code does: the length and the angle of ``T_true^-1 T_hat``."""
     poses = scene.truth.poses(200, np.random.default_rng(1))
     q = poses[joint_names(6)].to_numpy()
     nominal = Calibration.nominal(scene.dataset)
@@ -98,9 +97,7 @@ def test_the_best_rigid_motion_is_found(translation, turn, count, seed):
 
 
 def test_no_other_motion_aligns_better():
-    """With noise: small steps of the base in all six directions make the sum of squared position errors
-    larger.
-    """
+    """With noise, small steps of the base in all six directions make the sum of squared position errors larger."""
     rng = np.random.default_rng(3)
     T_true = np.array([kinematics.random_transform(rng, 1.0, 1.0) for _ in range(50)])
     T_hat = T_true.copy()

@@ -119,7 +119,7 @@ def screw_by_differences(frames_at, h: float = 1e-6) -> np.ndarray:
 @pytest.mark.parametrize("with_offsets", [False, True])
 @pytest.mark.parametrize("n", [3, 7])
 def test_screw_of_every_parameter(n, with_offsets):
-    """``dT T^-1`` of the flange by a, alpha, d, theta, beta of every joint, against central differences."""
+    """The screw ``dT T^-1`` of the flange by a, alpha, d, theta and beta of every joint agrees with central differences."""
     rng = np.random.default_rng(n)
     robot = random_robot(rng, n)
     q = rng.uniform(-3, 3, size=(4, n))

@@ -21,7 +21,7 @@ def velocity(screw, p):
 
 @given(vectors, rotation_vectors, vectors)
 def test_a_small_screw_moves_points_by_its_velocity(v, w, p):
-    """``dp = w x p + v`` to first order; and ``exp_screw`` is a rigid motion for every argument."""
+    """A small screw moves a point by ``dp = w x p + v`` to first order, and ``exp_screw`` is a rigid motion for every argument."""
     T = screws.exp_screw(np.r_[w, v])
     np.testing.assert_allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-14)
     plus, minus = (screws.exp_screw(sign * H * np.r_[w, v]) for sign in (1.0, -1.0))

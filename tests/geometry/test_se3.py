@@ -71,7 +71,7 @@ def test_logarithm_agrees_with_that_by_quaternions(r):
 
 @given(directions, st.one_of(small_angles, st.floats(1e-3, 3.0)), vectors)
 def test_left_jacobian_turns_a_step_of_the_vector_into_a_rotation(direction, angle, step):
-    """``exp(r + dr) = exp(J_l dr) exp(r)`` to first order, checked by central differences."""
+    """By central differences, ``exp(r + dr) = exp(J_l dr) exp(r)`` holds to first order."""
     r, h = direction * angle, 1e-5
     difference = se3.exp_so3(r + h * step) @ se3.exp_so3(r - h * step).T
     expected = se3.log_so3(difference) / (2 * h)

@@ -40,7 +40,7 @@ def test_a_description_in_other_units_and_euler_angles_is_converted(tmp_path):
 
 
 def test_intrinsic_and_extrinsic_angles_are_distinguished(tmp_path):
-    """Capitals turn about moving axes: R = Rx Ry Rz; small letters about fixed ones: R = Rz Ry Rx."""
+    """Capitals are angles about moving axes, R = Rx Ry Rz, and small letters are angles about fixed ones, R = Rz Ry Rx."""
     write_table(tmp_path / "a.csv", cells())
     found = []
     for axes in ("XYZ", "xyz"):

@@ -127,7 +127,7 @@ def correlated(noise: Noise, seed: int, scans: int) -> tuple[Part, ...]:
 
 @pytest.mark.parametrize(("rho", "seed", "is_found"), [(0.15, 0, False), (0.3, 1, True)])
 def test_a_correlation_needs_a_gain_in_likelihood(rho, seed, is_found):
-    """In thirty scans a correlation of 0.15 gains 14 nats, too few to be a component; one of 0.3 gains 36."""
+    """In thirty scans a correlation of 0.15 gains 14 nats, which is too few for a component, and one of 0.3 gains 36, which is enough."""
     assert bool(correlated(autoregressive(rho), seed, 30)) == is_found
 
 

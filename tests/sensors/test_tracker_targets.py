@@ -41,7 +41,7 @@ def assert_predicts(calibration, arm, rng, tolerance, names, *, turned):
 @pytest.mark.parametrize("turn_noise", [None, 0.0])
 @pytest.mark.parametrize("names", [("A",), NAMES])
 def test_noise_free_data_give_every_target(names, turn_noise, tmp_path):
-    """After writing, reading, calibrating and loading, all targets are predicted to a tenth of a micrometre; with whole poses, rotations too."""
+    """After writing, reading, calibrating and loading, all targets are predicted to a tenth of a micrometre, with whole poses in rotation too."""
     arm, q, rng = cell(1, names)
     dataset = arm.dataset(q, rng, turn_noise=turn_noise, stated={"noise": 1e-5})
     dataset.write(tmp_path / "d")

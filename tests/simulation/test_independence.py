@@ -30,7 +30,7 @@ def imported(path):
 
 
 def test_the_simulator_imports_nothing_of_the_estimator():
-    """No inverse crime: of the package, the simulator uses units, errors and file formats only."""
+    """Of the package, the simulator uses units, errors and file formats only, so that no inverse crime is possible."""
     for path in FOLDER.rglob("*.py"):
         ours = {name for name in imported(path) if name == "." or name.split(".")[0] == "scalar"}
         assert {name for name in ours if not name.startswith("scalar.simulation")} <= ALLOWED, path.name

@@ -10,7 +10,7 @@ from tests.simulation.noise_checks import assert_standard_normal, noise, ranges_
 
 
 def test_noise_free_points_lie_on_their_planes(paper):
-    """Without noise, n . p = d for every point, by kinematics that is not pybullet's."""
+    """Without noise, every point satisfies n . p = d by kinematics that is not pybullet's."""
     assert "noise" not in paper.dataset["sensor"]
     for k, T in enumerate(sensor_frames(paper.workcell.arm, paper.q)):
         target_plane = paper.workcell.target_planes[paper.plane_index[k]]

@@ -71,7 +71,7 @@ def test_the_typesetter_tells_where_things_are(tmp_path):
     ids=["tall", "formula", "table"],
 )
 def test_what_is_too_large_is_found(tmp_path, text):
-    """A box taller than the page, a formula and a table wider than their column."""
+    """A box that is taller than the page, and a formula and a table that are wider than their column, are found."""
     assert layout_faults(placed(written(tmp_path / "large", HEAD + text), NUMBERS, {})) != []
 
 

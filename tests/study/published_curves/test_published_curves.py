@@ -146,7 +146,7 @@ def test_the_likelihood_is_the_normal_law():
 
 
 def test_the_offset_found_is_the_conditional_mean():
-    """It agrees with the conditional mean of the joint normal distribution, written out."""
+    """The offset agrees with the conditional mean of the joint normal distribution, written out."""
     rng = np.random.default_rng(6)
     refined = refine(synthetic(rng, runs=4))
     root = rng.normal(size=(12, 12)) * 0.2
