@@ -7,6 +7,8 @@ explains the same part of the residual better. The result therefore does not dep
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
@@ -15,6 +17,7 @@ from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import Scored, rank, refined
+from scalar.diagnosis.settings import SelectionSettings
 from scalar.effects import Effect
 
 
@@ -44,7 +47,9 @@ def _with_best_candidate(
     """
     before, before_whitened = held_out_errors(state), held_out_errors(state, state.whitening)
     for entry in _significant_candidates(state, columns):
-        if entry.effect.label in refused:
+        if entry.effect.label in refused or not _enough_beside(
+            state.effects, entry, state.settings.selection
+        ):
             continue
         trial = state.refitted(merged(state.effects, entry.effect))
         gain = improvement(before_whitened, held_out_errors(trial, state.whitening))
@@ -75,7 +80,10 @@ def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedSt
             others = tuple(e for k, e in enumerate(state.effects) if k != i)
             own, ranking = rivals(state, i, columns)
             ranking += rivals_of_strongest_part(state, i, own, columns)
-            if own.evidence <= 0 or own.p_value > settings.alpha_named_effect:
+            superfluous = not _enough_beside(others, own, settings) and _weakest_of_load(
+                state, i, own, columns
+            )
+            if own.evidence <= 0 or own.p_value > settings.alpha_named_effect or superfluous:
                 state, changed = state.refitted(others), True
                 break
             trial = _replaced(state, others, own, ranking)
@@ -86,6 +94,22 @@ def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedSt
             break
         columns = CandidateColumns.of(state, candidates)
     return state, columns
+
+
+def _enough_beside(others: Sequence[Effect], entry: Scored, settings: SelectionSettings) -> bool:
+    """Return whether an effect has enough evidence beside others, which it has unless another gives way under the same load."""
+    return entry.evidence > settings.same_load_margin or not _of_same_load(others, entry.effect)
+
+
+def _of_same_load(others: Sequence[Effect], effect: Effect) -> list[Effect]:
+    """Return the other effects of the same load as an effect, at other places."""
+    return [e for e in others if effect.load and e.load == effect.load and not e.same_place(effect)]
+
+
+def _weakest_of_load(state: FittedState, i: int, own: Scored, columns: CandidateColumns) -> bool:
+    """Return whether effect i, whose score is ``own``, has the least evidence of all effects of its load."""
+    partners = _of_same_load(state.effects, state.effects[i])
+    return all(own.evidence <= rivals(state, state.effects.index(e), columns)[0].evidence for e in partners)
 
 
 def _replaced(
@@ -102,21 +126,23 @@ def _replaced(
         own: The score of the effect given the others.
         ranking: The scores of all candidates in its place, or in that of its strongest part.
     """
-    margin, best = state.settings.selection.swap_margin, max(ranking, key=lambda r: r.evidence)
+    settings, best = state.settings.selection, max(ranking, key=lambda r: r.evidence)
+    margin = settings.swap_margin
     joining = next(
         (
             r
             for r in ranking
-            if r.evidence > own.evidence - margin
+            if r.evidence > own.evidence - _joining_margin(own, r, settings)
             and r.beside is None
             and len(merged(others, r.effect)) == len(others)
         ),
         None,
     )
     better = best.effect.label != own.effect.label and best.evidence > own.evidence + margin
-    for entry, allowance in ((best if better else None, 0.0), (joining, margin)):
+    for entry in (best if better else None, joining):
         if entry is None:
             continue
+        allowance = 0.0 if entry is not joining else _joining_margin(own, entry, settings)
         kept = others if entry.beside is None else (*others, entry.beside)
         trial = state.refitted(merged(kept, entry.effect))
         # Both fits are compared under the same whitening, because the larger variance component of a worse fit would hide that it is worse.
@@ -126,3 +152,9 @@ def _replaced(
         if explains and trial.is_plausible and no_worse(held_out_errors(state), held_out_errors(trial)):
             return trial
     return None
+
+
+def _joining_margin(own: Scored, entry: Scored, settings: SelectionSettings) -> float:
+    """Return by how much less a further term of another effect may explain than an effect whose place it takes [nats]."""
+    same_load = bool(own.effect.load) and entry.effect.load == own.effect.load
+    return settings.same_load_margin if same_load else settings.swap_margin

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.effect import Effect, Table
+from scalar.effects.effect import WEIGHT, Effect, Table
 from scalar.effects.gravity import AXES, unit_moments
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import BaseEffect
@@ -37,6 +37,7 @@ class BaseCompliance(BaseEffect):
     alike: bool = False
 
     name: ClassVar[str] = "base_compliance"
+    load: ClassVar[str] = WEIGHT
     kind: ClassVar[str] = "compliance of the base"
     sentence: ClassVar[str] = (
         "the base tilts a little under the moving weight of the arm: its pedestal or its bolts give way"

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 GRAVITY = "gravity"
 """The name, in ``depends_on``, of the direction of gravity."""
+WEIGHT = "weight"
+"""The load of effects by which something gives way under the weight of the arm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +44,7 @@ class Effect(Described):
     acts_on_arm: ClassVar[bool] = (
         False  # whether it is a property of the arm or its pedestal, and not of the sensor or the target
     )
+    load: ClassVar[str] = ""  # under which something gives way; effects of one load imitate one another
     acts_by_joint_angles: ClassVar[bool] = True  # whether its predictions depend on joint angles alone
     most_words: ClassVar[int] = 1  # most words that may follow the name on a command line
 

@@ -11,7 +11,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import turning_joints
 from scalar.effects.command_words import all_turning_named
-from scalar.effects.effect import Effect
+from scalar.effects.effect import WEIGHT, Effect
 from scalar.effects.gravity import AXES, torque_about, unit_moments
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
@@ -35,6 +35,7 @@ class JointCompliance(JointEffect):
     terms: tuple[tuple[int, int], ...]
 
     name: ClassVar[str] = "joint_compliance"
+    load: ClassVar[str] = WEIGHT
     kind: ClassVar[str] = "compliance"
     most_words: ClassVar[int] = 100  # as many joints as an arm may have
     sentence: ClassVar[str] = "the joints give way under the weight of the arm"

@@ -9,6 +9,7 @@ import numpy as np
 
 from scalar.data.formats import TORQUE
 from scalar.data.poses import Poses
+from scalar.effects.effect import WEIGHT
 from scalar.effects.stiffness import KnownTorques
 from scalar.effects.title import joints_in_words
 from scalar.geometry.robot import Robot
@@ -26,6 +27,7 @@ class TorqueCompliance(KnownTorques):
     """
 
     name: ClassVar[str] = "torque_compliance"
+    load: ClassVar[str] = WEIGHT
     kind: ClassVar[str] = "compliance by measured torque"
     sentence: ClassVar[str] = "the joints give way in proportion to the torques that were recorded"
     torque_words: ClassVar[str] = "measured torque of"
