@@ -3,6 +3,7 @@
 ``snakemake sensitivity`` names these tests for thresholds on which no blind set depends.
 """
 
+from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -20,6 +21,8 @@ from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import blocks
 from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.settings import DEFAULTS
+from scalar.effects.base_compliance import BaseCompliance
+from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from tests.diagnosis.stand_ins import Tried, scored, state
@@ -40,6 +43,36 @@ def test_another_effect_takes_a_place_only_with_clearly_more_evidence():
     with pytest.raises(Tried):
         forward_selection._replaced(state(), (), own, [scored(other, 104.0), own])
     assert forward_selection._replaced(state(), (), own, [scored(other, 102.0), own]) is None
+
+
+@pytest.mark.parametrize(("evidence", "enough"), [(5.0, False), (10.0, True)])
+def test_a_second_effect_of_one_load_needs_more_evidence(evidence, enough, monkeypatch):
+    """With ten nats, a compliance of the base stays beside one of joint 2; with five, it is left out. Without another effect of the load, five
+    suffice. The stronger of the two is never left out for the other.
+    """
+    joint, base = JointCompliance(((2, 3),)), BaseCompliance((3,))
+    scores = {joint: scored(joint, 20.0), base: scored(base, evidence)}
+    monkeypatch.setattr(forward_selection, "rivals", lambda state, i, columns: (scores[state.effects[i]], [scores[state.effects[i]]]))  # fmt: skip
+    monkeypatch.setattr(forward_selection, "rivals_of_strongest_part", lambda *_: [])
+    monkeypatch.setattr(forward_selection, "CandidateColumns", SimpleNamespace(of=lambda *_: None))
+
+    def with_effects(*effects: Any) -> Any:
+        """Return a stand-in for a state with some effects; its refit has others."""
+        return SimpleNamespace(settings=DEFAULTS, effects=effects, refitted=lambda new: with_effects(*new))
+
+    for effects in ((joint, base), (base, joint)):
+        kept = forward_selection.reconsidered(with_effects(*effects), None)[0].effects  # type: ignore[arg-type]
+        assert kept == (effects if enough else (joint,))
+    assert forward_selection.reconsidered(with_effects(base), None)[0].effects == (base,)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("behind", "takes_its_place"), [(5.0, True), (10.0, False)])
+def test_a_further_joint_of_one_load_takes_the_place_of_a_second_effect(behind, takes_its_place):
+    """A further joint of a compliance replaces a compliance of the base if it explains five nats less, and not if it explains ten less."""
+    base, others, further = BaseCompliance((3,)), (JointCompliance(((3, 3),)),), JointCompliance(((2, 3),))
+    ranking = [scored(base, 100.0), scored(further, 100.0 - behind)]
+    with pytest.raises(Tried) if takes_its_place else nullcontext():
+        assert forward_selection._replaced(state(), others, ranking[0], ranking) is None
 
 
 @pytest.mark.parametrize(("gained", "goes_on"), [(0.035, False), (0.07, True)])
