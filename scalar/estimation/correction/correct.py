@@ -129,9 +129,12 @@ def nearest_to_frames(
         nearest_by_small_changes(model, replace(part, q=q), wanted, settings)
         for q in (part.q, np.where(same, found.q[left], part.q))
     ]
-    position, turn = np.moveaxis([_errors_of(twist) for _, twist in ends], 1, 0)
+    errors = [_errors_of(twist) for _, twist in ends]
     turn_counts = model.robot.n_joints >= WHOLE_POSE
-    misses = position / settings.near_enough + turn_counts * turn / settings.near_enough_turn
+    misses = [
+        position / settings.near_enough + turn_counts * turn / settings.near_enough_turn
+        for position, turn in errors
+    ]
     best = np.argmin(misses, axis=0)[:, None]
     q, twist = (np.where(best == 0, first, second) for first, second in zip(*ends, strict=True))
     position, turn = _errors_of(twist)
