@@ -74,15 +74,17 @@ def correct(
     applied; what they need (approach1..n, temperature, time, order) stands in columns of TARGETS.
 
     The output has pose,q1..qn, the joint angles to command, and every other column of TARGETS as it is (a speed, a tool's number), except those
-    of the wanted frame: x..rz, and their standard deviations and correlations as `scalar predict --std` writes them. Four columns
+    of the wanted frame: x..rz, and their standard deviations and correlations as `scalar predict --std` writes them. Six columns
     follow: corrected, which is 1, or 0 if the row could not be corrected; beyond_limits, the number of joints beyond their limits;
-    near_singular, which is 1 near a singularity; and smallest_singular_value, that of the Jacobian with lengths in units of half the
-    arm's length: it is 0 at a singularity, and a pose with less than 0.02 is called near one. For the written joint angles, `scalar predict` gives
-    the wanted frames to 1e-6 m.
+    near_singular, which is 1 near a singularity; smallest_singular_value, that of the Jacobian with lengths in units of half the
+    arm's length: it is 0 at a singularity, and a pose with less than 0.02 is called near one; position_error and orientation_error, how far
+    the sensor is then from the wanted frame by `scalar predict`. In a row with corrected = 1 the position error is 1e-6 m at most.
 
     Rows that cannot be corrected do not stop the others. A row of joint angles (a home pose at a singularity, say) is written with the joint angles
-    near by that come nearest, the position before the orientation; a wanted frame that the arm cannot take is written without joint angles. Both
-    have corrected = 0. The exit status is then 2, and a line for each such row says why, how far the arm errs there, or how near it comes. With
+    near by that come nearest, the position before the orientation; so is a wanted frame that the arm misses by less than 5 mm and 3 degrees (at a
+    singularity, or at the edge of its reach). Any other frame that the arm cannot take is written without joint angles. All these
+    have corrected = 0. The exit status is then 2, and a line for each such row says why, and how far the arm errs there; the columns
+    position_error and orientation_error have it for every row. With
     --leave-out such rows are left out, and the exit status is 0. If no wanted frame can be taken, nothing is written.
 
     \b
@@ -94,7 +96,12 @@ def correct(
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.poses import Poses
     from scalar.data.table_units import base_name, columns_of, units_named, units_to_write
-    from scalar.estimation.correction import brought_near, correct_table, sensitivity
+    from scalar.estimation.correction import (
+        brought_near,
+        correct_table,
+        nearest_to_frames,
+        sensitivity,
+    )
     from scalar.estimation.result import load_calibration
 
     in_units = units_named(units)
@@ -118,26 +125,33 @@ def correct(
             prismatic=robot.prismatic,
             columns=columns,
         )
-    rows, refused = np.arange(len(table)), []
+    rows, dropped = np.arange(len(table)), []
     if frames_wanted:
         _check_reach(robot, _frames(table), targets.name)
         if not with_joints:
-            table, rows, refused = _with_postures(model, table)
-    may_drop = frames_wanted or leave_out
+            table, rows, dropped = _with_postures(model, table)
     while True:
         if not len(rows):
-            raise InvalidInput(faults_of(refused, str(targets), is_written=False))
+            raise InvalidInput(faults_of(dropped, str(targets), is_written=False))
         going = table.iloc[rows].reset_index(drop=True)
         found = correct_table(model, going, _frames(going) if frames_wanted else None)
-        wrong, ids = np.flatnonzero(~found.reached), going["pose"].to_numpy()
-        if not may_drop or not len(wrong):
+        poses = Poses.from_frame(going, robot.n_joints, order_is_row=False)
+        ids, given, exact = going["pose"].to_numpy(), None, found
+        if frames_wanted:
+            found, nearly = nearest_to_frames(model, poses, found)
+        else:
+            found, given = brought_near(model, poses, found)
+            nearly = ~found.reached
+        kept = found.reached | (nearly & (not leave_out))
+        if kept.all():
             break
-        refused += [cannot_take(ids[i], found, int(i)) for i in wrong]
-        rows = rows[found.reached]  # the moves of the others are those without these rows
-    poses = Poses.from_frame(going, robot.n_joints, order_is_row=False)
-    if not may_drop:
-        found, given = brought_near(model, poses, found)
-        refused = [brought_as_near(ids[i], found, given, int(i)) for i in wrong]
+        dropped += [cannot_take(ids[i], exact, int(i)) for i in np.flatnonzero(~kept)]
+        rows = rows[kept]  # the moves of the others are those without these rows
+    if frames_wanted and not found.reached.any():
+        marked = [brought_as_near(ids[i], found, given, int(i)) for i in range(len(ids))]
+        raise InvalidInput(faults_of([*dropped, *marked], str(targets), is_written=False))
+    marked = [brought_as_near(ids[i], found, given, int(i)) for i in np.flatnonzero(~found.reached)]
+    refused = _in_order([*dropped, *marked], table)
     near = sensitivity(model, poses, found.q)
     for line in [
         *(lines_on_left_out(refused) if leave_out else []),
@@ -183,15 +197,30 @@ def _check_reach(robot: Robot, T: Array, file: str) -> None:
 
 
 def _with_postures(model: Model, table: pd.DataFrame) -> tuple[pd.DataFrame, Array, list[Uncorrected]]:
-    """Return the table with joint angles of the rigid arm, the rows that have such, and the message for each of the others."""
+    """Return the table with joint angles of the rigid arm, the rows that have such, and the message for each of the others.
+
+    Where no posture takes a frame, the joint angles are those that come nearest.
+    """
     import numpy as np
 
     from scalar.estimation.correction import postures_for
 
-    q, there = postures_for(model, _frames(table))
-    refused = [no_posture(pose) for pose in table["pose"].to_numpy()[~there]]
+    q, _ = postures_for(model, _frames(table))
+    found = ~np.isnan(q[:, 0])
+    refused = [no_posture(pose) for pose in table["pose"].to_numpy()[~found]]
     joints = {f"q{i + 1}": q[:, i] for i in range(q.shape[1])}
-    return table.assign(**joints), np.flatnonzero(there), refused
+    return table.assign(**joints), np.flatnonzero(found), refused
+
+
+def _in_order(refused: list[Uncorrected], table: pd.DataFrame) -> list[Uncorrected]:
+    """Return the records in the order of the table's rows."""
+    row = {pose: i for i, pose in enumerate(table["pose"].to_numpy())}
+    return sorted(refused, key=lambda one: row[one.pose])
+
+
+def _with_unit(name: str, units: TableUnits, like: str) -> str:
+    """Return the name of a column that has the unit of the column ``like``."""
+    return f"{name}{units.named(like).removeprefix(like)}"
 
 
 def _write(
@@ -232,6 +261,10 @@ def _write(
         "beyond_limits": full_column(found.beyond_limits.sum(axis=1)),
         "near_singular": full_column(is_near_singular(near).astype(int)),
         "smallest_singular_value": full_column(near.singular_value),
+        _with_unit("position_error", units, "x"): full_column(found.position_error / units.of("x")[1]),
+        _with_unit("orientation_error", units, "rx"): full_column(
+            found.orientation_error / units.of("rx")[1]
+        ),
     }
     for name in table.columns:
         if name not in ("pose", *joints, *own) and not is_frame_column(str(name)):

@@ -58,19 +58,18 @@ def cannot_take(pose: int, found: Correction, i: int) -> Uncorrected:
     return Uncorrected(pose, why, _EMPTY, "move the pose")
 
 
-def brought_as_near(pose: int, found: Correction, given: Correction, i: int) -> Uncorrected:
+def brought_as_near(pose: int, found: Correction, given: Correction | None, i: int) -> Uncorrected:
     """Return the record of a pose that is written with the joint angles near by that come nearest.
 
     Args:
         pose: Number of the pose.
         found: The correction with these joint angles.
-        given: The same with the joint angles as they were given.
+        given: The same with the joint angles as they were given; None if a frame was wanted.
         i: Row of the pose in both.
     """
-    why = (
-        f"{_where(found, i)}, no small change of the joints takes the arm there exactly: it errs by {_errors(found, i)} "
-        f"(uncorrected by {_errors(given, i)})"
-    )
+    uncorrected = "" if given is None else f" (uncorrected by {_errors(given, i)})"
+    joints = "no small change of the joints takes" if given is not None else "no joint angles near by take"
+    why = f"{_where(found, i)}, {joints} the arm there exactly: it errs by {_errors(found, i)}{uncorrected}"
     return Uncorrected(pose, why, _NEAREST, "move the pose a few degrees away if it has to be exact")
 
 

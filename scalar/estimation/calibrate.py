@@ -11,6 +11,7 @@ and fixed; there is no list of parameters that are always fixed.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -120,12 +121,16 @@ def _explain(error: InvalidInput | Undetermined, dataset: Dataset, settings: Est
         InvalidInput: Its set-up is described wrongly, or single poses contradict the rest.
         Undetermined: So many poses contradict each other that none can be trusted.
     """
-    if isinstance(error, Undetermined) or any(
+    guess_contradicted = isinstance(error, InvalidInput) and any(
         (fault.column or "").startswith("planes.") for fault in error.faults
-    ):
+    )
+    if isinstance(error, Undetermined) or guess_contradicted:
         refuse_wrong_setup(dataset)
     if isinstance(error, NotConverged):
         _refuse_gross_errors(dataset, settings)
+    if guess_contradicted:  # a few poses with a wrong label can turn the planes of all
+        with suppress(Undetermined):
+            _refuse_gross_errors(dataset, settings)
 
 
 def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None:

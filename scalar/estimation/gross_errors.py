@@ -23,6 +23,7 @@ from scalar.estimation.pose_consistency import (
     outlier_limit,
 )
 from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorSettings
+from scalar.estimation.trimmed_start import with_estimated_pose
 from scalar.geometry.se3 import Array
 
 
@@ -76,7 +77,7 @@ def clean(dataset: Dataset, settings: EstimationSettings = DEFAULTS) -> Cleaned:
     keep = ~corrupted
     keep &= coarsely_consistent(dataset, keep, settings.gross_errors)
     try:
-        keep = finely_consistent(dataset, keep, settings)
+        keep = _agreeing(dataset, keep, settings)
     except InvalidInput as error:
         # The guesses of the planes may be wrong, or the labels: the data alone cannot say which.
         raise Undetermined(
@@ -99,6 +100,46 @@ def clean(dataset: Dataset, settings: EstimationSettings = DEFAULTS) -> Cleaned:
         tuple((int(ids[i]), labels[i]) for i in off if i in labels),
         n_points,
     )
+
+
+def _agreeing(dataset: Dataset, keep: Array, settings: EstimationSettings) -> Array:
+    """Return ``finely_consistent``; where that fit fails and no nominal pose is stated, wrong labels may have led it astray and are looked for.
+
+    With a nominal pose, the poses were judged by it before. Without one, all poses take part in the first guess of the sensor's place.
+
+    Raises:
+        InvalidInput: The guesses of the planes are contradicted even without the poses that disagree with the others.
+        Undetermined: The data cannot determine the model.
+    """
+    found, failure = keep, None
+    try:
+        found, distance = finely_consistent(dataset, keep, settings)
+        if not found.any() or distance[found].max() < settings.sufficiency.gross_error:
+            return found
+    except (InvalidInput, Undetermined) as error:
+        failure = error
+    again = None
+    if dataset.planes and dataset.sensor.T_flange_sensor is None:
+        again = _consistent_without_labels(dataset, keep, settings)
+    if again is not None:
+        return again
+    if failure is not None:
+        raise failure
+    return found
+
+
+def _consistent_without_labels(dataset: Dataset, keep: Array, settings: EstimationSettings) -> Array | None:
+    """Return which poses agree with a calibration that starts from poses whose labels agree; None if there is no such start, or all agree with it."""
+    posed = with_estimated_pose(dataset, keep, settings.gross_errors)
+    if posed is None:
+        return None
+    agreeing = coarsely_consistent(posed, keep, settings.gross_errors)
+    if np.array_equal(agreeing, keep):
+        return None
+    try:
+        return finely_consistent(dataset, agreeing, settings)[0]
+    except (InvalidInput, Undetermined):
+        return None
 
 
 def clean_given_effects(

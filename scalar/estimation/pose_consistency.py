@@ -64,7 +64,7 @@ def coarsely_consistent(dataset: Dataset, usable: Array, settings: GrossErrorSet
     planes, keep = guess, usable
     distance = pose_distances(measurement, T, planes, index)
     for _ in range(_ROUNDS):
-        core = _core(dataset, distance, usable, settings)
+        core = best_fitting(dataset, distance, usable, settings)
         subset = dataset.subset(core)
         fitted = measure(subset)
         planes_found: Any = fitted.fitted_target(T[core], fitted.initial_target(subset))
@@ -87,8 +87,8 @@ def _merged(planes: Planes, found: Planes) -> Planes:
     return Planes.at(planes.names, normals, distances)
 
 
-def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSettings) -> Array:
-    """Return which poses ``(N,)`` bool agree with a calibration of the geometry.
+def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSettings) -> tuple[Array, Array]:
+    """Return which poses ``(N,)`` bool agree with a calibration of the geometry, and the distances ``(N,)`` [m] by which this was judged.
 
     Poses that do not agree would distort a fit to all poses. The geometry is therefore first fitted to the poses that fit best, until their choice
     no longer changes, and then to all poses that agree with this fit.
@@ -97,6 +97,10 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
         dataset: What was measured.
         keep: ``(N,)`` bool, the poses that are usable so far.
         settings: Thresholds.
+
+    Raises:
+        InvalidInput: The initial guess of a plane is too far off for the fit.
+        Undetermined: The data cannot determine the model.
     """
     gross = settings.gross_errors
     model, prepared = geometry_fit(dataset.subset(keep), settings)
@@ -104,10 +108,10 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
     # Thirty free parameters adapt to a single wrong pose and spread its error of centimetres over all others. The size of the distances shows
     # that; their ratios need not.
     if np.all(distance[keep] < gross.least_pose_error) and not _heavy_tailed(distance[keep], gross):
-        return _agreeing(dataset, distance, keep, gross)
+        return _agreeing(dataset, distance, keep, gross), distance
     usable = core = keep
     for _ in range(_CONCENTRATIONS):
-        better = _core(dataset, _left_out(dataset, model, prepared.free, core), usable, gross)
+        better = best_fitting(dataset, _left_out(dataset, model, prepared.free, core), usable, gross)
         if np.array_equal(better, core):
             break
         core = better
@@ -116,13 +120,13 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
     keep = _agreeing(dataset, distance, core, gross)
     for _ in range(_ROUNDS):
         if keep.sum() < (1 - gross.most_set_aside) * dataset.n_poses:
-            return keep
+            return keep, distance
         distance = _distances_under(dataset, geometry_fit(dataset.subset(keep), settings)[0])
         new = _agreeing(dataset, distance, keep, gross)
         if np.array_equal(new, keep):
             break
         keep = new
-    return keep
+    return keep, distance
 
 
 def _left_out(dataset: Dataset, model: Model, free: Array, trained: Array) -> Array:
@@ -162,7 +166,7 @@ def _agreeing(dataset: Dataset, distance: Array, trusted: Array, settings: Gross
     return agrees | (in_runs(dataset, ~agrees, settings) & (distance < settings.coarse_pose_error))
 
 
-def _core(dataset: Dataset, distance: Array, usable: Array, settings: GrossErrorSettings) -> Array:
+def best_fitting(dataset: Dataset, distance: Array, usable: Array, settings: GrossErrorSettings) -> Array:
     """Return which poses ``(N,)`` bool are trusted at first: of the usable poses on every plane, the share with the smallest distances."""
     core = np.zeros(len(usable), dtype=bool)
     index = dataset.plane_index

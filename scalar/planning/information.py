@@ -34,11 +34,13 @@ class Information:
 
     Attributes:
         rows: ``(N, m, F)``, whitened rows of the candidates.
-        start: ``(F, F)``, the information of the priors: the identity in these units.
+        start: ``(F, F)``, the information without any candidate: that of the priors, the identity in these units, and that of measured poses.
         interest: ``(F, F)``: ``trace(interest C)`` is the mean squared error of a predicted position [m^2] if the parameters have the covariance C.
         free: Names of the free parameters.
         fixed: Names of the parameters that all candidates together do not determine.
         items: ``(N,)``, the index of the plane, or of the tracker's session, that each candidate measures: a plan contains some of each.
+        measured: How many poses were measured before, whose information ``start`` contains.
+        shared: How many of the free parameters these poses share; the others are of a target that only the candidates measure.
     """
 
     rows: Array
@@ -47,30 +49,40 @@ class Information:
     free: tuple[str, ...]
     fixed: tuple[str, ...]
     items: Array
+    measured: int = 0
+    shared: int = 0
+
+    def alone(self) -> Information:
+        """Return the information of the candidates without that of measured poses."""
+        return replace(self, start=np.eye(len(self.start)), measured=0, shared=0)
 
     def error(self, covariance: Array) -> float:
         """Return the expected error of a predicted position [m], root mean square over the workspace."""
         return float(np.sqrt(np.sum(self.interest * covariance)))
 
 
-def information(model: Model, poses: Dataset, repeatability: float) -> Information:
+def information(
+    model: Model, poses: Dataset, repeatability: float, measured: Dataset | None = None
+) -> Information:
     """Return the information of poses on the parameters of a model, of which those that all poses together do not determine are fixed.
 
     Args:
         model: The model at which the measurements are linearised; its target is replaced by that of ``poses``.
         poses: Poses with what the sensor would measure there.
         repeatability: Standard deviation along each axis with which the arm takes a pose again [m].
+        measured: Poses that were measured before, of the same sensor; their information is added to that of the priors. Parameters are
+            shared by their names: a tracker or planes of another session have parameters of their own, which are eliminated.
     """
-    residuals, model = linearised_at(model, poses, measured=False)
-    mask = candidate_mask(replace(model, effects=()))
-    fixed = analyse(residuals, model, mask).fixed_names
-    n_effects = len(model.names) - len(mask)
-    free = np.r_[mask & ~np.isin(model.names[: len(mask)], fixed), np.ones(n_effects, dtype=bool)]
-    prior = prior_std(model)[free]
-    rows = whitened_rows(residuals, model, repeatability)[:, :, free] * prior
-    columns = workspace_columns(model)[:, free] * prior
-    names = tuple(name for name, wanted in zip(model.names, free, strict=True) if wanted)
-    return Information(
+    residuals, near = linearised_at(model, poses, measured=False)
+    mask = candidate_mask(replace(near, effects=()))
+    fixed = analyse(residuals, near, mask).fixed_names
+    n_effects = len(near.names) - len(mask)
+    free = np.r_[mask & ~np.isin(near.names[: len(mask)], fixed), np.ones(n_effects, dtype=bool)]
+    prior = prior_std(near)[free]
+    rows = whitened_rows(residuals, near, repeatability)[:, :, free] * prior
+    columns = workspace_columns(near)[:, free] * prior
+    names = tuple(name for name, wanted in zip(near.names, free, strict=True) if wanted)
+    found = Information(
         rows,
         np.eye(len(prior)),
         columns.T @ columns / N_WORKSPACE,
@@ -78,6 +90,37 @@ def information(model: Model, poses: Dataset, repeatability: float) -> Informati
         fixed,
         residuals.measurement.target_index,
     )
+    if measured is None:
+        return found
+    known, shared = _information_of_measured(model, measured, repeatability, names, {*near.names} - {*names})
+    return replace(found, start=found.start + known, measured=measured.n_poses, shared=int(shared.sum()))
+
+
+def _information_of_measured(
+    model: Model, measured: Dataset, repeatability: float, names: tuple[str, ...], fixed: set[str]
+) -> tuple[Array, Array]:
+    """Return the information ``(F, F)`` of measured poses on parameters in units of their priors, and which of them they have ``(F,)`` bool.
+
+    Parameters that these poses have besides (targets of other sessions, further targets on the flange) are eliminated with weak priors.
+
+    Args:
+        model: The model.
+        measured: The poses.
+        repeatability: As in ``information``.
+        names: The F parameters.
+        fixed: Names of parameters that are fixed.
+    """
+    residuals, near = linearised_at(model, measured)
+    rows = whitened_rows(residuals, near, repeatability) * prior_std(near)
+    rows = rows.reshape(-1, rows.shape[2])
+    own = [i for i, name in enumerate(near.names) if name not in fixed and name not in names]
+    at = {name: i for i, name in enumerate(near.names)}
+    shared = np.array([name in at for name in names])
+    J = np.zeros((len(rows), len(names)))
+    J[:, shared] = rows[:, [at[name] for name in names if name in at]]
+    E = rows[:, own]
+    cross = E.T @ J
+    return J.T @ J - cross.T @ np.linalg.solve(np.eye(len(own)) + E.T @ E, cross), shared
 
 
 def linearised_at(model: Model, poses: Dataset, *, measured: bool = True) -> tuple[Residuals, Model]:

@@ -55,8 +55,12 @@ class Plan:
 
 
 def least_poses(info: Information, equations_per_pose: int) -> int:
-    """Return the fewest poses that a plan may have, so that their equations determine the free parameters."""
-    return int(np.ceil(_EQUATIONS_TO_SPARE * len(info.free) / equations_per_pose))
+    """Return the fewest poses that a plan may have, so that their equations determine the free parameters, with those of measured poses if any."""
+    needed = int(np.ceil(_EQUATIONS_TO_SPARE * len(info.free) / equations_per_pose))
+    if not info.measured:
+        return needed
+    own = int(np.ceil(_EQUATIONS_TO_SPARE * (len(info.free) - info.shared) / equations_per_pose))
+    return max(1, own, needed - info.measured)
 
 
 def choose_poses(
@@ -72,7 +76,7 @@ def choose_poses(
         sizes: Numbers of poses for the curve.
     """
     design, exchanges = best_design(info, count, criterion, rng)
-    at_random = [_error_of(info, _at_random(info, count, rng)) for _ in range(_RANDOM_DRAWS)]
+    at_random = [error_of(info, _at_random(info, count, rng)) for _ in range(_RANDOM_DRAWS)]
     error = info.error(design.covariance)
     greedy = [(n, e) for n, e in greedy_errors(info, max((*sizes, 0))) if n in sizes and n != count]
     curve = [
@@ -83,8 +87,12 @@ def choose_poses(
     )
 
 
-def poses_for_error(info: Information, wanted: float, least: int, criterion: str) -> int | None:
+def poses_for_error(
+    info: Information, wanted: float, least: int, criterion: str
+) -> tuple[int | None, tuple[int, float]]:
     """Return the number of poses that a wanted error requires, or None if even the most that are considered (400) do not reach it.
+
+    The second value is the most poses that are considered, and the error [m] that is expected of them.
 
     Args:
         info: The information of the candidates.
@@ -93,15 +101,16 @@ def poses_for_error(info: Information, wanted: float, least: int, criterion: str
         criterion: As in ``choose_poses``.
     """
     most = min(len(info.rows), _MOST)
-    enough = next((n for n, e in greedy_errors(info, most) if n >= least and e <= wanted), None)
+    errors = greedy_errors(info, most)
+    enough = next((n for n, e in errors if n >= least and e <= wanted), None)
     if enough is None:
-        return None
+        return None, errors[-1]
     low, high = least - 1, enough  # exchanges may need fewer poses than adding one after the other
     while high - low > 1:
         middle = (low + high) // 2
         design, _ = best_design(info, middle, criterion, np.random.default_rng(0))
         low, high = (low, middle) if info.error(design.covariance) <= wanted else (middle, high)
-    return high
+    return high, errors[-1]
 
 
 def greedy_errors(info: Information, most: int) -> list[tuple[int, float]]:
@@ -153,6 +162,6 @@ def _at_random(info: Information, count: int, rng: np.random.Generator) -> list[
     return [int(i) for i in order[np.argsort(rank, kind="stable")][:count]]
 
 
-def _error_of(info: Information, chosen: list[int]) -> float:
+def error_of(info: Information, chosen: list[int]) -> float:
     """Return the expected error [m] of a set of candidates."""
     return info.error(Design.of(info.rows, info.start, info.interest, chosen).covariance)

@@ -165,3 +165,49 @@ def test_a_home_pose_at_a_singularity_does_not_stop_the_program(program, arm_cal
     assert status == 0 and "left out: pose 104" in said
     table = pd.read_csv(program / "joints.csv")
     assert 104 not in set(table["pose"]) and (table["corrected"] == 1).all() and len(table) == 29
+
+
+def straight_elbow(robot, joints):
+    """Return the angle of joint 3 [rad] at which the wrist is farthest from joint 2, and the direction from joint 2 to the wrist."""
+    angles = np.linspace(*robot.limits[2], 4001)
+    q = np.tile(np.asarray(joints, dtype=float), (len(angles), 1))
+    q[:, 2] = angles
+    chain = robot.frames(q)
+    arms = chain[:, 5, :3, 3] - chain[:, 2, :3, 3]
+    reach = np.linalg.norm(arms, axis=1)
+    best = int(np.argmax(reach))
+    assert 0 < best < len(angles) - 1
+    return angles[best], arms[best] / reach[best]
+
+
+@pytest.mark.parametrize("with_joints", [False, True])
+def test_a_singular_frame_gets_the_nearest_joint_angles(program, arm_calibration, with_joints):
+    """A frame a millimetre beyond the straight elbow is written with the joint angles that come nearest: within the limits, its position within
+    0.05 mm, `corrected` 0, and the errors that the table states are those of `scalar predict`. A frame three metres away has no joint angles."""
+    joints = pd.read_csv(program / "targets.csv")
+    joints.loc[4, "q3"], outward = straight_elbow(arm_calibration.model.robot, joints.loc[4, JOINTS])
+    T = arm_calibration.model.robot.flange(joints[JOINTS].to_numpy()) @ T_SENSOR
+    T[4, :3, 3] += 1e-3 * outward
+    wanted = pd.DataFrame(np.column_stack([T[:, :3, 3], log_so3(T[:, :3, :3])]), columns=FRAME)
+    wanted.loc[7, "x"] += 3.0
+    rest = joints.drop(columns=[] if with_joints else JOINTS)
+    pd.concat([rest, wanted], axis=1).to_csv(program / "wanted.csv", index=False, float_format="%.17g")
+    status, said = run(
+        "correct", program / "calibration.json", program / "wanted.csv", "-o", program / "out.csv"
+    )
+    faults = [line for line in said.splitlines() if line.startswith("scalar:")]
+    assert status == 2 and "30 poses, 28 of them corrected" in said and len(faults) == 2
+    assert "pose 104: not corrected, and written as near as it comes" in faults[0] and "errs by" in faults[0]
+    assert "pose 107: not corrected, and written without joint angles" in faults[1]
+    table = pd.read_csv(program / "out.csv").set_index("pose")
+    assert list(table.index[table["corrected"] == 0]) == [104, 107]
+    assert table.loc[107, [*JOINTS, "position_error", "orientation_error"]].isna().all()
+    limits = arm_calibration.model.robot.limits
+    assert np.all((table.loc[104, JOINTS] >= limits[:, 0]) & (table.loc[104, JOINTS] <= limits[:, 1]))
+    there = table.drop(index=107)
+    there.reset_index().to_csv(program / "there.csv", index=False, float_format="%.17g")
+    predicted(program, "there.csv")
+    off = frames(program / "frames.csv")[:, :3] - np.delete(T[:, :3, 3], 7, axis=0)
+    np.testing.assert_allclose(np.linalg.norm(off, axis=1), there["position_error"], atol=1e-9)
+    assert there.loc[104, "position_error"] < 5e-5 and 1e-5 < there.loc[104, "orientation_error"] < 0.05
+    assert there.drop(index=104)["position_error"].max() < 1e-6

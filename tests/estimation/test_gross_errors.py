@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scalar.errors import Undetermined
+from scalar.errors import InvalidInput, Undetermined
+from scalar.estimation.calibrate import calibrate
 from scalar.estimation.gross_errors import Cleaned, clean, clean_given_effects
 from scalar.estimation.outlying_points import without_outlying_points
 from tests.diagnosis.cases import knock, slip
@@ -69,6 +70,31 @@ def test_wrong_poses_and_wrong_labels_are_distinguished(seed):
         for pose, target_plane in found.mislabelled_poses
         if pose in injected["labels"]
     )
+
+
+@pytest.mark.parametrize("share", [0.04, 0.15])
+def test_wrong_labels_are_found_without_a_nominal_pose(share):
+    """A scanner needs no nominal pose. Its first guess then comes from all poses, and wrong labels turn it; still every wrong label is found, and
+    no other pose is set aside."""
+    cell = make_cell(seed=2)
+    sensor = replace(cell.dataset.sensor, T_flange_sensor=None)
+    dataset, injected = spoiled(replace(cell.dataset, sensor=sensor), np.random.default_rng(2), labels=share)
+    found = clean(dataset)
+    assert {pose for pose, _ in found.mislabelled_poses} == injected["labels"] and not found.outlier_poses
+    truth = dict(zip(cell.dataset.pose_ids.tolist(), cell.dataset.poses["plane"], strict=True))
+    assert all(plane == truth[pose] for pose, plane in found.mislabelled_poses)
+
+
+def test_a_calibration_names_wrong_labels_and_not_the_guesses_of_planes():
+    """A few wrong labels can turn the planes that are fitted to all poses by a right angle. The refusal names these poses, and no plane's normal."""
+    cell = make_cell(seed=2)
+    sensor = replace(cell.dataset.sensor, T_flange_sensor=None)
+    dataset, injected = spoiled(replace(cell.dataset, sensor=sensor), np.random.default_rng(2), labels=0.15)
+    with pytest.raises(InvalidInput) as refusal:
+        calibrate(dataset)
+    said = [fault.message for fault in refusal.value.faults]
+    assert all("is said to lie on" in message for message in said)
+    assert {int(message.split()[1]) for message in said} == injected["labels"]
 
 
 def test_a_third_of_wrong_poses_is_survived():

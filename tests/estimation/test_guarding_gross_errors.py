@@ -14,8 +14,8 @@ from scalar.estimation.line_breakdown import line_has_broken_down
 from scalar.estimation.outlying_points import without_outlying_points
 from scalar.estimation.plane_labels import other_labels
 from scalar.estimation.pose_consistency import (
-    _core,
     _heavy_tailed,
+    best_fitting,
     coarsely_consistent,
     in_runs,
     outlier_limit,
@@ -156,7 +156,7 @@ def test_a_pose_is_mislabelled_only_where_another_plane_is_far_nearer(labelled, 
 def test_the_better_part_of_a_planes_poses_is_more_than_half():
     """The better part is six of ten poses: more than half, as least trimmed squares needs, and few enough to be right if a third is wrong."""
     dataset: Any = SimpleNamespace(plane_index=np.zeros(10, dtype=int))
-    assert _core(dataset, np.arange(10.0), np.ones(10, dtype=bool), GROSS).sum() == 6
+    assert best_fitting(dataset, np.arange(10.0), np.ones(10, dtype=bool), GROSS).sum() == 6
 
 
 def test_how_far_off_a_pose_may_be():

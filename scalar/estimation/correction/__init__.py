@@ -1,6 +1,12 @@
 """Joint angles at which a calibrated arm stands where it is wanted: the inverse of `predict`."""
 
-from scalar.estimation.correction.correct import Correction, brought_near, correct_frames, correct_joints
+from scalar.estimation.correction.correct import (
+    Correction,
+    brought_near,
+    correct_frames,
+    correct_joints,
+    nearest_to_frames,
+)
 from scalar.estimation.correction.postures import postures_for
 from scalar.estimation.correction.sensitivity import Sensitivity, sensitivity
 from scalar.estimation.correction.settings import CorrectionSettings
@@ -14,6 +20,7 @@ __all__ = [
     "correct_frames",
     "correct_joints",
     "correct_table",
+    "nearest_to_frames",
     "postures_for",
     "sensitivity",
 ]

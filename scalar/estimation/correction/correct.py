@@ -8,7 +8,7 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.errors import Fault, InvalidInput
-from scalar.estimation.correction.inverse import Inverse, twist_to
+from scalar.estimation.correction.inverse import WHOLE_POSE, Inverse, twist_to
 from scalar.estimation.correction.nearby import nearest_by_small_changes
 from scalar.estimation.correction.settings import CorrectionSettings
 from scalar.estimation.displacement import kinematics_at
@@ -101,6 +101,49 @@ def brought_near(
     standing = twist_to(kinematics_at(model, part).T_base_sensor, wanted, small=False)
     near = nearest_by_small_changes(model, part, wanted, settings)
     return _with_rows(model, found, left, *near), _with_rows(model, found, left, part.q, standing)
+
+
+def nearest_to_frames(
+    model: Model, poses: Poses, found: Correction, settings: CorrectionSettings | None = None
+) -> tuple[Correction, Array]:
+    """Return a correction whose frames that are not reached are met as nearly as the arm comes, and which of these are met nearly, ``(N,)`` bool.
+
+    The search starts at the given joint angles, and at those where the correction ended if they are the same posture; the nearer of both ends is
+    taken. ``reached`` stays False. Nearly met is a frame that is missed by less than ``near_enough`` and ``near_enough_turn`` within the limits
+    of the joints. Rows that are not nearly met stay as they were found.
+
+    Args:
+        model: The calibrated one.
+        poses: The poses given to ``correct_frames``.
+        found: The correction that it returned.
+        settings: Thresholds; the defaults if None.
+    """
+    settings = settings or CorrectionSettings()
+    left = np.flatnonzero(~found.reached)
+    nearly = np.zeros(len(found.q), dtype=bool)
+    if not len(left):
+        return found, nearly
+    part, wanted = _picked(poses, left), found.T_wanted[left]
+    same = np.abs(found.q[left] - part.q).max(axis=1, keepdims=True) <= settings.largest_correction
+    ends = [
+        nearest_by_small_changes(model, replace(part, q=q), wanted, settings)
+        for q in (part.q, np.where(same, found.q[left], part.q))
+    ]
+    errors = [_errors_of(twist) for _, twist in ends]
+    turn_counts = model.robot.n_joints >= WHOLE_POSE
+    misses = [
+        position / settings.near_enough + turn_counts * turn / settings.near_enough_turn
+        for position, turn in errors
+    ]
+    best = np.argmin(misses, axis=0)[:, None]
+    q, twist = (np.where(best == 0, first, second) for first, second in zip(*ends, strict=True))
+    position, turn = _errors_of(twist)
+    low, high = model.robot.limits.T
+    near = (position < settings.near_enough) & np.all((q >= low) & (q <= high), axis=1)
+    if turn_counts:
+        near &= turn < settings.near_enough_turn
+    nearly[left] = near
+    return _with_rows(model, found, left[near], q[near], twist[near]), nearly
 
 
 def _with_rows(model: Model, found: Correction, rows: Array, q: Array, twist: Array) -> Correction:

@@ -12,6 +12,7 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.estimation.correction.correct import Correction, correct_frames
+from scalar.estimation.correction.inverse import WHOLE_POSE
 from scalar.estimation.correction.settings import CorrectionSettings
 from scalar.estimation.model import Model
 from scalar.geometry.se3 import Array
@@ -27,7 +28,9 @@ _TURN = 2 * np.pi
 def postures_for(
     model: Model, T_wanted: Array, first: Array | None = None, settings: CorrectionSettings | None = None
 ) -> tuple[Array, Array]:
-    """Return joint angles of the rigid arm ``(N, n)`` [rad] for wanted frames, and which of them were found ``(N,)`` bool.
+    """Return joint angles of the rigid arm ``(N, n)`` [rad] for wanted frames, and which of them take the frame ``(N,)`` bool.
+
+    A frame that no posture takes gets the one within the limits that comes nearest, or NaN where the search ended beyond the limits throughout.
 
     Args:
         model: The calibrated one; its effects are left out.
@@ -40,6 +43,7 @@ def postures_for(
     low, high = model.robot.limits.T
     reference = (low + high) / 2 if first is None else np.asarray(first, dtype=float)
     found = np.full((len(T_wanted), len(low)), np.nan)
+    there = np.zeros(len(T_wanted), dtype=bool)
     turn = np.where(model.robot.slides, 0.0, _TURN)
     for at in range(0, len(T_wanted), settings.chunk):
         rows = slice(at, at + settings.chunk)
@@ -48,14 +52,22 @@ def postures_for(
         solved = _solved(rigid, np.repeat(wanted, STARTS, axis=0), starts.reshape(-1, len(low)), settings)
         q = solved.q.reshape(len(wanted), STARTS, -1)
         reached = solved.reached.reshape(len(wanted), STARTS)
+        misses = (
+            solved.position_error / settings.near_enough
+            + (len(low) >= WHOLE_POSE) * solved.orientation_error / settings.near_enough_turn
+        ).reshape(len(wanted), STARTS)
         for i in range(len(wanted)):
             turned = q[i] - turn * np.round((q[i] - reference) / _TURN)
             turned += turn * (turned < low) - turn * (turned > high)
-            sound = reached[i] & np.all((turned >= low) & (turned <= high), axis=1)
+            allowed = np.all((turned >= low) & (turned <= high), axis=1)
+            sound = reached[i] & allowed
             if sound.any():
                 distance = np.where(sound, np.abs(turned - reference).max(axis=1), np.inf)
                 found[at + i] = reference = turned[int(np.argmin(distance))]
-    return found, ~np.isnan(found[:, 0])
+                there[at + i] = True
+            elif allowed.any():
+                found[at + i] = turned[int(np.argmin(np.where(allowed, misses[i], np.inf)))]
+    return found, there
 
 
 def _solved(model: Model, T_wanted: Array, q: Array, settings: CorrectionSettings) -> Correction:

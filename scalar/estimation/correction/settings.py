@@ -24,6 +24,9 @@ class CorrectionSettings:
             milliradians, and half a radian is another posture.
         small_change: [rad; m of a travel] most by which a joint is changed where that does not reach the wanted frame exactly. Chosen: a straight
             elbow of an arm of a metre that bends by as much shortens the arm by a millimetre.
+        near_enough: [m] distance from a wanted frame that the arm cannot take within which the nearest joint angles are still given. Chosen: an
+            arm errs by as much before it is calibrated; one that misses by more is meant to be elsewhere.
+        near_enough_turn: [rad] the same for the orientation. Chosen: three degrees, which a straight wrist may miss.
         damping: Initial damping of the damped iteration, relative to the squared Jacobian. Chosen: nearly none; each step multiplies or
             divides it by ten.
         orientation_weight: Weight of the orientation, relative to the position, for an arm with fewer than six joints, which can rarely meet
@@ -39,6 +42,8 @@ class CorrectionSettings:
     near_singular: float = 0.02
     largest_correction: float = 0.5
     small_change: float = 0.1
+    near_enough: float = 5e-3
+    near_enough_turn: float = 0.05
     damping: float = 1e-6
     orientation_weight: float = 1e-4
     chunk: int = 2000
