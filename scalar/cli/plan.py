@@ -16,25 +16,23 @@ from scalar.cli.plan_moves import in_degrees, moved
 from scalar.cli.plan_source import calibration_near, declared, with_noise
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
-from scalar.planning.defaults import N_CANDIDATES, REPEATABILITY
+from scalar.planning.defaults import N_CANDIDATES, PLANNED_POSES, REPEATABILITY
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
     from scalar.planning.candidates import Allowed, Candidates
-    from scalar.planning.information import Information
-    from scalar.planning.plan import Plan
     from scalar.planning.workcell import Workcell
 
-_POSES = 60
-_CURVE = (20, 30, 40, 60, 80, 120)  # numbers of poses for which the expected error is stated
 _TOUCHING_SHOWN = 6
 
 
 @cli.command()
 @click.argument("robot")
 @OUTPUT
-@click.option("--poses", type=click.IntRange(1, 400), help=f"How many poses to plan; {_POSES} if not given.")
+@click.option(
+    "--poses", type=click.IntRange(1, 400), help=f"How many poses to plan; {PLANNED_POSES} if not given."
+)
 @click.option(
     "--near", type=PATH, metavar="CALIBRATION", help="Plan for the arm as it was calibrated before."
 )
@@ -136,12 +134,12 @@ def plan(
             chosen, lines, content = plan_after(workcell, found, dataset, calibration, after, poses)
             curve, random = [], None
         else:
-            result, info, lines = _planned(workcell, found, dataset, poses, accuracy, criterion, seed)
+            from scalar.cli.plan_by_error import of_parts, plan_by_error
+
+            result, info, lines = plan_by_error(workcell, found, dataset, poses, accuracy, criterion, seed)
             chosen, content = (
                 result.chosen,
-                result.to_mapping()
-                | _of_parts(workcell, info, result)
-                | {"not_determined": list(info.fixed)},
+                result.to_mapping() | of_parts(workcell, info, result) | {"not_determined": list(info.fixed)},
             )
             curve, random = result.curve, (len(chosen), result.random_error)
         lines += _write(output, workcell, found, chosen, content, allowed, curve, random, _next_ids(dataset))
@@ -155,96 +153,6 @@ def plan(
     if no_collisions:
         say("  not tested for collisions: check every pose and move before you run them")
     say(f"written: {output / 'poses.csv'}, poses_deg.csv, plan.json, plan.png")
-
-
-def _planned(
-    workcell: Workcell,
-    found: Candidates,
-    dataset: Dataset | None,
-    poses: int | None,
-    accuracy: float | None,
-    criterion: str,
-    seed: int,
-) -> tuple[Plan, Information, list[str]]:
-    """Return a plan by its expected error, the information of the candidates, and lines for the terminal; ``dataset``: measured before."""
-    from dataclasses import replace
-
-    import numpy as np
-
-    from scalar.planning.information import information
-    from scalar.planning.plan import choose_poses, error_of, least_poses, poses_for_error
-
-    measured = None if dataset is None else replace(dataset, sensor=workcell.sensor, planes=workcell.planes)
-    candidates = workcell.dataset(found.q, found.plane)
-    info = information(workcell.model, candidates, workcell.repeatability, measured)
-    least = least_poses(info, workcell.equations_per_pose)
-    more = "more " if info.measured else ""
-    lines: list[str] = []
-    if accuracy is not None:
-        now = error_of(info, []) if info.measured else np.inf
-        if now <= accuracy * MM and poses is None:
-            message = f"the {info.measured} measured poses are expected to leave {now / MM:.4f} mm already; for more poses all the same, give --poses"
-            raise InvalidInput(Fault("--accuracy", message))
-        enough, (most, left) = poses_for_error(info, accuracy * MM, least, criterion)
-        if enough is None:
-            lines.append(
-                f"  an error of {accuracy:g} mm takes more than {most} {more}poses, of which {left / MM:.4f} mm is expected; "
-                "a better sensor or a more repeatable arm would help"
-            )
-        else:
-            lines.append(f"  an error of {accuracy:g} mm takes {enough} {more}poses")
-        poses = poses or enough
-    count = poses or _POSES
-    if count < least:
-        together = f" together with the {info.measured} measured ones" if info.measured else ""
-        message = (
-            f"{count} poses{together} cannot determine {len(info.free)} parameters; plan at least {least}"
-        )
-        raise InvalidInput(Fault("--poses", message))
-    if count > len(info.rows):
-        raise InvalidInput(
-            Fault("--poses", f"more than the {len(info.rows)} candidates; give more --candidates")
-        )
-    rng = np.random.default_rng(seed)
-    result = choose_poses(info, count, criterion, rng, tuple(n for n in _CURVE if n >= least))
-    together = f" together with the {info.measured} measured poses," if info.measured else ""
-    lines.insert(
-        0,
-        f"  expected error of predicted positions:{together} {result.error / MM:.4f} mm RMS within the joint limits, "
-        f"from noise of {workcell.noise / MM:g} mm and repeatability of {workcell.repeatability / MM:g} mm alone",
-    )
-    lines.insert(1, f"  as many {more}poses drawn at random: {result.random_error / MM:.4f} mm")
-    if info.measured:
-        parts = _of_parts(workcell, info, result)
-        planned = parts["expected_error_of_planned_poses_alone_mm"]
-        alone = (
-            "the planned ones are too few by themselves"
-            if planned is None
-            else f"the planned ones alone {planned:.4f} mm"
-        )
-        lines.insert(
-            1,
-            f"  the measured poses alone: {parts['expected_error_of_measured_poses_mm']:.4f} mm; {alone}. "
-            f"Together they need base, sensor and {'planes' if workcell.on_planes else 'tracker'} to stand as they stood",
-        )
-    others = ", ".join(f"{n}: {e / MM:.4f}" for n, e in result.curve if n != count)
-    lines.append(f"  by number of {more}poses, at most [mm]: {others}")
-    return result, info, lines
-
-
-def _of_parts(workcell: Workcell, info: Information, result: Plan) -> dict[str, Any]:
-    """Return what ``plan.json`` says of measured and planned poses apart; nothing if no poses were measured."""
-    from scalar.planning.plan import error_of, least_poses
-
-    if not info.measured:
-        return {}
-    alone = info.alone()
-    enough = len(result.chosen) >= least_poses(alone, workcell.equations_per_pose)
-    return {
-        "measured_poses": info.measured,
-        "expected_error_of_measured_poses_mm": error_of(info, []) / MM,
-        "expected_error_of_planned_poses_alone_mm": error_of(alone, result.chosen) / MM if enough else None,
-    }
 
 
 def _range(text: str) -> tuple[float, float]:

@@ -1,0 +1,104 @@
+"""`scalar plan` without `--after`: the poses from which a calibration is expected to predict positions best, and what to say of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scalar.errors import Fault, InvalidInput
+from scalar.planning.defaults import PLANNED_POSES
+from scalar.planning.information import information
+from scalar.planning.plan import choose_poses, error_of, least_poses, poses_for_error
+from scalar.units import MM
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+    from scalar.planning.candidates import Candidates
+    from scalar.planning.information import Information
+    from scalar.planning.plan import Plan
+    from scalar.planning.workcell import Workcell
+
+_CURVE = (20, 30, 40, 60, 80, 120)  # numbers of poses for which the expected error is stated
+
+
+def plan_by_error(
+    workcell: Workcell,
+    found: Candidates,
+    dataset: Dataset | None,
+    poses: int | None,
+    accuracy: float | None,
+    criterion: str,
+    seed: int,
+) -> tuple[Plan, Information, list[str]]:
+    """Return a plan by its expected error, the information of the candidates, and lines for the terminal; ``dataset``: measured before."""
+    measured = None if dataset is None else replace(dataset, sensor=workcell.sensor, planes=workcell.planes)
+    candidates = workcell.dataset(found.q, found.plane)
+    info = information(workcell.model, candidates, workcell.repeatability, measured)
+    least = least_poses(info, workcell.equations_per_pose)
+    more = "more " if info.measured else ""
+    lines: list[str] = []
+    if accuracy is not None:
+        now = error_of(info, []) if info.measured else np.inf
+        if now <= accuracy * MM and poses is None:
+            message = f"the {info.measured} measured poses are expected to leave {now / MM:.4f} mm already; for more poses all the same, give --poses"
+            raise InvalidInput(Fault("--accuracy", message))
+        enough, (most, left) = poses_for_error(info, accuracy * MM, least, criterion)
+        if enough is None:
+            lines.append(
+                f"  an error of {accuracy:g} mm takes more than {most} {more}poses, of which {left / MM:.4f} mm is expected; "
+                "a better sensor or a more repeatable arm would help"
+            )
+        else:
+            lines.append(f"  an error of {accuracy:g} mm takes {enough} {more}poses")
+        poses = poses or enough
+    count = poses or PLANNED_POSES
+    if count < least:
+        together = f" together with the {info.measured} measured ones" if info.measured else ""
+        message = (
+            f"{count} poses{together} cannot determine {len(info.free)} parameters; plan at least {least}"
+        )
+        raise InvalidInput(Fault("--poses", message))
+    if count > len(info.rows):
+        raise InvalidInput(
+            Fault("--poses", f"more than the {len(info.rows)} candidates; give more --candidates")
+        )
+    rng = np.random.default_rng(seed)
+    result = choose_poses(info, count, criterion, rng, tuple(n for n in _CURVE if n >= least))
+    together = f" together with the {info.measured} measured poses," if info.measured else ""
+    lines.insert(
+        0,
+        f"  expected error of predicted positions:{together} {result.error / MM:.4f} mm RMS within the joint limits, "
+        f"from noise of {workcell.noise / MM:g} mm and repeatability of {workcell.repeatability / MM:g} mm alone",
+    )
+    lines.insert(1, f"  as many {more}poses drawn at random: {result.random_error / MM:.4f} mm")
+    if info.measured:
+        parts = of_parts(workcell, info, result)
+        planned = parts["expected_error_of_planned_poses_alone_mm"]
+        alone = (
+            "the planned ones are too few by themselves"
+            if planned is None
+            else f"the planned ones alone {planned:.4f} mm"
+        )
+        lines.insert(
+            1,
+            f"  the measured poses alone: {parts['expected_error_of_measured_poses_mm']:.4f} mm; {alone}. "
+            f"Together they need base, sensor and {'planes' if workcell.on_planes else 'tracker'} to stand as they stood",
+        )
+    others = ", ".join(f"{n}: {e / MM:.4f}" for n, e in result.curve if n != count)
+    lines.append(f"  by number of {more}poses, at most [mm]: {others}")
+    return result, info, lines
+
+
+def of_parts(workcell: Workcell, info: Information, result: Plan) -> dict[str, Any]:
+    """Return what ``plan.json`` says of measured and planned poses apart; nothing if no poses were measured."""
+    if not info.measured:
+        return {}
+    alone = info.alone()
+    enough = len(result.chosen) >= least_poses(alone, workcell.equations_per_pose)
+    return {
+        "measured_poses": info.measured,
+        "expected_error_of_measured_poses_mm": error_of(info, []) / MM,
+        "expected_error_of_planned_poses_alone_mm": error_of(alone, result.chosen) / MM if enough else None,
+    }
