@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from scalar.geometry.robot import Robot
     from scalar.geometry.se3 import Array
 
-_FRAME = ("x", "y", "z", "rx", "ry", "rz")
 _FAR = 20.0  # times the length of all links: places farther away were probably given in millimetres and read as metres
 
 
@@ -66,7 +65,8 @@ def correct(
     \b
       pose,q1..qn         nominal joint angles: the real flange goes where the nominal arm has it
       pose,x,y,z,rx,ry,rz  frames of the sensor in the base frame, as `scalar predict` writes them; with q1..qn
-                          beside them, these give the posture, else it is chosen near that of the row before
+                          beside them, these give the posture, else it is chosen near that of the row before.
+                          In place of rx,ry,rz: roll,pitch,yaw, or a quaternion qw,qx,qy,qz
 
     The calibration determines the pose of the sensor. The pose of another tool on the flange is known no better than before: teach it again.
 
@@ -102,6 +102,7 @@ def correct(
         nearest_to_frames,
         sensitivity,
     )
+    from scalar.estimation.frame_tables import ORIENTATIONS, PLACE, form_of_orientation
     from scalar.estimation.result import load_calibration
 
     in_units = units_named(units)
@@ -112,21 +113,24 @@ def correct(
     robot = model.robot
     columns = columns_of(targets)
     named = {base_name(column) for column in columns}
-    frames_wanted = bool(named & set(_FRAME))
+    form = form_of_orientation(named)
+    frame = (*PLACE, *form)
+    frames_wanted = bool(named & set(frame))
     with_joints = "q1" in named or not frames_wanted
     with advice_on_units():
         table = read_pose_table(
             targets,
             robot.n_joints,
-            _FRAME if frames_wanted else (),
+            frame if frames_wanted else (),
             robot.limits,
-            units=in_units,
+            units=in_units.turning(ORIENTATIONS["rpy"]) if frames_wanted else in_units,
             joints_needed=with_joints,
             prismatic=robot.prismatic,
             columns=columns,
         )
     rows, dropped = np.arange(len(table)), []
     if frames_wanted:
+        table = _with_rotation_vectors(table, form, targets.name)
         _check_reach(robot, _frames(table), targets.name)
         if not with_joints:
             table, rows, dropped = _with_postures(model, table)
@@ -165,17 +169,41 @@ def correct(
             say(line)
     corrected = int(found.reached.sum())
     failed = bool(refused) and not leave_out
-    say(f"written: {output}, {len(written)} poses" + (f", {corrected} of them corrected" if failed else ""))
+    say(
+        f"written: {output}, {len(written)} {'pose' if len(written) == 1 else 'poses'}"
+        + (f", {corrected} of them corrected" if failed else "")
+    )
     if failed:
         raise InvalidInput(faults_of(refused, str(targets)))
 
 
 def _frames(table: pd.DataFrame) -> Array:
     """Return the wanted frames ``(N, 4, 4)`` of a table."""
+    from scalar.estimation.frame_tables import FRAME_COLUMNS
     from scalar.geometry.se3 import transform_from_rotation_vector
 
-    values = table[list(_FRAME)].to_numpy(dtype=float)
+    values = table[list(FRAME_COLUMNS)].to_numpy(dtype=float)
     return transform_from_rotation_vector(values[:, :3], values[:, 3:])
+
+
+def _with_rotation_vectors(table: pd.DataFrame, form: Sequence[str], file: str) -> pd.DataFrame:
+    """Return a table of frames with the columns ``rx,ry,rz`` [rad], from orientations in another form.
+
+    Raises:
+        InvalidInput: A quaternion's norm is not 1.
+    """
+    from scalar.estimation.frame_tables import VECTOR, rotations
+    from scalar.geometry.se3 import log_so3
+
+    if tuple(form) == VECTOR:
+        return table
+    R, wrong = rotations(table[list(form)].to_numpy(dtype=float), form)
+    if len(wrong):
+        message = (
+            f"the norm of the quaternion of pose {table['pose'].iloc[wrong[0]]} is not 1; correct qw,qx,qy,qz"
+        )
+        raise InvalidInput(Fault(file, message, int(wrong[0]) + 2, "qw"))
+    return table.assign(**dict(zip(VECTOR, log_so3(R).T, strict=True)))
 
 
 def _check_reach(robot: Robot, T: Array, file: str) -> None:
@@ -240,8 +268,9 @@ def _write(
     import pandas as pd
 
     from scalar.data.io.atomic import atomic_write
-    from scalar.estimation.frame_tables import is_frame_column
+    from scalar.estimation.frame_tables import ORIENTATIONS, is_frame_column
 
+    of_frames = {c for form in ORIENTATIONS.values() for c in form} if "x" in table.columns else set()
     positions = np.searchsorted(table.index.to_numpy(), rows)
 
     def full_column(values: Array, empty: object = "") -> Array:
@@ -267,7 +296,7 @@ def _write(
         ),
     }
     for name in table.columns:
-        if name not in ("pose", *joints, *own) and not is_frame_column(str(name)):
+        if name not in ("pose", *joints, *own, *of_frames) and not is_frame_column(str(name)):
             columns[name] = table[name].to_numpy()
     columns |= own
     with atomic_write(path) as temporary:

@@ -28,6 +28,13 @@ from scalar.cli.terminal import say
     metavar="NAME",
     help="Target whose frame is predicted, if several were measured on one flange; the first if not given.",
 )
+@click.option(
+    "--orientation",
+    "orientations",
+    type=click.Choice(["rpy", "quaternion"]),
+    multiple=True,
+    help="Also write the orientation as roll,pitch,yaw (Rz(yaw) Ry(pitch) Rx(roll); KUKA's C, B, A) or as qw,qx,qy,qz; may be given again.",
+)
 @UNITS
 @FORCE
 @EFFECTS_MODULE
@@ -37,6 +44,7 @@ def predict(
     output: Path,
     with_std: bool,
     target: str | None,
+    orientations: Sequence[str],
     units: str | None,
     force: bool,
     effects_modules: Sequence[Path],
@@ -62,7 +70,7 @@ def predict(
     \b
     Example:
       scalar predict out/calibration.json joints.csv -o frames.csv --std
-      scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm
+      scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm --orientation rpy
     """
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.table_units import columns_of, units_named, units_to_write
@@ -92,5 +100,6 @@ def predict(
         covariance,
         units=units_to_write(units, columns),
         orientation_known=model.observes_orientation,
+        also=orientations,
     )
-    say(f"written: {output}, {len(table)} poses")
+    say(f"written: {output}, {len(table)} {'pose' if len(table) == 1 else 'poses'}")

@@ -17,6 +17,7 @@ from scalar.units import DEG, MM
 
 _JOINT = re.compile(r"q[0-9]+")
 _ANGLE = re.compile(r"q[0-9]+|r[xyz]")
+_TURN = re.compile(r"roll|pitch|yaw")
 _LENGTH = re.compile(r"[xyz]")
 _LENGTHS = {"m": 1.0, "mm": MM}
 _ANGLES = {"rad": 1.0, "deg": DEG}
@@ -30,15 +31,21 @@ class TableUnits:
         length: ``m`` or ``mm``.
         angle: ``rad`` or ``deg``.
         travels: Columns of prismatic joints, which hold lengths.
+        turns: Further columns that hold angles: ``roll``, ``pitch`` and ``yaw`` where the table has frames.
     """
 
     length: str = "m"
     angle: str = "rad"
     travels: frozenset[str] = frozenset()
+    turns: frozenset[str] = frozenset()
 
     def sliding(self, prismatic: Sequence[int]) -> TableUnits:
         """Return the same units for a robot with prismatic joints, given by their indices from 0."""
         return replace(self, travels=frozenset(f"q{i + 1}" for i in prismatic))
+
+    def turning(self, columns: Sequence[str]) -> TableUnits:
+        """Return the same units for a table in which these columns hold angles as well."""
+        return replace(self, turns=frozenset(columns))
 
     def of(self, column: str) -> tuple[str, float]:
         """Return the unit of a column and its size in SI; an empty string and 1 for a column that is neither angle nor length."""
@@ -52,7 +59,7 @@ class TableUnits:
         """Return the units that a column may be in, with their sizes in SI; none if it is neither angle nor length."""
         if column in self.travels or _LENGTH.fullmatch(column):
             return _LENGTHS
-        return _ANGLES if _ANGLE.fullmatch(column) else {}
+        return _ANGLES if column in self.turns or _ANGLE.fullmatch(column) else {}
 
     def named(self, column: str) -> str:
         """Return the name of a column in a written table: with its unit at the end, unless that is SI."""
@@ -111,7 +118,9 @@ def units_to_write(text: str | None, columns: Sequence[str]) -> TableUnits:
 def base_name(column: str) -> str:
     """Return the name of a column without the unit at its end."""
     name, _, unit = column.rpartition("_")
-    known = _ANGLES | _LENGTHS if _JOINT.fullmatch(name) else SI.known(name)
+    known = (
+        _ANGLES | _LENGTHS if _JOINT.fullmatch(name) else _ANGLES if _TURN.fullmatch(name) else SI.known(name)
+    )
     return name if unit in known else column
 
 

@@ -1,8 +1,9 @@
-"""Tables of predicted frames: ``pose,x,y,z,rx,ry,rz``, and their uncertainties where asked for."""
+"""Tables of frames: ``pose,x,y,z,rx,ry,rz``, where asked for with their uncertainties and with their orientations in other forms."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,14 @@ import numpy as np
 from scalar.data.io.atomic import atomic_write
 from scalar.data.table_units import SI, TableUnits
 from scalar.estimation.result import PREDICTION_COLUMNS
-from scalar.geometry.se3 import Array, log_so3
+from scalar.geometry.roll_pitch_yaw import rotation_from_rpy, rpy_from_rotation
+from scalar.geometry.se3 import Array, exp_so3, log_so3
 
 FRAME_COLUMNS = PREDICTION_COLUMNS[1:]
+PLACE, VECTOR = tuple(FRAME_COLUMNS[:3]), tuple(FRAME_COLUMNS[3:])
+ORIENTATIONS = {"rpy": ("roll", "pitch", "yaw"), "quaternion": ("qw", "qx", "qy", "qz")}
+"""Other forms of an orientation, with their columns: ``R = Rz(yaw) Ry(pitch) Rx(roll)``, and the quaternion ``qw + qx i + qy j + qz k``."""
+_NORM_TOLERANCE = 1e-2  # most by which a quaternion's norm may differ from 1: rounding differs by less, other quantities by more
 _PAIRS = [(i, j) for i in range(6) for j in range(i + 1, 6)]
 _UNCERTAINTY = re.compile(r"(x|y|z|rx|ry|rz)_std(_mm|_deg)?|(x|y|z|rx|ry)_(y|z|rx|ry|rz)_correlation")
 
@@ -30,6 +36,7 @@ def write_frames(
     *,
     units: TableUnits = SI,
     orientation_known: bool = True,
+    also: Sequence[str] = (),
 ) -> None:
     """Write frames as ``pose,x,y,z,rx,ry,rz`` [m, rotation vector rad], whole or not at all.
 
@@ -42,6 +49,7 @@ def write_frames(
         units: Of the numbers; where they are not SI, a column's name ends with its unit.
         orientation_known: Whether the measurements depend on the sensor's orientation on the flange. If not, that orientation is the
             declared one, and its uncertainty is left out, because the calibration has none.
+        also: Names of further forms of the orientation, of ``ORIENTATIONS``; their columns follow ``rz``.
     """
     import pandas as pd
 
@@ -49,10 +57,53 @@ def write_frames(
     columns: dict[str, Array] = {"pose": poses}
     for i, name in enumerate(FRAME_COLUMNS):
         columns[units.named(name)] = values[:, i] / units.of(name)[1]
+    units = units.turning(ORIENTATIONS["rpy"])
+    for form in dict.fromkeys(also):
+        for name, column in zip(ORIENTATIONS[form], _in_form(form, T[:, :3, :3]).T, strict=True):
+            columns[units.named(name)] = column / units.of(name)[1]
     if covariance is not None:
         columns |= _uncertainties(covariance, units, len(FRAME_COLUMNS) if orientation_known else 3)
     with atomic_write(path) as temporary:
         pd.DataFrame(columns).to_csv(temporary, index=False, float_format="%.12g")
+
+
+def _in_form(form: str, R: Array) -> Array:
+    """Return rotations ``(N, 3, 3)`` as roll, pitch and yaw ``(N, 3)`` [rad], or as quaternions ``(N, 4)`` of norm 1 with ``qw >= 0``."""
+    if form == "rpy":
+        return np.array([rpy_from_rotation(each) for each in R]).reshape(-1, 3)
+    vector = log_so3(R)
+    half = np.linalg.norm(vector, axis=1, keepdims=True) / 2
+    return np.concatenate([np.cos(half), vector / 2 * np.sinc(half / np.pi)], axis=1)
+
+
+def form_of_orientation(columns: Iterable[str]) -> tuple[str, ...]:
+    """Return the columns in which a table of frames states orientations: ``rx,ry,rz`` unless others are there and these are not."""
+    there = set(columns)
+    if not there.intersection(PLACE):  # a table of joint angles may have a column `roll` of another meaning
+        return VECTOR
+    forms = [VECTOR, *ORIENTATIONS.values()]
+    return next((form for form in forms if there.intersection(form)), VECTOR)
+
+
+def rotations(values: Array, form: Sequence[str]) -> tuple[Array, Array]:
+    """Return rotations ``(N, 3, 3)``, and the rows ``(M,)`` in which they are no rotations: quaternions whose norm is not 1.
+
+    Args:
+        values: ``(N, 3)`` [rad], or ``(N, 4)`` of quaternions.
+        form: The columns, as ``form_of_orientation`` returns them.
+    """
+    if tuple(form) == VECTOR:
+        return exp_so3(values), np.array([], dtype=int)
+    if tuple(form) == ORIENTATIONS["rpy"]:
+        return np.array([rotation_from_rpy(each) for each in values]).reshape(-1, 3, 3), np.array(
+            [], dtype=int
+        )
+    norm = np.linalg.norm(values, axis=1, keepdims=True)
+    wrong = np.flatnonzero(np.abs(norm[:, 0] - 1.0) > _NORM_TOLERANCE)
+    w, v = np.split(values / np.where(norm > 0, norm, 1.0), [1], axis=1)
+    sine = np.linalg.norm(v, axis=1, keepdims=True)
+    angle = 2 * np.arctan2(sine, w)
+    return exp_so3(v * np.where(sine > 0, angle / np.where(sine > 0, sine, 1.0), 0.0)), wrong
 
 
 def _uncertainties(covariance: Array, units: TableUnits, n: int) -> dict[str, Array]:

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pandas as pd
+import pytest
+from scipy.spatial.transform import Rotation
 
-from tests.cli.correcting import FRAME, JOINTS, corrected, frames, predicted
+from tests.cli.correcting import FRAME, JOINTS, corrected, frames, predicted, run
 
 
 def test_degrees_and_millimetres_give_the_same(program):
@@ -75,3 +77,54 @@ def test_other_columns_are_kept_and_those_of_the_frame_are_not(program):
         }
         assert set(table.columns) == {*joints.columns, "speed", *own}
         assert (table["speed"] == 250.0).all()
+
+
+@pytest.mark.parametrize("units", [(), ("--units", "deg,mm")])
+def test_orientations_in_other_forms_are_written_and_read(program, units):
+    """`predict --orientation` adds roll, pitch and yaw, and quaternions, which are the same rotations by SciPy; `correct` takes frames in each
+    form to the same joint angles, and copies none of their columns."""
+    joints = pd.read_csv(program / "targets.csv")
+    if units:
+        joints[JOINTS] = np.degrees(joints[JOINTS])
+        joints.to_csv(program / "targets.csv", index=False, float_format="%.17g")
+    table = predicted(program, "targets.csv", "--orientation", "rpy", "--orientation", "quaternion", *units)
+    mm, deg = ("_mm", "_deg") if units else ("", "")
+    vector, rpy = (
+        [f"{name}{deg}" for name in names] for names in (("rx", "ry", "rz"), ("roll", "pitch", "yaw"))
+    )
+    quaternion, place = ["qw", "qx", "qy", "qz"], ["pose", *(f"{name}{mm}" for name in "xyz")]
+    turned = Rotation.from_rotvec(table[vector], degrees=bool(units))
+    from_rpy = Rotation.from_euler("xyz", table[rpy], degrees=bool(units))
+    from_quaternion = Rotation.from_quat(table[["qx", "qy", "qz", "qw"]])
+    for other in (from_rpy, from_quaternion):
+        assert np.max((turned.inv() * other).magnitude()) < 1e-9
+    needs = joints.drop(columns=["pose", *JOINTS])
+    found = []
+    for form in (vector, rpy, quaternion):
+        given = pd.concat([table[[*place, *form]], needs, joints[JOINTS]], axis=1)
+        given.to_csv(program / "wanted.csv", index=False, float_format="%.17g")
+        out = corrected(program, "wanted.csv", *units)
+        assert not {*form, "roll", "qw"} & set(out.columns)
+        found.append(out[[f"{name}{deg}" for name in JOINTS]].to_numpy())
+    np.testing.assert_allclose(found[1], found[0], atol=1e-6)
+    np.testing.assert_allclose(found[2], found[0], atol=1e-6)
+
+
+def test_a_quaternion_of_another_norm_is_refused(program):
+    """The row is named; nothing is written."""
+    table = predicted(program, "targets.csv", "--orientation", "quaternion").drop(columns=["rx", "ry", "rz"])
+    table.loc[3, "qw"] += 1.0
+    table.to_csv(program / "wanted.csv", index=False)
+    status, said = run(
+        "correct", program / "calibration.json", program / "wanted.csv", "-o", program / "out.csv"
+    )
+    assert status == 2 and "row 5" in said and "norm of the quaternion" in said
+    assert not (program / "out.csv").exists()
+
+
+def test_a_column_called_roll_beside_joint_angles_is_copied(program):
+    """In a table of joint angles `roll` is no orientation: its numbers are those of the user, in any unit."""
+    joints = pd.read_csv(program / "targets.csv").assign(roll=12.5)
+    joints[JOINTS] = np.degrees(joints[JOINTS])
+    joints.to_csv(program / "targets.csv", index=False, float_format="%.17g")
+    assert (corrected(program, "targets.csv", "--units", "deg,mm")["roll"] == 12.5).all()
