@@ -102,7 +102,7 @@ def correct(
         nearest_to_frames,
         sensitivity,
     )
-    from scalar.estimation.frame_tables import ORIENTATIONS, PLACE, form_of_orientation
+    from scalar.estimation.frame_tables import ORIENTATIONS, PLACE, form_of_orientation, with_rotation_vectors
     from scalar.estimation.result import load_calibration
 
     in_units = units_named(units)
@@ -130,7 +130,7 @@ def correct(
         )
     rows, dropped = np.arange(len(table)), []
     if frames_wanted:
-        table = _with_rotation_vectors(table, form, targets.name)
+        table = with_rotation_vectors(table, form, targets.name)
         _check_reach(robot, _frames(table), targets.name)
         if not with_joints:
             table, rows, dropped = _with_postures(model, table)
@@ -184,26 +184,6 @@ def _frames(table: pd.DataFrame) -> Array:
 
     values = table[list(FRAME_COLUMNS)].to_numpy(dtype=float)
     return transform_from_rotation_vector(values[:, :3], values[:, 3:])
-
-
-def _with_rotation_vectors(table: pd.DataFrame, form: Sequence[str], file: str) -> pd.DataFrame:
-    """Return a table of frames with the columns ``rx,ry,rz`` [rad], from orientations in another form.
-
-    Raises:
-        InvalidInput: A quaternion's norm is not 1.
-    """
-    from scalar.estimation.frame_tables import VECTOR, rotations
-    from scalar.geometry.se3 import log_so3
-
-    if tuple(form) == VECTOR:
-        return table
-    R, wrong = rotations(table[list(form)].to_numpy(dtype=float), form)
-    if len(wrong):
-        message = (
-            f"the norm of the quaternion of pose {table['pose'].iloc[wrong[0]]} is not 1; correct qw,qx,qy,qz"
-        )
-        raise InvalidInput(Fault(file, message, int(wrong[0]) + 2, "qw"))
-    return table.assign(**dict(zip(VECTOR, log_so3(R).T, strict=True)))
 
 
 def _check_reach(robot: Robot, T: Array, file: str) -> None:

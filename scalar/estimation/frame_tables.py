@@ -5,14 +5,19 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from scalar.data.io.atomic import atomic_write
 from scalar.data.table_units import SI, TableUnits
+from scalar.errors import Fault, InvalidInput
 from scalar.estimation.result import PREDICTION_COLUMNS
 from scalar.geometry.roll_pitch_yaw import rotation_from_rpy, rpy_from_rotation
-from scalar.geometry.se3 import Array, exp_so3, log_so3
+from scalar.geometry.se3 import Array, log_so3
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FRAME_COLUMNS = PREDICTION_COLUMNS[1:]
 PLACE, VECTOR = tuple(FRAME_COLUMNS[:3]), tuple(FRAME_COLUMNS[3:])
@@ -69,11 +74,11 @@ def write_frames(
 
 def _in_form(form: str, R: Array) -> Array:
     """Return rotations ``(N, 3, 3)`` as roll, pitch and yaw ``(N, 3)`` [rad], or as quaternions ``(N, 4)`` of norm 1 with ``qw >= 0``."""
+    from scipy.spatial.transform import Rotation  # slow to import
+
     if form == "rpy":
         return np.array([rpy_from_rotation(each) for each in R]).reshape(-1, 3)
-    vector = log_so3(R)
-    half = np.linalg.norm(vector, axis=1, keepdims=True) / 2
-    return np.concatenate([np.cos(half), vector / 2 * np.sinc(half / np.pi)], axis=1)
+    return Rotation.from_matrix(R).as_quat(canonical=True, scalar_first=True)
 
 
 def form_of_orientation(columns: Iterable[str]) -> tuple[str, ...]:
@@ -85,25 +90,33 @@ def form_of_orientation(columns: Iterable[str]) -> tuple[str, ...]:
     return next((form for form in forms if there.intersection(form)), VECTOR)
 
 
-def rotations(values: Array, form: Sequence[str]) -> tuple[Array, Array]:
-    """Return rotations ``(N, 3, 3)``, and the rows ``(M,)`` in which they are no rotations: quaternions whose norm is not 1.
+def with_rotation_vectors(table: pd.DataFrame, form: Sequence[str], file: str) -> pd.DataFrame:
+    """Return a table of frames with the columns ``rx,ry,rz`` [rad], from orientations in another form.
 
     Args:
-        values: ``(N, 3)`` [rad], or ``(N, 4)`` of quaternions.
+        table: With ``pose`` and the columns of the form; angles in rad.
         form: The columns, as ``form_of_orientation`` returns them.
+        file: Name of the file that is read, for the message.
+
+    Raises:
+        InvalidInput: A quaternion's norm is not 1.
     """
+    from scipy.spatial.transform import Rotation
+
+    values = table[list(form)].to_numpy(dtype=float)
     if tuple(form) == VECTOR:
-        return exp_so3(values), np.array([], dtype=int)
+        return table
     if tuple(form) == ORIENTATIONS["rpy"]:
-        return np.array([rotation_from_rpy(each) for each in values]).reshape(-1, 3, 3), np.array(
-            [], dtype=int
+        R = np.array([rotation_from_rpy(each) for each in values]).reshape(-1, 3, 3)
+        return table.assign(**dict(zip(VECTOR, log_so3(R).T, strict=True)))
+    wrong = np.flatnonzero(np.abs(np.linalg.norm(values, axis=1) - 1.0) > _NORM_TOLERANCE)
+    if len(wrong):
+        message = (
+            f"the norm of the quaternion of pose {table['pose'].iloc[wrong[0]]} is not 1; correct qw,qx,qy,qz"
         )
-    norm = np.linalg.norm(values, axis=1, keepdims=True)
-    wrong = np.flatnonzero(np.abs(norm[:, 0] - 1.0) > _NORM_TOLERANCE)
-    w, v = np.split(values / np.where(norm > 0, norm, 1.0), [1], axis=1)
-    sine = np.linalg.norm(v, axis=1, keepdims=True)
-    angle = 2 * np.arctan2(sine, w)
-    return exp_so3(v * np.where(sine > 0, angle / np.where(sine > 0, sine, 1.0), 0.0)), wrong
+        raise InvalidInput(Fault(file, message, int(wrong[0]) + 2, "qw"))
+    vectors = Rotation.from_quat(values, scalar_first=True).as_rotvec()
+    return table.assign(**dict(zip(VECTOR, vectors.T, strict=True)))
 
 
 def _uncertainties(covariance: Array, units: TableUnits, n: int) -> dict[str, Array]:
