@@ -146,7 +146,7 @@ def _readme(n: int, format: SensorFormat) -> str:
         + (", and a guess of each plane." if format.on_planes else "."),
         "Its comments say what to fill in.",
         "",
-        f"{_POSES}: a row for each pose [joint angles in radians, as the controller shows them]. An example row:",
+        f"{_POSES}: a row for each pose [joint angles in radians, with the signs and zeros of the controller]. An example row:",
         "  " + ",".join(_pose_columns(n, format)),
         "  " + ",".join(example),
         "pose is a whole number of your choice"

@@ -29,6 +29,9 @@ from scalar.ingest.mapping_columns import check_columns
 from scalar.ingest.named_units import UNITS, description_to_si, units_of_dataset
 from scalar.ingest.row_profiles import RowProfiles
 
+_UNITS_PLACE = "stands at the top of the mapping, beside dataset; move it there"
+_TEXT_PLACE = "stands at the top of the mapping, where it applies to all files; points and nests may have a text of their own in addition"
+_OF_A_FILE = "remove this key, or write the content of that file under dataset"
 _SI = {"length": "m", "angle": "rad"}
 
 
@@ -58,6 +61,12 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
         )
     check_schema(given, _validator())
     check_finite(given, {key: value for key, value in content.items() if key != "dataset"}, ())
+    given.faults = [_at_its_place(fault) for fault in given.faults]
+    inner = content.get("dataset")
+    if isinstance(inner, dict) and "dataset_units" in inner:
+        given.fault(("dataset", "dataset_units"), _UNITS_PLACE)
+    elif isinstance(inner, str) and "dataset_units" in content:
+        given.fault(("dataset_units",), f"{inner} is a file, which is in metres and radians; {_OF_A_FILE}")
     if given.faults:
         raise InvalidInput(given.faults)
     description = _description(given, path, robot)
@@ -85,6 +94,11 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
     return mapping
 
 
+def _at_its_place(fault: Fault) -> Fault:
+    """Return a fault; of the key ``text`` in ``poses``, which is unknown there, one that says where it stands."""
+    return replace(fault, message=_TEXT_PLACE) if fault.column == "poses.text" else fault
+
+
 def _description(given: Description, path: Path, robot: Mapping[str, Any] | None) -> Description:
     """Return the description of the dataset to be written; its faults name the file and key in which it is stated."""
     inner, inline = given.mapping["dataset"], True
@@ -93,8 +107,6 @@ def _description(given: Description, path: Path, robot: Mapping[str, Any] | None
     file = path.name
     if isinstance(inner, str):
         inline, other = False, path_inside(path.parent, inner, path.name, "dataset")
-        if units:
-            given.fault(("dataset_units",), f"{inner} is in metres and radians already; remove this key")
         inner, lines = load_yaml_lines(other)
         file = other.name
     wrong: list[tuple[tuple[str | int, ...], str]] = []

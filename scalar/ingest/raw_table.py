@@ -25,6 +25,8 @@ MOST_COLUMNS = 10_000  # of a foreign table: a profile in a row has up to some t
 _MOST_ROWS = (
     0.8  # of all: where so many have the same number of cells, and the head has fewer, the head is a title
 )
+_TIME_OF_DAY = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?")
+_HALF_A_DAY = 43_200.0  # s
 _MAX_WRONG = 10  # most cells of one column that are listed as not being numbers
 MISSING = frozenset({"", "nan", "na", "n/a", "null"})
 
@@ -109,19 +111,39 @@ class RawTable:
             else:
                 wrong.append(i)
         other = "," if self.decimal == "." else "."
-        for i in wrong[:_MAX_WRONG]:
+        if len(wrong) > _MAX_WRONG and len(wrong) == np.sum(~missing):
+            shown, of_all = wrong[:1], f"none of the {len(wrong)} cells is a number, the first being "
+        else:
+            shown, of_all = wrong[:_MAX_WRONG], "not a number "
+        for i in shown:
             if self.decimal == "." and NUMBER.fullmatch(str(cells[i]).replace(",", ".")):
                 hint = "if this is a decimal comma, write decimal: ',' under text in the mapping"
             else:
                 hint = f"the mapping says decimal: '{self.decimal}'" if other in cells[i] else "correct it"
-            message = (
-                f"not a number ({shorten(cells[i])}); {hint}, or add it to text.missing and use drop_without"
-            )
+            message = f"{of_all}({shorten(cells[i])}); {hint}, or add it to text.missing and use drop_without"
             faults.append(Fault(self.file, message, int(self.lines[i]), self.label(reference)))
-        if len(wrong) > _MAX_WRONG:
+        if len(wrong) > _MAX_WRONG and len(shown) > 1:
             message = f"{len(wrong) - _MAX_WRONG} more rows with the same fault; look for a common cause"
             faults.append(Fault(self.file, message, column=self.label(reference)))
         return values, missing
+
+    def seconds(self, reference: Reference, faults: list[Fault]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the column of times [s] as ``numbers`` does; times of day such as ``09:04:30`` are counted in seconds from the first row's midnight.
+
+        A time of day more than half a day before that of the row above belongs to the next day.
+        """
+        cells = self._cells(reference)
+        if cells.dtype == object:
+            missing = self._is_missing(cells)
+            found = [_TIME_OF_DAY.fullmatch(str(cell)) for cell in cells[~missing]]
+            if found and all(found):
+                parts = [[float((part or "0").replace(",", ".")) for part in m.groups()] for m in found if m]
+                times = np.array(parts) @ [3600.0, 60.0, 1.0]
+                days = np.cumsum(np.diff(times, prepend=times[:1]) < -_HALF_A_DAY)
+                values = np.full(len(cells), np.nan)
+                values[~missing] = times + 2 * _HALF_A_DAY * days
+                return values, missing
+        return self.numbers(reference, faults)
 
     def pose_numbers(self, reference: Reference, faults: list[Fault]) -> tuple[np.ndarray, np.ndarray]:
         """Return the column of pose numbers as ``numbers`` does; names such as ``P017``, alike but for one whole number, are taken for it."""

@@ -117,7 +117,7 @@ def _read_columns(
                 names = column.names or {}
                 columns[name] = np.array([names.get(cell, cell) for cell in text], dtype=object)
             else:
-                read = raw.pose_numbers if name == "pose" else raw.numbers
+                read = {"pose": raw.pose_numbers, "time": raw.seconds}.get(name, raw.numbers)
                 values, empty[name] = read(column.reference, faults)
                 columns[name] = column.to_si(column.sign * values + column.offset)
         except InvalidInput as error:

@@ -58,6 +58,12 @@ def changed(path: tuple[str, ...], value: Any) -> dict[str, Any]:
         (("poses", "files"), [{"name": "/etc/hostname"}], ("/etc/hostname", "not among the sources")),
         (("dataset_units", "length"), "cm", ("dataset_units.length", "m, mm")),
         (("dataset_units", "length"), "mm", ("dataset.", "mapping.yaml")),
+        (
+            ("dataset", "dataset_units"),
+            {"length": "mm"},
+            ("dataset.dataset_units", "at the top of the mapping"),
+        ),
+        (("poses", "text"), {"separator": ";"}, ("poses.text", "at the top of the mapping")),
     ],
 )
 def test_a_wrong_mapping_is_refused_by_name(tmp_path, path, value, words):
@@ -65,6 +71,15 @@ def test_a_wrong_mapping_is_refused_by_name(tmp_path, path, value, words):
     table = write_table(tmp_path / "a.csv", cells())
     mapping = changed(path, value)
     refused(tmp_path, run(tmp_path, mapping, table), *words)
+
+
+def test_a_file_has_no_other_units(tmp_path):
+    """A dataset.yaml that a mapping names is in metres and radians: one message says so, and none of its numbers is suspected besides."""
+    mapping = {**tracker_mapping(), "dataset": "cell.yaml", "dataset_units": {"length": "mm"}}
+    dump_yaml(tracker_mapping()["dataset"], tmp_path / "cell.yaml")
+    result = run(tmp_path, mapping, write_table(tmp_path / "a.csv", cells()))
+    refused(tmp_path, result, "dataset_units", "write the content of that file under dataset")
+    assert len(result.stderr.splitlines()) == 1
 
 
 @pytest.mark.parametrize(

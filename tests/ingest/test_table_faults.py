@@ -1,5 +1,7 @@
 """Every fault of a foreign table is refused by its file, row and column, and nothing is written."""
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from tests.ingest.foreign_tables import cells, header, refused, run, tracker_mapping, write_table
@@ -48,15 +50,41 @@ def test_poses_with_a_name_have_the_number_in_it(tmp_path, names, expected):
 
 
 def test_decimal_commas_that_the_mapping_does_not_mention_give_few_messages(tmp_path):
-    """If every cell of nine columns is wrong, each column has ten messages, which name the key to set, and a count of the rest."""
+    """If every cell of nine columns is wrong, each column has one message, which counts them, shows the first and names the key to set."""
     mapping = tracker_mapping()
     del mapping["text"]["decimal"]
     rows = cells() * 5
     result = run(tmp_path, mapping, write_table(tmp_path / "a.csv", rows))
-    refused(
-        tmp_path, result, "write decimal: ',' under text", f"{len(rows) - 10} more rows with the same fault"
-    )
-    assert len(result.stderr.splitlines()) == 11 * len(rows[0])
+    refused(tmp_path, result, f"none of the {len(rows)} cells is a number", "write decimal: ',' under text")
+    assert len(result.stderr.splitlines()) == len(rows[0])
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [
+        (["9:00:00", "09:01:30", "10:00:00.5"], [32_400.0, 32_490.0, 36_000.5]),
+        (["23:59:30", "23:59:45", "00:00:15"], [86_370.0, 86_385.0, 86_415.0]),
+        (["12:00", "12:01", "12:03"], [43_200.0, 43_260.0, 43_380.0]),
+    ],
+)
+def test_times_of_day_are_seconds(tmp_path, text, seconds):
+    """A column `time` may hold times of day; midnight in between does not turn the clock back."""
+    mapping, rows = tracker_mapping(), cells()
+    mapping["poses"]["columns"]["time"] = {"column": "Clock"}
+    table = [[*row, text[min(k, 2)]] for k, row in enumerate(rows)]
+    result = run(tmp_path, mapping, write_table(tmp_path / "a.csv", table, [*header(), "Clock"]))
+    assert result.exit_code == 0, result.output
+    written = next(tmp_path.rglob("poses.csv"))
+    assert list(np.sort(pd.read_csv(written)["time"].unique())) == seconds
+
+
+def test_what_is_no_time_of_day_is_refused(tmp_path):
+    """A column `time` with a word in one row is a column of numbers with faults."""
+    mapping, rows = tracker_mapping(), cells()
+    mapping["poses"]["columns"]["time"] = {"column": "Clock"}
+    table = [[*row, "9:00:00" if k else "soon"] for k, row in enumerate(rows)]
+    result = run(tmp_path, mapping, write_table(tmp_path / "a.csv", table, [*header(), "Clock"]))
+    refused(tmp_path, result, "not a number ('soon')")
 
 
 def test_all_faults_of_all_files_are_reported_at_once(tmp_path):
