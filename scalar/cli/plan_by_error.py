@@ -84,7 +84,7 @@ def plan_by_error(
         lines.insert(
             1,
             f"  the measured poses alone: {parts['expected_error_of_measured_poses_mm']:.4f} mm; {alone}. "
-            f"Together they need base, sensor and {'planes' if workcell.on_planes else 'tracker'} to stand as they stood",
+            "Together they need base, sensor and target to stand as they stood",
         )
     others = ", ".join(f"{n}: {e / MM:.4f}" for n, e in result.curve if n != count)
     lines.append(f"  by number of {more}poses, at most [mm]: {others}")

@@ -73,6 +73,10 @@ DAMAGE = [
     (("gauge", 0, "moves_with"), "a_1", "gauge[0].moves_with"),
     (("covariance",), [[1.0, 2.0]], "covariance"),
     (("summary",), None, "summary"),
+    (("summary", "misfit"), "yyyy", "summary.misfit"),
+    (("summary", "misfit_p_value"), 2.0, "summary.misfit_p_value"),
+    (("summary", "misfit_shift_m"), None, "summary.misfit_shift_m"),
+    (("summary", "sigma_m"), [1e-4], "summary.sigma_m"),
 ]  # fmt: skip
 
 
