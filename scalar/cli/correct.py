@@ -22,7 +22,7 @@ from scalar.cli.correct_words import (
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, load_effects
 from scalar.cli.outputs import FORCE, refuse_foreign, table_with
-from scalar.cli.terminal import say
+from scalar.cli.terminal import say, say_written
 from scalar.errors import Fault, InvalidInput
 
 if TYPE_CHECKING:
@@ -169,10 +169,7 @@ def correct(
             say(line)
     corrected = int(found.reached.sum())
     failed = bool(refused) and not leave_out
-    say(
-        f"written: {output}, {len(written)} {'pose' if len(written) == 1 else 'poses'}"
-        + (f", {corrected} of them corrected" if failed else "")
-    )
+    say_written(output, len(written), "pose", f", {corrected} of them corrected" if failed else "")
     if failed:
         raise InvalidInput(faults_of(refused, str(targets)))
 

@@ -10,7 +10,7 @@ from typing import Any
 from scalar.cli.fleet import Job, run_all
 from scalar.cli.fleet_folders import datasets_in, names_of
 from scalar.cli.progress import progress
-from scalar.cli.terminal import say
+from scalar.cli.terminal import say, say_written
 
 TABLE = "fleet.csv"
 
@@ -54,9 +54,7 @@ def diagnose_fleet(folders: Sequence[Path], output: Path, folds: int, modules: S
         rows = run_all(jobs, available_cores(), done)
     _write(output / TABLE, [list(COLUMNS), *(cells(row) for row in rows)])
     refused = [int(row["status"]) for row in rows if row["status"]]
-    say(
-        f"written: {output / TABLE}, {len(rows)} dataset{'' if len(rows) == 1 else 's'}, {len(refused)} refused"
-    )
+    say_written(output / TABLE, len(rows), "dataset", f", {len(refused)} refused")
     return refused[0] if refused else 0
 
 

@@ -10,7 +10,7 @@ import click
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, load_effects
 from scalar.cli.outputs import FORCE, refuse_foreign, table_with
-from scalar.cli.terminal import say
+from scalar.cli.terminal import say_written
 
 
 @cli.command()
@@ -102,4 +102,4 @@ def predict(
         orientation_known=model.observes_orientation,
         also=orientations,
     )
-    say(f"written: {output}, {len(table)} {'pose' if len(table) == 1 else 'poses'}")
+    say_written(output, len(table), "pose")

@@ -29,7 +29,7 @@ def rivals_of_strongest_part(
     """Return the scores of all candidates in place of the strongest part of effect i, its other parts staying in the model, best first.
 
     A series of a joint's orders may win against each single candidate only because it has several parts. If a candidate explains as much as the
-    strongest part does, the other parts can stand beside that candidate just as well, and the data do not tell the two answers apart.
+    strongest part does, the other parts can stay in the model with that candidate just as well, and the data do not tell the two answers apart.
 
     Args:
         state: The state with the effect.
@@ -38,8 +38,8 @@ def rivals_of_strongest_part(
         columns: The candidates' columns at the state.
 
     Returns:
-        Each score is that of the candidate together with the other parts, which stand in ``Scored.beside``. The list is empty if the effect has one
-        part only.
+        Each score is that of the candidate together with the other parts, which stand in ``Scored.other_parts``. The list is empty if the effect has
+        one part only.
     """
     parts = parts_of(state, i)
     if not parts:
@@ -58,7 +58,7 @@ def rivals_of_strongest_part(
             gain=own.gain - gone.gain + s.gain,
             dof=own.dof - gone.dof + s.dof,
             evidence=own.evidence - gone.evidence + s.evidence,
-            beside=rest,
+            other_parts=rest,
         )
         for s in rank(state, left_out[strongest][0], columns)
         if not s.effect.same_answer(effect)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from scalar.data.dataset import Dataset
-from scalar.diagnosis.autocorrelation import depends_on
 from scalar.diagnosis.candidate_columns import CandidateColumns
 from scalar.diagnosis.explained import Explained, explained
 from scalar.diagnosis.finding import Finding
@@ -97,7 +96,7 @@ def diagnose(
         not_confirmed=refused,
         noise=noise,
         noise_grounds=grounds_of_component(after, noise, final_residuals) if noise else None,
-        depends_on=tuple(depends_on(after)) if noise else (),
+        depends_on=final_residuals.along if noise else (),
         noise_place=only_place(after, noise[0]) if noise else None,
         unobservable=tuple(unobservable_effects(after, [candidate for candidate, _ in candidates.tried])),
         ranking=tuple(ranking),

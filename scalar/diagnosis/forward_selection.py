@@ -12,7 +12,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
-from scalar.diagnosis.conditional_scores import rivals, rivals_of_strongest_part
+from scalar.diagnosis.conditional_scores import (
+    background_without,
+    rivals,
+    rivals_of_strongest_part,
+    score_together,
+)
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
 from scalar.diagnosis.merging import merged
@@ -47,8 +52,8 @@ def _with_best_candidate(
     """
     before, before_whitened = held_out_errors(state), held_out_errors(state, state.whitening)
     for entry in _significant_candidates(state, columns):
-        if entry.effect.label in refused or not _enough_beside(
-            state.effects, entry, state.settings.selection
+        if entry.effect.label in refused or not _has_enough_evidence(
+            entry, state.effects, state.settings.selection
         ):
             continue
         trial = state.refitted(merged(state.effects, entry.effect))
@@ -79,13 +84,13 @@ def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedSt
         for i in range(len(state.effects)):
             others = tuple(e for k, e in enumerate(state.effects) if k != i)
             own, ranking = rivals(state, i, columns)
-            ranking += rivals_of_strongest_part(state, i, own, columns)
-            superfluous = not _enough_beside(others, own, settings) and _weakest_of_load(
-                state, i, own, columns
+            superfluous = not _has_enough_evidence(own, others, settings) and _weakest_of_load(
+                state, i, own, columns.candidates
             )
             if own.evidence <= 0 or own.p_value > settings.alpha_named_effect or superfluous:
                 state, changed = state.refitted(others), True
                 break
+            ranking += rivals_of_strongest_part(state, i, own, columns)
             trial = _replaced(state, others, own, ranking)
             if trial is not None:
                 state, changed = trial, True
@@ -96,8 +101,8 @@ def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedSt
     return state, columns
 
 
-def _enough_beside(others: Sequence[Effect], entry: Scored, settings: SelectionSettings) -> bool:
-    """Return whether an effect has enough evidence beside others, which it has unless another gives way under the same load."""
+def _has_enough_evidence(entry: Scored, others: Sequence[Effect], settings: SelectionSettings) -> bool:
+    """Return whether an effect may join others or stay with them: it needs more evidence where another of them yields to the same load."""
     return entry.evidence > settings.same_load_margin or not _of_same_load(others, entry.effect)
 
 
@@ -106,10 +111,11 @@ def _of_same_load(others: Sequence[Effect], effect: Effect) -> list[Effect]:
     return [e for e in others if effect.load and e.load == effect.load and not e.same_place(effect)]
 
 
-def _weakest_of_load(state: FittedState, i: int, own: Scored, columns: CandidateColumns) -> bool:
+def _weakest_of_load(state: FittedState, i: int, own: Scored, candidates: CandidateSet) -> bool:
     """Return whether effect i, whose score is ``own``, has the least evidence of all effects of its load."""
-    partners = _of_same_load(state.effects, state.effects[i])
-    return all(own.evidence <= rivals(state, state.effects.index(e), columns)[0].evidence for e in partners)
+    partners = [[state.effects.index(e)] for e in _of_same_load(state.effects, state.effects[i])]
+    scores = [score_together(state, k, candidates, background_without(state, k)) for k in partners]
+    return all(own.evidence <= score.evidence for score in scores)
 
 
 def _replaced(
@@ -133,7 +139,7 @@ def _replaced(
             r
             for r in ranking
             if r.evidence > own.evidence - _joining_margin(own, r, settings)
-            and r.beside is None
+            and r.other_parts is None
             and len(merged(others, r.effect)) == len(others)
         ),
         None,
@@ -143,7 +149,7 @@ def _replaced(
         if entry is None:
             continue
         allowance = 0.0 if entry is not joining else _joining_margin(own, entry, settings)
-        kept = others if entry.beside is None else (*others, entry.beside)
+        kept = others if entry.other_parts is None else (*others, entry.other_parts)
         trial = state.refitted(merged(kept, entry.effect))
         # Both fits are compared under the same whitening, because the larger variance component of a worse fit would hide that it is worse.
         left, now = trial.background_whitened_by(state.whitening), state.background()

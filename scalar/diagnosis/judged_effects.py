@@ -70,18 +70,20 @@ def _finding(
     effect, settings = after.effects[i], after.settings
     # The score of the effect itself given the other effects, and those of all candidates in its place.
     own, in_its_place = rivals(scored, i, columns)
-    beside_its_rest = [] if is_shrunk(effect) else rivals_of_strongest_part(scored, i, own, columns)
-    ranking = sorted([*in_its_place, *beside_its_rest], key=lambda s: -s.evidence)
+    in_place_of_strongest_part = (
+        [] if is_shrunk(effect) else rivals_of_strongest_part(scored, i, own, columns)
+    )
+    ranking = sorted([*in_its_place, *in_place_of_strongest_part], key=lambda s: -s.evidence)
     ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
     rivals_of_it = [s for s in ranking if not s.effect.same_answer(effect)]
     confounded = [] if effect.flexible else _confounded(own, ranking, settings)
     if is_shrunk(effect):
         rivals_of_it, confounded, unnamed = [], [], []
-    nearest = [s for s in rivals_of_it if s.beside is None][:NEAREST_RIVALS]
+    nearest = [s for s in rivals_of_it if s.other_parts is None][:NEAREST_RIVALS]
     without_fold = fold_odds(i, [s.effect for s in nearest], folds)
     least_odds = [
         *zip(nearest, without_fold[1:].tolist(), strict=True),
-        *((s, own.evidence - s.evidence) for s in rivals_of_it if s.beside is not None),
+        *((s, own.evidence - s.evidence) for s in rivals_of_it if s.other_parts is not None),
     ]
 
     def grounds_against(others: Sequence[Scored]) -> Grounds:

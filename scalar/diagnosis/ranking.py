@@ -34,7 +34,7 @@ class Scored:
         evidence: Log evidence [nats] (``score_test.evidence``).
         p_value: p-value of the gain, corrected for the number of all candidates.
         observability: ``|E'| / |E|``, the largest of its columns; 1 for a change.
-        beside: The other parts of an effect if it stands in place of the strongest part alone; None if it stands in place of the whole.
+        other_parts: The other parts of an effect if it stands in place of the strongest part alone; None if it stands in place of the whole.
     """
 
     effect: Effect
@@ -43,7 +43,7 @@ class Scored:
     evidence: float
     p_value: float
     observability: float
-    beside: Effect | None = None
+    other_parts: Effect | None = None
 
 
 def rank(

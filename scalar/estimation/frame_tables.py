@@ -13,6 +13,7 @@ from scalar.data.io.atomic import atomic_write
 from scalar.data.table_units import SI, TableUnits
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.result import PREDICTION_COLUMNS
+from scalar.geometry.quaternions import quaternions_from_rotations, rotation_vectors_from_quaternions
 from scalar.geometry.roll_pitch_yaw import rotation_from_rpy, rpy_from_rotation
 from scalar.geometry.se3 import Array, log_so3
 
@@ -23,7 +24,6 @@ FRAME_COLUMNS = PREDICTION_COLUMNS[1:]
 PLACE, VECTOR = tuple(FRAME_COLUMNS[:3]), tuple(FRAME_COLUMNS[3:])
 ORIENTATIONS = {"rpy": ("roll", "pitch", "yaw"), "quaternion": ("qw", "qx", "qy", "qz")}
 """Other forms of an orientation, with their columns: ``R = Rz(yaw) Ry(pitch) Rx(roll)``, and the quaternion ``qw + qx i + qy j + qz k``."""
-_NORM_TOLERANCE = 1e-2  # most by which a quaternion's norm may differ from 1: rounding differs by less, other quantities by more
 _PAIRS = [(i, j) for i in range(6) for j in range(i + 1, 6)]
 _UNCERTAINTY = re.compile(r"(x|y|z|rx|ry|rz)_std(_mm|_deg)?|(x|y|z|rx|ry)_(y|z|rx|ry|rz)_correlation")
 
@@ -74,11 +74,9 @@ def write_frames(
 
 def _in_form(form: str, R: Array) -> Array:
     """Return rotations ``(N, 3, 3)`` as roll, pitch and yaw ``(N, 3)`` [rad], or as quaternions ``(N, 4)`` of norm 1 with ``qw >= 0``."""
-    from scipy.spatial.transform import Rotation  # slow to import
-
     if form == "rpy":
         return np.array([rpy_from_rotation(each) for each in R]).reshape(-1, 3)
-    return Rotation.from_matrix(R).as_quat(canonical=True, scalar_first=True)
+    return quaternions_from_rotations(R)
 
 
 def form_of_orientation(columns: Iterable[str]) -> tuple[str, ...]:
@@ -101,21 +99,17 @@ def with_rotation_vectors(table: pd.DataFrame, form: Sequence[str], file: str) -
     Raises:
         InvalidInput: A quaternion's norm is not 1.
     """
-    from scipy.spatial.transform import Rotation
-
     values = table[list(form)].to_numpy(dtype=float)
     if tuple(form) == VECTOR:
         return table
     if tuple(form) == ORIENTATIONS["rpy"]:
         R = np.array([rotation_from_rpy(each) for each in values]).reshape(-1, 3, 3)
         return table.assign(**dict(zip(VECTOR, log_so3(R).T, strict=True)))
-    wrong = np.flatnonzero(np.abs(np.linalg.norm(values, axis=1) - 1.0) > _NORM_TOLERANCE)
-    if len(wrong):
-        message = (
-            f"the norm of the quaternion of pose {table['pose'].iloc[wrong[0]]} is not 1; correct qw,qx,qy,qz"
-        )
-        raise InvalidInput(Fault(file, message, int(wrong[0]) + 2, "qw"))
-    vectors = Rotation.from_quat(values, scalar_first=True).as_rotvec()
+    vectors, wrong_norm = rotation_vectors_from_quaternions(values)
+    for i in np.flatnonzero(~np.isnan(wrong_norm))[:1].tolist():
+        pose, norm = table["pose"].iloc[i], f"{wrong_norm[i]:.4g}"
+        message = f"the quaternion of pose {pose} has the norm {norm}, not 1; correct qw,qx,qy,qz"
+        raise InvalidInput(Fault(file, message, i + 2, "qw"))
     return table.assign(**dict(zip(VECTOR, vectors.T, strict=True)))
 
 

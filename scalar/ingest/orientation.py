@@ -13,12 +13,12 @@ from scipy.spatial.transform import Rotation
 
 from scalar.data.description import Description
 from scalar.errors import Fault
+from scalar.geometry.quaternions import rotation_vectors_from_quaternions
 from scalar.ingest.imported_table import ImportedTable
 
 VECTOR = ("rx", "ry", "rz")
 EULER = ("e1", "e2", "e3")
 QUATERNION = ("qw", "qx", "qy", "qz")
-_NORM_TOLERANCE = 1e-2  # most by which a quaternion's norm may differ from 1: rounding differs by less, other quantities by more
 
 
 def wrong_axes(axes: Any) -> str | None:
@@ -59,25 +59,19 @@ def to_rotation_vectors(table: ImportedTable, axes: str | None, faults: list[Fau
     """Replace Euler angles [rad] or quaternions by ``rx,ry,rz`` [rad], in place; a quaternion whose norm is not 1 is a fault of its row."""
     columns = table.columns
     if EULER[0] in columns and axes is not None:
-        names, R = (
-            EULER,
-            Rotation.from_euler(axes, np.nan_to_num(np.column_stack([columns[name] for name in EULER]))),
-        )
+        names, angles = EULER, np.column_stack([columns[name] for name in EULER])
+        vectors = Rotation.from_euler(axes, np.nan_to_num(angles)).as_rotvec()
     elif QUATERNION[0] in columns:
         names, q = QUATERNION, np.column_stack([columns[name] for name in QUATERNION])
-        norm = np.linalg.norm(q, axis=1)
-        off = np.abs(norm - 1.0) > _NORM_TOLERANCE
+        vectors, wrong_norm = rotation_vectors_from_quaternions(q)
         table.report(
             faults,
             "qw",
-            off,
-            lambda i: f"the quaternion has the norm {norm[i]:.4g}, not 1; correct the four columns",
+            ~np.isnan(wrong_norm),
+            lambda i: f"the quaternion has the norm {wrong_norm[i]:.4g}, not 1; correct the four columns",
         )
-        sound = np.where((off | np.isnan(norm))[:, None], [1.0, 0.0, 0.0, 0.0], q)
-        R = Rotation.from_quat(sound[:, [1, 2, 3, 0]])
     else:
         return
-    vectors = R.as_rotvec()
     for k, name in enumerate(VECTOR):
         columns[name] = vectors[:, k]
         table.labels[name] = ",".join(table.labels[given] for given in names)

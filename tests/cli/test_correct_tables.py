@@ -118,7 +118,7 @@ def test_a_quaternion_of_another_norm_is_refused(program):
     status, said = run(
         "correct", program / "calibration.json", program / "wanted.csv", "-o", program / "out.csv"
     )
-    assert status == 2 and "row 5" in said and "norm of the quaternion" in said
+    assert status == 2 and "row 5" in said and "the quaternion of pose 103 has the norm" in said
     assert not (program / "out.csv").exists()
 
 

@@ -54,7 +54,10 @@ def test_a_second_effect_of_one_load_needs_more_evidence(evidence, enough, monke
     scores = {joint: scored(joint, 20.0), base: scored(base, evidence)}
     monkeypatch.setattr(forward_selection, "rivals", lambda state, i, columns: (scores[state.effects[i]], [scores[state.effects[i]]]))  # fmt: skip
     monkeypatch.setattr(forward_selection, "rivals_of_strongest_part", lambda *_: [])
-    monkeypatch.setattr(forward_selection, "CandidateColumns", SimpleNamespace(of=lambda *_: None))
+    monkeypatch.setattr(forward_selection, "score_together", lambda state, indices, *_: scores[state.effects[indices[0]]])  # fmt: skip
+    monkeypatch.setattr(forward_selection, "background_without", lambda *_: None)
+    columns = SimpleNamespace(candidates=None)
+    monkeypatch.setattr(forward_selection, "CandidateColumns", SimpleNamespace(of=lambda *_: columns))
 
     def with_effects(*effects: Any) -> Any:
         """Return a stand-in for a state with some effects; its refit has others."""

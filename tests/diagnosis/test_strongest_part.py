@@ -30,15 +30,15 @@ def state_with(*effects: Effect) -> FittedState:
     return refit(dataset, model, prepared.free, effects)
 
 
-def test_a_score_beside_the_other_parts_is_that_of_candidate_and_parts_together():
+def test_a_score_with_the_other_parts_is_that_of_candidate_and_parts_together():
     """The gain follows from least squares with the columns of the rest and of the candidate, computed here from the rows themselves."""
     state = state_with(SERIES)
     candidates = named_candidates(state.dataset)
     columns = CandidateColumns.of(state, candidates)
     own, _ = rivals(state, 0, columns)
     found = {s.effect.key: s for s in rivals_of_strongest_part(state, 0, own, columns)}
-    beside = found[JointScale(2).key].beside
-    assert isinstance(beside, JointHarmonic) and beside.orders == (3,)
+    kept = found[JointScale(2).key].other_parts
+    assert isinstance(kept, JointHarmonic) and kept.orders == (3,)
 
     residual, jacobian = (whitened(state.whitening, rows) for rows in state.linearised())
     first, third = (mask for mask, _ in parts_of(state, 0))
@@ -65,7 +65,7 @@ def test_an_effect_with_one_part_has_no_such_rivals():
 
 
 def test_the_right_effect_takes_the_place_of_one_order():
-    """Orders 1 and 3 together explain more than a scale error alone. The scale error beside order 3 explains more than both, and replaces order 1."""
+    """Orders 1 and 3 together explain more than a scale error alone. The scale error with order 3 explains more than both, and replaces order 1."""
     state = state_with(SERIES)
     names = {e.key for e in reconsidered(state, named_candidates(state.dataset))[0].effects}
     assert names == {"joint_scale_2", JointHarmonic(2, (3,)).key}

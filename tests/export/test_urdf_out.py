@@ -70,7 +70,7 @@ def test_pybullet_puts_the_sensor_where_the_calibration_predicts_it(name, tmp_pa
 
 @pytest.mark.parametrize("seed", range(10))
 def test_any_description_holds_its_calibration(seed, tmp_path):
-    """The exported file agrees for axes in any direction, fixed joints between, a tip that turns or not, and a base in the chain or beside it."""
+    """The exported file agrees for axes in any direction, fixed joints between, a tip that turns or not, and a base in the chain or outside it."""
     pytest.importorskip("pybullet")
     rng = np.random.default_rng(seed)
     urdf = tmp_path / f"random{seed}.urdf"
