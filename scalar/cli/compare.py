@@ -66,6 +66,8 @@ def compare(
     load_effects(effects_modules)
     found = compare(load_calibration(a), load_calibration(b), alpha)
     say(f"A: {a}\nB: {b}")
+    if a.read_bytes() == b.read_bytes():
+        say("note: A and B are the same calibration; give those of two campaigns")
     say("\n".join(describe_comparison(found)))
     if output is not None:
         write_json(output, found.to_mapping())

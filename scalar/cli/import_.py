@@ -14,6 +14,8 @@ from scalar.cli.terminal import say
 from scalar.cli.validate import describe_content
 from scalar.errors import Fault, InvalidInput
 
+_TABLES = {".csv", ".mat", ".tsv", ".xlsx"}
+_YAML = {".yaml", ".yml"}
 _FILES_SHOWN = 6  # files of which rows were left out that are named
 
 
@@ -66,6 +68,7 @@ def import_(
     from scalar.data.folder import read_folder
     from scalar.ingest.convert import import_dataset
 
+    _refuse_exchanged(mapping, sources)
     robot = None
     if urdf is not None:
         from scalar.ingest.urdf import robot_from_urdf
@@ -83,3 +86,11 @@ def import_(
             f"  {len(more)} more files of which rows were left out (drop_without): {sum(len(rows.rows) for rows in more)} rows in all"
         )
     say(f"written: {output}")
+
+
+def _refuse_exchanged(mapping: Path, sources: Sequence[Path]) -> None:
+    """Raise InvalidInput if a table stands where the mapping is expected, and a YAML file among the tables."""
+    yaml = [source for source in sources if source.suffix.lower() in _YAML]
+    if yaml and mapping.suffix.lower() in _TABLES:
+        message = f"a table, where the mapping is expected; the mapping comes first: scalar import {yaml[0]} {mapping} -o ..."
+        raise InvalidInput(Fault(str(mapping), message))

@@ -137,9 +137,28 @@ def _check_same_arm(document: UrdfDocument, chain: Chain, described: Robot, nomi
     if off > SAME_LENGTH or turned > SAME_ANGLE:
         message = (
             f"from {shorten(chain.base)} to {shorten(chain.tip)} it differs from the nominal arm of the calibration by {off / MM:.3g} mm "
-            f"and {turned / DEG:.3g} deg; give the description of the same arm, and the links of its base and flange with --base and --tip"
+            f"and {turned / DEG:.3g} deg; {_remedy(described.flange(q), nominal.flange(q))}"
         )
         raise InvalidInput(Fault(document.file, message))
+
+
+def _remedy(described: Array, nominal: Array) -> str:
+    """Return what to give instead of a description that puts the flange at other frames ``(N, 4, 4)`` than the nominal arm does.
+
+    If the difference is the same at all joint angles, seen from the flange or from the base, the joints agree, and that link alone is another one.
+    """
+    apart = {
+        ("flange", "--tip"): inverse(nominal) @ described,
+        ("base", "--base"): described @ inverse(nominal),
+    }
+    for (link, option), T in apart.items():
+        off, turned = _difference(T, T[:1])
+        if off <= SAME_LENGTH and turned <= SAME_ANGLE:
+            return (
+                f"the joints agree, and the frame of the {link} alone is another one: name the link that has the calibration's frame of the {link} "
+                f"with {option}, or add that link to the description with a fixed joint"
+            )
+    return "give the description of the same arm, and the links of its base and flange with --base and --tip"
 
 
 def _difference(T: Array, other: Array) -> tuple[float, float]:

@@ -197,10 +197,13 @@ def test_effects_that_were_taken_over_are_not_advised_again(folder):
 
 
 def test_the_same_calibration_twice_shows_no_change(folder):
-    """Comparing a file with itself ends with exit status 0 and the statement that nothing changed."""
-    result = run("compare", folder / "a.json", folder / "a.json")
-    assert result.exit_code == 0
-    assert "no change of the arm beyond chance" in result.output
+    """Comparing a file with itself, or with a copy, ends with exit status 0; that nothing changed is said, and that both are one calibration."""
+    (folder / "copy.json").write_bytes((folder / "a.json").read_bytes())
+    for other, same in (("a.json", True), ("copy.json", True), ("b.json", False)):
+        result = run("compare", folder / "a.json", folder / other)
+        assert result.exit_code == 0
+        assert ("no change of the arm beyond chance" in result.output) == same
+        assert ("A and B are the same calibration" in result.output) == same
 
 
 @pytest.mark.parametrize(

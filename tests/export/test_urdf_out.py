@@ -161,6 +161,53 @@ def test_what_a_description_cannot_hold_is_listed_with_its_size(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("joint", "turn", "words"),
+    [
+        ("flange", "0 0 3.141592653589793", "the frame of the flange alone is another one"),
+        ("mount", "0 1.5707963267948966 0", "the frame of the base alone is another one"),
+        ("j3", "0 0 0.1", "give the description of the same arm"),
+    ],
+)
+def test_a_description_that_differs_in_one_frame_is_refused_with_that_frame(joint, turn, words, tmp_path):
+    """A tip or a base that is turned is named as the one difference. If a joint's frame is turned, it is not the same arm."""
+
+    def description(name, **turns):
+        fixed = {"mount": "0 0 0", "j3": "0 0 0", "flange": "0 0 0", **turns}
+        links = "".join(f'<link name="{link}"/>' for link in ("base", "foot", "l1", "l2", "l3", "tip"))
+        joints = [
+            ("mount", "fixed", "base", "foot"),
+            ("j1", "continuous", "foot", "l1"),
+            ("j2", "continuous", "l1", "l2"),
+        ]
+        joints += [("j3", "continuous", "l2", "l3"), ("flange", "fixed", "l3", "tip")]
+        text = "".join(
+            f'<joint name="{joint}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="0.1 0.05 0.3" rpy="{fixed.get(joint, "0 0 0")}"/><axis xyz="{k % 2} 0 {1 - k % 2}"/></joint>'
+            for k, (joint, kind, parent, child) in enumerate(joints)
+        )
+        (tmp_path / name).write_text(f'<robot name="arm">{links}{text}</robot>', encoding="utf-8")
+        return tmp_path / name
+
+    robot, _ = robot_from_urdf(str(description("in.urdf")), "base", "tip")
+    calibrated(robot, np.random.default_rng(1)).save(tmp_path / "calibration.json")
+    other, output = description("other.urdf", **{joint: turn}), tmp_path / "out.urdf"
+    status, said = run(
+        "export",
+        tmp_path / "calibration.json",
+        "--urdf",
+        other,
+        "--base",
+        "base",
+        "--tip",
+        "tip",
+        "-o",
+        output,
+    )
+    assert status == 2 and words in said, said
+    assert not output.exists()
+
+
+@pytest.mark.parametrize(
     "options, words",
     [
         (["-o", "out.urdf"], "give it as --urdf"),

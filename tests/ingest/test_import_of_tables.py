@@ -1,7 +1,10 @@
 """Imported tables give the same numbers as the foreign files, in SI: units, signs, missing rows, covariates, scans and nests."""
 
 import numpy as np
+from click.testing import CliRunner
 
+from scalar.cli import cli
+from scalar.data.io.plain_yaml import dump_yaml
 from tests.ingest.foreign_tables import (
     N,
     cells,
@@ -140,3 +143,12 @@ def test_nests_are_imported(tmp_path):
     assert (
         result.exit_code == 2 and "nests.csv, row 2" in result.stderr and "unknown pose 77" in result.stderr
     )
+
+
+def test_a_table_in_place_of_the_mapping_is_told_with_the_right_order(tmp_path):
+    """The message states the command with both in their places."""
+    table = write_table(tmp_path / "a.csv", cells())
+    dump_yaml(tracker_mapping(), tmp_path / "mine.yaml")
+    command = ["import", str(table), str(tmp_path / "mine.yaml"), "-o", str(tmp_path / "out")]
+    words = f"scalar import {tmp_path / 'mine.yaml'} {table} -o"
+    refused(tmp_path, CliRunner().invoke(cli, command), "the mapping comes first", words)
