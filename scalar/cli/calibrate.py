@@ -114,7 +114,7 @@ def calibrate(
 def describe_calibration(calibration: Calibration) -> str:
     """Return a summary of a calibration: parameters, standard errors, and what the data do not determine."""
     from scalar.estimation import transfer
-    from scalar.estimation.misfit import lacks_something
+    from scalar.estimation.misfit import lacks_something, may_lack_something
     from scalar.geometry.roll_pitch_yaw import rpy_from_rotation
     from scalar.geometry.standard_dh import in_rows
     from scalar.report.unstated_noise import unstated_noise_in_words
@@ -132,6 +132,11 @@ def describe_calibration(calibration: Calibration) -> str:
             lines.append(
                 f"  apart from the scatter within poses, the residual is {misfit:.1f} times what the noise explains: "
                 "the model lacks something; try 'scalar diagnose'"
+            )
+        elif may_lack_something(summary):
+            lines.append(
+                f"  apart from the scatter within poses, the residual is {misfit:.2f} times what the noise explains, which noise alone makes "
+                f"with probability {summary['misfit_p_value']:.1g}: the model may lack something; 'scalar diagnose' looks for it"
             )
         else:
             lines.append(f"  the noise explains the residual (ratio {misfit:.2f})")

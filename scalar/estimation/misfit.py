@@ -19,10 +19,9 @@ from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS
 from scalar.geometry.se3 import Array
 
-_WORTH_SAYING, _BY_CHANCE = (
-    1.15,
-    1e-3,
-)  # chosen: a larger ratio with a smaller p-value is reported to the user
+# Chosen: the model lacks something if the ratio is larger than the first and the p-value smaller than the second.
+_CLEARLY_LARGER, _NOT_BY_CHANCE = 1.15, 1e-3
+_DOUBTFUL = 0.01  # chosen: with a p-value below this, it may lack something
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,19 @@ def lacks_something(summary: Mapping[str, Any]) -> bool:
         summary: ``Calibration.summary``, with ``misfit`` and ``misfit_p_value``; one of these is None if the noise is not known.
     """
     ratio, p_value = summary.get("misfit"), summary.get("misfit_p_value")
-    return ratio is not None and p_value is not None and ratio > _WORTH_SAYING and p_value < _BY_CHANCE
+    return ratio is not None and p_value is not None and ratio > _CLEARLY_LARGER and p_value < _NOT_BY_CHANCE
+
+
+def may_lack_something(summary: Mapping[str, Any]) -> bool:
+    """Return whether the residual of a calibration exceeds what the noise explains, although not clearly.
+
+    The parameters absorb a part of what a model lacks: few poses may leave no more of a large effect than this.
+
+    Args:
+        summary: As for ``lacks_something``.
+    """
+    p_value = summary.get("misfit_p_value")
+    return p_value is not None and p_value < _DOUBTFUL and not lacks_something(summary)
 
 
 def misfit(

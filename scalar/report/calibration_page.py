@@ -6,7 +6,7 @@ from typing import Any
 
 from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
-from scalar.estimation.misfit import lacks_something
+from scalar.estimation.misfit import lacks_something, may_lack_something
 from scalar.estimation.result import Calibration
 from scalar.report.lacking import lacking
 from scalar.report.parameter_table import convention_in_words, gauge_rows, parameter_tables
@@ -62,6 +62,11 @@ def _what_to_do(calibration: Calibration) -> str:
         return (
             f"Run 'scalar diagnose' before you rely on that: apart from the scatter within poses, the residual is {misfit:.1f} times what the "
             "noise explains, so the model lacks something, which may cause larger errors at other poses."
+        )
+    if may_lack_something(calibration.summary):
+        return (
+            f"Run 'scalar diagnose' to be sure: apart from the scatter within poses, the residual is {misfit:.2f} times what the noise explains, "
+            f"which noise alone makes with probability {calibration.summary['misfit_p_value']:.1g}, so the model may lack something."
         )
     if exceeds_usual_noise(calibration):
         return f"{capital(unstated_noise_in_words(calibration))} before you rely on that."

@@ -1,6 +1,7 @@
 """Where no noise is stated, a sentence compares the residual with the usual noise of such instruments; a known noise is compared instead."""
 
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -45,3 +46,26 @@ def test_a_small_residual_is_not_called_too_large(stated, words):
     said = describe_calibration(calibrate(scene.dataset))
     assert words in said and "more than noise" not in said
     assert ("a laser tracker" in said) == (stated is None)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "p_value", "told"),
+    [
+        (1.2, 5e-4, "lacks something"),
+        (1.2, 2e-3, "may lack something"),
+        (1.1, 5e-4, "may lack something"),
+        (1.1, 5e-3, "may lack something"),
+        (1.1, 2e-2, "the noise explains the residual"),
+        (1.0, 0.5, "the noise explains the residual"),
+    ],
+)
+def test_a_residual_beyond_the_noise_is_said_as_surely_as_it_is(ratio, p_value, told):
+    """Terminal and page say that the model lacks something, that it may, or that the noise explains the residual; two name `diagnose`."""
+    dataset = make_scene(kind="tracker", seed=2, poses_per_plane=12, noise=3e-5).dataset
+    made = calibrate(dataset)
+    made = replace(made, summary={**made.summary, "misfit": ratio, "misfit_p_value": p_value})
+    said = describe_calibration(made)
+    lead = re.findall(r'<p class="lead">(.*?)</p>', render_calibration(made, dataset))[1]
+    explained = told.startswith("the noise")
+    assert told in said and ("scalar diagnose" in said) != explained
+    assert (told in lead) != explained and ("scalar diagnose" in lead) != explained
