@@ -11,25 +11,25 @@ from study.common.methods import METHODS, PROPOSED
 from study.headline.evaluate import ERROR_COLUMNS
 from study.headline.summary import QUANTITIES
 from study.paper.numbers import rounded
+from study.processors import kernels
 from study.processors.compare import COMPARED, compare_processors, processor_numbers, relative_range
-from study.processors.kernels import KERNELS, environment
+from study.processors.kernels import KERNELS, environment, imitates
+from study.processors.repeat import repeat_on
 
 SUMMARY = Path(__file__).parents[3] / "paper/summaries/processors"
-REPORT = """
-import hashlib, numpy as np
-from study.processors.kernels import kernels_in_use
+CHECKSUM = """
+import hashlib, numpy as np, scipy.linalg
 a = np.random.default_rng(0).standard_normal((300, 300))
-print(",".join(sorted(kernels_in_use())), hashlib.sha256((a @ a).tobytes() + np.exp(a).tobytes()).hexdigest())
+print(hashlib.sha256((a @ a).tobytes() + np.exp(a).tobytes()).hexdigest())
 """
 
 
-def report(name: str) -> tuple[set[str], str]:
-    """Return which kernels OpenBLAS runs in a process made for a processor, and a checksum of its arithmetic."""
+def checksum(name: str) -> str:
+    """Return a checksum of the arithmetic of a process made for a processor."""
     ran = subprocess.run(
-        [sys.executable, "-c", REPORT], env=environment(name), capture_output=True, text=True, check=True
+        [sys.executable, "-c", CHECKSUM], env=environment(name), capture_output=True, text=True, check=True
     )
-    kernels, checksum = ran.stdout.split()
-    return set(kernels.split(",")), checksum
+    return ran.stdout
 
 
 def test_every_library_takes_the_kernels_that_are_asked_for():
@@ -37,14 +37,24 @@ def test_every_library_takes_the_kernels_that_are_asked_for():
 
     Kernels that the machine cannot run are left out; Prescott's, which any x86 can run, never are.
     """
-    found = {name: report(name) for name in KERNELS}
-    possible = {name: checksum for name, (used, checksum) in found.items() if used <= KERNELS[name].names}
+    possible = {name: checksum(name) for name in KERNELS if imitates(name)}
     assert "Prescott" in possible
     if "Haswell" in possible:
         assert possible["Haswell"] != possible["Prescott"]
         assert possible["Haswell"] == possible["Zen"]
     if "SkylakeX" in possible:
         assert len(set(possible.values())) == 3
+
+
+def test_kernels_that_the_processor_cannot_run_are_not_imitated(monkeypatch, tmp_path):
+    """Kernels whose process dies of an instruction unknown to the processor are not imitated, and a repetition with them says why."""
+    monkeypatch.setattr(kernels, "REPORT", "import os, signal; os.kill(os.getpid(), signal.SIGILL)")
+    assert not imitates("SkylakeX")
+    with pytest.raises(RuntimeError, match="AVX-512"):
+        repeat_on("SkylakeX", "a", [tmp_path], [PROPOSED], tmp_path / "errors.csv")
+    monkeypatch.setattr(kernels, "REPORT", "raise SystemExit(1)")
+    with pytest.raises(subprocess.CalledProcessError):
+        imitates("SkylakeX")
 
 
 def errors(factor: np.ndarray, status: str = "converged") -> pd.DataFrame:

@@ -11,6 +11,9 @@ A machine without AVX-512 cannot imitate ``SkylakeX``. Processors that are not x
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,6 +61,37 @@ def environment(kernels: str) -> dict[str, str]:
 
 def _is_avx512(feature: str) -> bool:
     return feature.startswith("AVX512") or feature == "X86_V4"
+
+
+REPORT = """
+import numpy as np
+from study.processors.kernels import kernels_in_use
+square = np.ones((300, 300))
+square @ square
+print(*kernels_in_use())
+"""
+"""OpenBLAS accepts kernels that the processor cannot run, and reports them; only a product shows that it cannot."""
+
+
+def kernels_taken(kernels: str) -> set[str]:
+    """Return the names of the kernels that run in a process made for a processor, a key of ``KERNELS``; none if this machine cannot run them.
+
+    Raises:
+        subprocess.CalledProcessError: The process failed for another reason.
+    """
+    ran = subprocess.run(
+        [sys.executable, "-c", REPORT], env=environment(kernels), capture_output=True, text=True, check=False
+    )
+    if ran.returncode == -signal.SIGILL:
+        return set()
+    ran.check_returncode()
+    return set(ran.stdout.split())
+
+
+def imitates(kernels: str) -> bool:
+    """Return whether this machine calculates as another processor, a key of ``KERNELS``, when asked to."""
+    taken = kernels_taken(kernels)
+    return bool(taken) and taken <= KERNELS[kernels].names
 
 
 def kernels_in_use() -> set[str]:

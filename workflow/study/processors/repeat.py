@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from study.processors.kernels import KERNELS, environment, kernels_in_use
+from study.processors.kernels import environment, imitates
 
 
 def repeat_on(
@@ -29,13 +29,17 @@ def repeat_on(
         out: The table to write, columns ``study.headline.evaluate.ERROR_COLUMNS``.
 
     Raises:
-        subprocess.CalledProcessError: The process failed, for instance because this machine cannot run the kernels.
+        RuntimeError: This machine cannot run the kernels.
+        subprocess.CalledProcessError: The process failed.
     """
+    if not imitates(kernels):
+        raise RuntimeError(
+            f"this machine cannot calculate with the kernels of {kernels}; SkylakeX's need a processor with AVX-512"
+        )
     command = [
         sys.executable,
         "-m",
         "study.processors.repeat",
-        kernels,
         case,
         ",".join(methods),
         str(out),
@@ -45,17 +49,12 @@ def repeat_on(
     subprocess.run(command, env=environment(kernels), check=True, stdout=sys.stdout, stderr=sys.stderr)
 
 
-def _repeat(kernels: str, case: str, methods: Sequence[str], out: str, data_dirs: Sequence[str]) -> None:
+def _repeat(case: str, methods: Sequence[str], out: str, data_dirs: Sequence[str]) -> None:
     """Calibrate and evaluate in this process, whose environment has chosen the kernels."""
     from study.common.tables import write_table
     from study.headline.calibrate import calibrate_seeds
     from study.headline.evaluate import evaluate_seeds
 
-    used = kernels_in_use()
-    if not used or not used <= KERNELS[kernels].names:
-        sys.exit(
-            f"{kernels}: this machine runs the kernels {', '.join(sorted(used)) or 'of no OpenBLAS'} instead"
-        )
     tables = []
     for data in data_dirs:
         with tempfile.TemporaryDirectory(prefix="processors-") as folder:
@@ -67,5 +66,5 @@ def _repeat(kernels: str, case: str, methods: Sequence[str], out: str, data_dirs
 
 
 if __name__ == "__main__":
-    name, case_name, names, table_path, *folders = sys.argv[1:]
-    _repeat(name, case_name, names.split(","), table_path, folders)
+    case_name, names, table_path, *folders = sys.argv[1:]
+    _repeat(case_name, names.split(","), table_path, folders)
