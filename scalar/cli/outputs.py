@@ -1,6 +1,7 @@
-"""Protect files that exist already: without --force, a command replaces only what the same command wrote before.
+"""Protect files that exist already: without --force, a command replaces only files of the kind that it writes.
 
-An input is never overwritten. For folders of datasets, ``scalar.data.dataset_writer`` applies the same rule.
+A file that the command reads is not replaced even with --force, if it is given as an input. For folders of datasets,
+``scalar.data.dataset_writer`` applies the same rule.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from scalar.errors import Fault, InvalidInput
 FORCE = click.option(
     "--force",
     is_flag=True,
-    help="Replace what stands at the output, even if it was written by hand or by others.",
+    help="Replace files at the output even if this command did not write them.",
 )
 _HEAD = 4000  # bytes at the beginning of a file, from which the command that wrote it is recognised
 
@@ -24,12 +25,12 @@ Own = Callable[[str], bool]
 
 
 def json_of(name: str) -> Own:
-    """Return the test for a JSON file of a format ``scalar-NAME/...``."""
+    """Return the function that recognises a JSON file of a format ``scalar-NAME/...``."""
     return lambda head: f'"format": "scalar-{name}/' in head
 
 
 def table_with(*columns: str) -> Own:
-    """Return the test for a CSV file whose header has these columns, with any units."""
+    """Return the function that recognises a CSV file whose header has these columns, with any units."""
     from scalar.data.table_units import base_name
 
     def own(head: str) -> bool:
@@ -40,21 +41,21 @@ def table_with(*columns: str) -> Own:
 
 
 def text_with(words: str) -> Own:
-    """Return the test for a text that has these words at its beginning."""
+    """Return the function that recognises a text with these words near its beginning."""
     return lambda head: words in head
 
 
 def page(head: str) -> bool:
-    """Return whether an HTML page is a report of this package: such a page forbids browsers to load anything."""
+    """Return whether a file is an HTML report of this package, by its policy that browsers load nothing."""
     return "Content-Security-Policy" in head and "default-src 'none'" in head
 
 
 def refuse_foreign(outputs: Sequence[tuple[Path, Own]], force: bool, inputs: Sequence[Path] = ()) -> None:
-    """Refuse to replace files that are no earlier output of the same command.
+    """Refuse to replace inputs and, without ``force``, files that the command does not write.
 
     Args:
-        outputs: Files to be written, which need not exist, each with the test for such a file.
-        force: Whether any file but an input may be replaced.
+        outputs: Files to be written, which need not exist, each with the function that recognises such a file.
+        force: Whether any file except an input may be replaced.
         inputs: Files that are read, and may never be replaced.
 
     Raises:
@@ -75,7 +76,7 @@ def refuse_foreign(outputs: Sequence[tuple[Path, Own]], force: bool, inputs: Seq
 
 
 def refuse_foreign_plan(folder: Path, force: bool) -> None:
-    """Refuse to write a plan to a folder with files that are no earlier plan, such as the poses.csv of a dataset.
+    """Refuse, without ``force``, to write a plan to a folder whose files are no earlier plan, such as the poses.csv of a dataset.
 
     Raises:
         InvalidInput: There are such files; it has one fault for each.
@@ -99,5 +100,6 @@ def refuse_foreign_plan(folder: Path, force: bool) -> None:
 
 
 def _head(path: Path) -> str:
+    """Return the beginning of a file as text."""
     with path.open("rb") as file:
         return file.read(_HEAD).decode("utf-8", "replace")

@@ -1,7 +1,7 @@
 """Convert the units of foreign files to SI, for columns and for the numbers of a dataset's description.
 
 Lengths in millimetres are rounded to the 15 digits that every float64 holds, so that 383.97123 mm become
-0.38397123 m and not a float next to it.
+0.38397123 m and not a neighbouring float.
 """
 
 import copy
@@ -39,45 +39,45 @@ _EULER = "rotation_euler"
 
 
 def unit_of_column(stated: str, key: str, file: str, si: str) -> str:
-    """Return what to do where numbers of a column look like millimetres or degrees.
+    """Return the end of a message about a column whose numbers look like millimetres or degrees: what the user should do.
 
     Args:
         stated: The unit that the mapping states for the column; empty if none.
         key: Where the column stands in the mapping, such as ``points.columns.x``.
         file: Name of the mapping file.
-        si: The unit of the dataset, ``m`` or ``rad``.
+        si: The unit of the column in the dataset, ``m`` or ``rad``.
     """
     _, foreign, words = _FOREIGN[si]
     if stated == foreign:
-        return f"{key} in {file} states unit: {foreign} already, so the column may be another one, or the numbers damaged: correct them"
+        return f"{key} in {file} states unit: {foreign} already; correct the column in the mapping, or the numbers in the file"
     return f"are these {words}? write unit: {foreign} for {key} in {file}"
 
 
 def units_of_dataset(stated: Mapping[str, str], si: str) -> str:
-    """Return what to do where numbers under the key ``dataset`` of a mapping look like millimetres or degrees.
+    """Return the end of a message about a number under the key ``dataset`` of a mapping that looks like millimetres or degrees: what to do.
 
     Args:
-        stated: What the mapping states under ``dataset_units``.
-        si: The unit of the dataset, ``m`` or ``rad``.
+        stated: ``{quantity: unit}``, as the mapping states under ``dataset_units``.
+        si: The unit of the number in the dataset, ``m`` or ``rad``.
     """
     quantity, foreign, words = _FOREIGN[si]
     if stated.get(quantity) == foreign:
         return f"dataset_units states {quantity}: {foreign} already; correct the number"
-    return f"are these {words}? state all of them so with dataset_units: {{{quantity}: {foreign}}}, or write {si}"
+    return f"are these {words}? if every {quantity} under dataset is, write dataset_units: {{{quantity}: {foreign}}}, else write {si}"
 
 
 def description_to_si(
     mapping: Any, length: str, angle: str
 ) -> tuple[Any, list[tuple[tuple[str | int, ...], str]]]:
-    """Return a copy of a description in metres, radians and rotation vectors, and its faults, each as place and message.
+    """Return a copy of a description in metres, radians and rotation vectors, and the faults of its Euler angles, each as place and message.
 
     ``rotation_euler: {axes: XYZ, angles: [a, b, c]}`` may stand in place of ``rotation_vector``: capitals
     turn about the moving axes (intrinsic), small letters about the fixed axes (extrinsic), in that order.
 
     Args:
-        mapping: the content of dataset.yaml, not yet checked; what is not a number stays as it is.
-        length: ``m`` or ``mm``.
-        angle: ``rad`` or ``deg``.
+        mapping: the content of dataset.yaml, not yet checked; whatever is not a number is kept.
+        length: the unit of its lengths, ``m`` or ``mm``.
+        angle: the unit of its angles, ``rad`` or ``deg``.
     """
     mapping = copy.deepcopy(mapping)
     to_m, to_rad = UNITS["length"][length], UNITS["angle"][angle]
@@ -130,7 +130,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _convert(mapping: Any, keys: tuple[str, ...], to_si: Callable[[Any], Any]) -> None:
-    """Convert the numbers under these keys, in lists too; whatever else stands there is left for the checks."""
+    """Convert the numbers under these keys, those in lists included; anything else is kept, and checked later."""
     for key in keys if isinstance(mapping, dict) else ():
         value = mapping.get(key)
         if isinstance(value, list):
