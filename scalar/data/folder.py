@@ -44,8 +44,8 @@ class Content:
     Attributes:
         mapping: the content of dataset.yaml.
         poses: the table of poses, rows as in the file.
-        points: the table of the measurements; None for a sensor that has none.
-        references: the table of points fixed to the base; None where there is none.
+        points: the table of the measurements; None for a sensor without such a table.
+        references: the table of points fixed to the base; None if the folder has none.
     """
 
     mapping: dict[str, Any]
@@ -55,7 +55,7 @@ class Content:
 
 
 def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
-    """Return the content of a dataset folder, None where it has a fault; every fault is added to `faults`."""
+    """Return the content of a dataset folder, or None if `faults` is not empty afterwards; every fault found is added to it."""
     names = _list_folder(path, faults)
     if names is None:
         return None
@@ -108,29 +108,30 @@ def read_folder(path: Path) -> Content:
 
 def _list_folder(path: Path, faults: list[Fault]) -> list[str] | None:
     """Return the names of the entries of a folder; None, with a fault, if it cannot be listed or is empty."""
-    example = f"give the folder that holds {DESCRIPTION} and {POSES}"
+    advice = f"give the folder that holds {DESCRIPTION} and {POSES}"
     try:
         if path.is_file():
-            folder = f" ({str(path.parent)!r}?)" if path.name in known_files() else ""
-            faults.append(Fault(str(path), f"a file, not a folder; {example}{folder}"))
+            probably = f" ({str(path.parent)!r}?)" if path.name in known_files() else ""
+            faults.append(Fault(str(path), f"a file, not a folder; {advice}{probably}"))
             return None
         names = sorted(item.name for item in path.iterdir())
     except FileNotFoundError:
-        faults.append(Fault(str(path), f"no such folder; {example}"))
+        faults.append(Fault(str(path), f"no such folder; {advice}"))
         return None
     except OSError as error:
-        faults.append(Fault(str(path), f"cannot be read ({error.strerror or error}); {example}"))
+        faults.append(Fault(str(path), f"cannot be read ({error.strerror or error}); {advice}"))
         return None
     except ValueError as error:  # a null byte in the path
-        faults.append(Fault(str(path), f"not a path ({error}); {example}"))
+        faults.append(Fault(str(path), f"not a path ({error}); {advice}"))
         return None
     if not names:
-        faults.append(Fault(str(path), f"the folder is empty; {example}"))
+        faults.append(Fault(str(path), f"the folder is empty; {advice}"))
         return None
     return names
 
 
 def _missing(file: str, names: list[str]) -> Fault:
+    """Return the fault of a missing file; of the folder's files `names`, one with a similar name is suggested."""
     others = [name for name in names if name not in known_files()]
     hint = did_you_mean(file, others).replace("did you mean", "is it").replace("? ", "? rename it; ")
     return Fault(file, f"the file is missing; {hint}a dataset needs {DESCRIPTION} and {POSES}")
@@ -139,7 +140,7 @@ def _missing(file: str, names: list[str]) -> Fault:
 def _read_references(
     path: Path, description: Description, poses: Table | None, names: list[str], faults: list[Fault]
 ) -> Table | None:
-    """Return the table of points fixed to the base, None if this sensor or version of the format has none, or the file is missing or unreadable."""
+    """Return the table of points fixed to the base; None if the sensor or the version of the format has no such table, or no file can be read."""
     table_format = None if description.sensor_format is None else description.sensor_format.references
     if table_format is None or not description.is_version_2:
         return None
@@ -159,7 +160,7 @@ def _read_references(
 def _read_points(
     path: Path, description: Description, table_format: MeasuredTable, names: list[str], faults: list[Fault]
 ) -> Table | None:
-    """Return the table of the measurements; None, with a fault, if there is not one that can be read."""
+    """Return the table of the measurements; None, with a fault, unless the folder has exactly one and it can be read."""
     files = [name for name in table_format.files if name in names]
     if len(files) > 1:
         faults.append(
@@ -177,9 +178,8 @@ def _read_points(
     read = read_parquet if files[0].endswith(".parquet") else read_csv
     layout = points_layout(table_format, description)
     table = read(path / files[0], layout, faults)
-    if (
-        table is not None
-    ):  # unknown columns are already reported; drop them so that they cause no further faults
+    if table is not None:
+        # Unknown columns are already reported; without them the table causes no further faults.
         known = {*layout.required, *layout.optional}
         table.columns = {name: values for name, values in table.columns.items() if name in known}
     return table

@@ -1,8 +1,8 @@
-"""Read records in YAML as a table: every mapping that stands in a list is a row.
+"""Read records in YAML as a table with a row for each record; a record is a mapping in a list.
 
-Software of laboratories writes campaigns so, a record for each pose (Hilti's construction robot stationing datasets). Lists of records may
-stand anywhere in the document, under any keys; their records are taken in the order of the document. A key of a record is a column; a list of
-numbers is one column for each, `joint_states[1]`, `joint_states[2]` and so on, and a mapping inside a record is one for each of its keys, `pose.x`.
+Laboratory software writes a campaign as a list with a record for each pose (Hilti's construction robot stationing datasets). Lists of records may
+stand anywhere in the document, under any keys; their records are taken in the order of the document. Each key of a record gives a column. A list
+inside a record gives a column for each entry, `joint_states[1]`, `joint_states[2]` and so on, and a mapping one for each key, `pose.x`.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from scalar.errors import Fault, InvalidInput
 from scalar.ingest.raw_table import MISSING, MOST_COLUMNS, RawTable
 
 _Path = tuple[str | int, ...]
-MOST_BYTES = 20_000_000  # of a file; YAML is read a hundred times slower than a table
+MOST_BYTES = 20_000_000  # largest file that is read; YAML is read a hundred times slower than a table
 
 
 def read_records(file: str, raw: bytes, missing: list[str]) -> RawTable:
-    """Return the records of a YAML document as a table of text, which has a row for each; a cell is empty where a record lacks the key.
+    """Return the records of a YAML document as a table of text with a row for each record; a cell is empty if the record lacks the key.
 
     Args:
         file: name of the file.
-        raw: its content.
+        raw: content of the file.
         missing: texts that mean that nothing was measured, besides the usual ones.
 
     Raises:
-        InvalidInput: it is not YAML, or has no list of records.
+        InvalidInput: the file is not YAML or is larger than ``MOST_BYTES``, or has no record, or more than ``MOST_COLUMNS`` columns.
     """
     if len(raw) > MOST_BYTES:
         message = f"{len(raw) / 1e6:.0f} MB of YAML, more than {MOST_BYTES // 1_000_000}; save it as CSV"
@@ -41,7 +41,7 @@ def read_records(file: str, raw: bytes, missing: list[str]) -> RawTable:
         raise InvalidInput(Fault(file, message))
     names = tuple(dict.fromkeys(name for _, cells in rows for name in cells))
     if len(names) > MOST_COLUMNS:
-        message = f"its records have {len(names)} different keys, more than {MOST_COLUMNS}; is it a table?"
+        message = f"the records give {len(names)} columns, more than {MOST_COLUMNS}; is it a list with one record for each pose?"
         raise InvalidInput(Fault(file, message))
     columns = []
     for name in names:
@@ -49,12 +49,12 @@ def read_records(file: str, raw: bytes, missing: list[str]) -> RawTable:
         column[:] = [cells.get(name, "") for _, cells in rows]
         columns.append(column)
     marks = MISSING | {mark.strip().lower() for mark in missing}
-    numbers = np.array([line for line, _ in rows], dtype=np.int64)
-    return RawTable(file, names, tuple(columns), numbers, missing=marks)
+    line_numbers = np.array([line for line, _ in rows], dtype=np.int64)
+    return RawTable(file, names, tuple(columns), line_numbers, missing=marks)
 
 
 def _records(value: Any, path: _Path) -> Iterator[tuple[_Path, dict[str, Any]]]:
-    """Yield every record below a value with its path; what stands inside a record belongs to it."""
+    """Yield every record below a value with its path; a mapping inside a record is part of that record, and not one of its own."""
     if isinstance(value, dict):
         for key, inner in value.items():
             yield from _records(inner, (*path, key))
@@ -67,7 +67,7 @@ def _records(value: Any, path: _Path) -> Iterator[tuple[_Path, dict[str, Any]]]:
 
 
 def _cells(value: Any, name: str) -> Iterator[tuple[str, str]]:
-    """Yield the cells of a record with the names of their columns."""
+    """Yield the name of the column and the text of every cell of a record."""
     if isinstance(value, dict):
         for key, inner in value.items():
             yield from _cells(inner, f"{name}.{key}" if name else key)
