@@ -1,7 +1,7 @@
 """Read a mapping file, and check all of it before a table is opened.
 
-Keys are checked against the schema, columns and units against the sensor and the number of joints. A length or an angle has to name
-its unit; none is guessed.
+Keys are checked against the schema, columns and units against the sensor and the number of joints. Every column of lengths or angles
+has to name its unit; none is guessed.
 """
 
 import json
@@ -30,7 +30,7 @@ from scalar.ingest.named_units import UNITS, description_to_si, units_of_dataset
 from scalar.ingest.row_profiles import RowProfiles
 
 _UNITS_PLACE = "stands at the top of the mapping, beside dataset; move it there"
-_TEXT_PLACE = "stands at the top of the mapping, where it applies to all files; points and nests may have a text of their own in addition"
+_TEXT_PLACE = "stands at the top of the mapping, where it applies to all files; points and nests may have a key text of their own in addition"
 _OF_A_FILE = "remove this key, or write the content of that file under dataset"
 _SI = {"length": "m", "angle": "rad"}
 
@@ -48,10 +48,10 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
 
     Args:
         path: the mapping file.
-        robot: the ``robot:`` block of the dataset in SI, if the file states none.
+        robot: the ``robot:`` block of the dataset in SI; None if the mapping states it. One of the two has to.
 
     Raises:
-        InvalidInput: with every fault found; a misspelt key, column or unit is named.
+        InvalidInput: with every fault of the keys; if there is none, with every fault of the dataset's description and of the columns.
     """
     content, lines = load_yaml_lines(path)
     given = Description(content, lines, path.name)
@@ -61,7 +61,7 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
         )
     check_schema(given, _validator())
     check_finite(given, {key: value for key, value in content.items() if key != "dataset"}, ())
-    given.faults = [_at_its_place(fault) for fault in given.faults]
+    given.faults = [_with_place_of_text(fault) for fault in given.faults]
     inner = content.get("dataset")
     if isinstance(inner, dict) and "dataset_units" in inner:
         given.fault(("dataset", "dataset_units"), _UNITS_PLACE)
@@ -83,9 +83,9 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
     )
     if not description.faults:
         check_columns(given, mapping)
-    of_all = content.get("text", {})
+    for_all_files = content.get("text", {})
     for place, own in ((), {}), (("points",), points or {}), (("nests",), nests or {}):
-        text = {**of_all, **own.get("text", {})}
+        text = {**for_all_files, **own.get("text", {})}
         if text.get("separator", ",") == "," and text.get("decimal") == "," and (not place or "text" in own):
             message = "a comma is the separator already; set text.separator as well, e.g. ';'"
             given.fault((*place, "text", "decimal"), message)
@@ -94,13 +94,13 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
     return mapping
 
 
-def _at_its_place(fault: Fault) -> Fault:
-    """Return a fault; of the key ``text`` in ``poses``, which is unknown there, one that says where it stands."""
+def _with_place_of_text(fault: Fault) -> Fault:
+    """Return the fault; if its place is the key ``text`` in ``poses``, which is unknown there, with a message that says where this key belongs."""
     return replace(fault, message=_TEXT_PLACE) if fault.column == "poses.text" else fault
 
 
 def _description(given: Description, path: Path, robot: Mapping[str, Any] | None) -> Description:
-    """Return the description of the dataset to be written; its faults name the file and key in which it is stated."""
+    """Return the description of the dataset to be written; its faults name the file and the key that have to be corrected."""
     inner, inline = given.mapping["dataset"], True
     units = given.mapping.get("dataset_units", {})
     lines = {key[1:]: line for key, line in given.lines.items() if key[:1] == ("dataset",)}
@@ -141,9 +141,9 @@ def _block(
 
     Args:
         given: The mapping file.
-        key: Of the block in it: ``poses``, ``points`` or ``nests``.
-        block: Its content.
-        table: The dataset's table of measurements for which the block is meant; None if the sensor's kind has none.
+        key: Key of the block in the mapping file: ``poses``, ``points`` or ``nests``.
+        block: Content of the block.
+        table: The dataset's table of measurements, or for ``nests`` that of references; None if the sensor's kind has no such table.
         description: The dataset to be written.
     """
     columns: dict[str, Column] = {}
@@ -170,13 +170,13 @@ def _block(
                 (key, "drop_without", i),
                 f"no such column here ({shorten(name)}); {hint}write one of {', '.join(columns)}",
             )
-    rows, columns_are = block.get("row_profiles"), block.get("column_profiles")
-    if rows is not None and columns_are is not None:
+    row_profiles, column_profiles = block.get("row_profiles"), block.get("column_profiles")
+    if row_profiles is not None and column_profiles is not None:
         given.fault(
             (key, "column_profiles"),
             "a profile is a row of the file or a column; remove row_profiles or this key",
         )
-    if rows is not None and ("first_x" in rows) != ("step" in rows):
+    if row_profiles is not None and ("first_x" in row_profiles) != ("step" in row_profiles):
         given.fault((key, "row_profiles"), "first_x and step are given together; add the other one")
     return Block(
         columns,
@@ -185,8 +185,8 @@ def _block(
         block.get("first_of_each"),
         block.get("euler_axes"),
         block.get("text", {}),
-        None if rows is None else RowProfiles(**rows),
-        None if columns_are is None else ColumnProfiles(**columns_are),
+        None if row_profiles is None else RowProfiles(**row_profiles),
+        None if column_profiles is None else ColumnProfiles(**column_profiles),
         block.get("rows_per_pose"),
     )
 
@@ -194,9 +194,14 @@ def _block(
 def _column(
     given: Description, path: tuple[str | int, ...], name: str, entry: Mapping[str, Any], quantity: str | None
 ) -> Column:
-    """Return the column of a table that becomes the dataset's column ``name``; ``quantity`` is None if values are kept without a unit.
+    """Return how the dataset's column ``name`` is made from a column of a file; its faults go to ``given.faults``, under the key ``path``.
 
-    Its faults go to ``given.faults``, under the key ``path``.
+    Args:
+        given: The mapping file.
+        path: Keys that lead to ``entry``.
+        name: Name of the column in the dataset.
+        entry: What the mapping file states about the column.
+        quantity: What the column holds, such as ``length``; None if its values have no unit.
     """
     unit = entry.get("unit")
     units = UNITS.get(quantity or "", {})
