@@ -16,14 +16,14 @@ from scalar.geometry.se3 import transform_from_rotation_vector
 
 @dataclass(frozen=True, eq=False)
 class PlaneGuess:
-    """A plane as the user guesses it, ``normal . p = distance`` in the base frame.
+    """The user's guess of a plane, ``normal . p = distance`` in the base frame.
 
     Attributes:
         name: name of the plane, as in poses.csv.
-        normal: ``(3,)``, unit; a normal of another length is scaled together with its distance.
+        normal: ``(3,)``, of length one; ``unit_plane`` scales a normal of another length together with the distance.
         distance: distance from the base's origin along the normal [m].
-        distance_std: standard deviation [m], for a plane that is a known reference; else None.
-        normal_std: standard deviation of the normal's direction [rad], for the same planes.
+        distance_std: standard deviation of the distance [m] of a plane that is a known reference; else None.
+        normal_std: standard deviation of the normal's direction [rad] of such a plane; else None.
     """
 
     name: str
@@ -65,7 +65,7 @@ class Sensor:
 
     Attributes:
         kind: The name of one of the kinds in ``scalar.sensors``.
-        T_flange_sensor: ``(4, 4)``, its initial guess; None if it is not given.
+        T_flange_sensor: ``(4, 4)``, initial guess of the sensor's pose on the flange; None if it is not given.
         noise: one standard deviation along the error axis [m]; None if it is to be estimated.
         error_axis: ``ray`` (from the sensor's origin through the point) or ``z``.
         options: further settings that the kind defines, by their keys in dataset.yaml.
@@ -90,7 +90,7 @@ class Sensor:
 def description(
     name: str, source: str, robot: Robot, sensor: Sensor, planes: Sequence[PlaneGuess]
 ) -> dict[str, Any]:
-    """Return the content of dataset.yaml."""
+    """Return the content of dataset.yaml; an empty source is left out, and so is an empty list of planes."""
     mapping: dict[str, Any] = {"format": DATASET_FORMAT, "name": name}
     if source:
         mapping["source"] = source
@@ -101,7 +101,7 @@ def description(
 
 
 def declared_parts(mapping: Mapping[str, Any]) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:
-    """Return the robot, the sensor and the planes that a dataset.yaml without fault declares.
+    """Return the robot, the sensor and the planes that a dataset.yaml without fault declares; no planes if the sensor's kind measures none.
 
     Args:
         mapping: the content of dataset.yaml.
@@ -126,12 +126,12 @@ def declared_parts(mapping: Mapping[str, Any]) -> tuple[Robot, Sensor, tuple[Pla
 
 
 def unit_plane(plane: PlaneGuess) -> PlaneGuess:
-    """Return the plane with a normal of length one; if it has that length already, it is kept to the last digit."""
+    """Return the plane with a normal of length one; a plane whose normal has that length already is returned as it is."""
     if abs(np.linalg.norm(plane.normal) - 1.0) < 1e-12:
         return plane
     return PlaneGuess.from_mapping(plane.to_mapping())
 
 
 def optional_float(value: Any) -> float | None:
-    """Return a number of a file as float, or None if the file has none."""
+    """Return a number of a file as float; None remains None."""
     return None if value is None else float(value)

@@ -11,15 +11,16 @@ from scalar.ingest.mapping import FileRule, MappingFile
 def choose_files(
     mapping: MappingFile, sources: Sequence[Path], file: str
 ) -> tuple[list[tuple[Path, FileRule]], ...]:
-    """Return the files of the poses, of the points and of the nests, each with its rule, in the order of the mapping.
+    """Return the files of the poses, of the points and of the nests, each file with its rule, in the order of the mapping.
 
     Args:
         mapping: The mapping; if it names no files, all files given are files of poses.
-        sources: Files, or folders with the files that the mapping names.
-        file: Name of the mapping file, in messages.
+        sources: Files, or folders with the files that the mapping names; other files of a folder are ignored.
+        file: Name of the mapping file, for messages.
 
     Raises:
-        InvalidInput: A file that the mapping names is not given, or a file is given that it does not name.
+        InvalidInput: A file that the mapping names is not given, a file is given that the mapping does not name, or a folder is given and the mapping
+            names no files.
     """
     every = (mapping.poses, mapping.points, mapping.nests)
     blocks = [block for block in every if block is not None]
@@ -32,8 +33,8 @@ def choose_files(
             message = f"a folder, and {file} names no files; give the files themselves, or add poses.files"
             faults.append(Fault(str(source), message))
         else:
-            names = sorted(path for path in source.iterdir() if path.is_file())
-            given += [path for path in names if any(fnmatchcase(path.name, rule.name) for rule in rules)]
+            inside = sorted(path for path in source.iterdir() if path.is_file())
+            given += [path for path in inside if any(fnmatchcase(path.name, rule.name) for rule in rules)]
     if not rules:
         if faults:
             raise InvalidInput(faults)
@@ -47,7 +48,7 @@ def choose_files(
         for rule in block.files:
             matching = [path for path in given if fnmatchcase(path.name, rule.name) and path not in taken]
             if not matching:
-                message = f"{file} names this file, and it is not among the sources; give it, or its folder"
+                message = f"{file} names this file, but it is not among the sources; give it, or its folder"
                 faults.append(Fault(rule.name, message))
             found += [(path, rule) for path in matching]
             taken.update(matching)
