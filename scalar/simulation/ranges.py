@@ -1,4 +1,4 @@
-"""True ranges of the rays of all scans: those of the physics engine, corrected for the waves and the bow of the target planes' faces."""
+"""True ranges of the rays of all scans, by the physics engine, corrected for the waves and the bow of the target planes' faces."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -24,9 +24,21 @@ def true_ranges(
     plane_index: Array,
     poses: pd.DataFrame,
 ) -> Array:
-    """Return the true ranges (N, M) [m], by pybullet in a world without the arm.
+    """Return the true ranges (N, M) [m] along M rays of each of N scans, by pybullet in a world without the arm.
 
     When a pose was chosen, a test made sure that the arm is not in the beam.
+
+    Args:
+        config: config of the scene, complete.
+        workcell: the target planes and the scanner.
+        effects: the injected effects.
+        T_base_sensor: (N, 4, 4), true sensor frames in the base frame.
+        angles: (N, M) [rad], angles of the rays in the fan.
+        plane_index: (N,), index of the target plane that each pose scans.
+        poses: the table of poses, with a row for each scan.
+
+    Raises:
+        SimulationError: a ray misses its target plane.
     """
     ranges = np.empty(angles.shape)
     surfaces = surfaces_of(config["surface"], workcell.target_planes, config["seed"])
@@ -36,17 +48,17 @@ def true_ranges(
         for rows, target_planes in effects.target_planes(workcell.target_planes, poses):
             world.set_target_planes(target_planes)
             hit, ranges[rows] = cast_fan(world, T_base_sensor[rows], angles[rows], length)
-            wrong = (hit != np.array(world.target_plane_ids)[plane_index[rows], None]).sum(1)
-            if wrong.any():
-                worst = int(np.argmax(wrong))
+            missed = (hit != np.array(world.target_plane_ids)[plane_index[rows], None]).sum(1)
+            if missed.any():
+                worst = int(np.argmax(missed))
                 row = poses.iloc[rows].iloc[worst]
                 raise SimulationError(
-                    f"pose {row['pose']} on plane {row['plane']}: {wrong[worst]} of {angles.shape[1]} rays "
-                    "left the target plane, moved by noise or effects; raise edge_margin_m"
+                    f"pose {row['pose']} on plane {row['plane']}: {missed[worst]} of {angles.shape[1]} rays "
+                    "left the target plane, because noise or an effect moved it or the sensor; raise edge_margin_m"
                 )
             for k, surface in enumerate(surfaces):
-                on_it = np.arange(len(plane_index))[rows]
-                on_it = on_it[plane_index[on_it] == k]
-                starts = T_base_sensor[on_it, None, :3, 3]
-                ranges[on_it] = to_surface(surface, target_planes[k], starts, u[on_it], ranges[on_it])
+                scans = np.arange(len(plane_index))[rows]
+                scans = scans[plane_index[scans] == k]
+                starts = T_base_sensor[scans, None, :3, 3]
+                ranges[scans] = to_surface(surface, target_planes[k], starts, u[scans], ranges[scans])
     return ranges

@@ -1,6 +1,6 @@
 """Write a finished run as an RO-Crate: one zip that states in JSON-LD what made each file (RO-Crate 1.1, profile Workflow RO-Crate 1.0).
 
-The archive contains the workflow with its rules and scripts, the config that was run, and the results: figures, tables and the paper. The simulated
+The archive contains the workflow with its rules and scripts, the config of the run, and the results: figures, tables and the paper. The simulated
 datasets are left out, since the same seeds produce them again, byte by byte.
 """
 
@@ -39,11 +39,13 @@ def write_crate(path: Path, *, root: Path, results: Sequence[Path], config: Mapp
     Args:
         path: The zip to write.
         root: Folder of the checkout.
-        results: Files that the run made, relative to the working directory.
+        results: Files that the run made, at least one; paths are absolute or relative to the working directory.
         config: Config of the run.
 
     Raises:
-        FileNotFoundError: A result is absent.
+        FileNotFoundError: A result is missing.
+        InvalidInput: CITATION.cff cannot be read.
+        KeyError: The ending of a result is not in ``MEDIA``, or the licence not in ``LICENCES``.
     """
     citation = load_yaml(root / "CITATION.cff")
     # Any: the type hints of rocrate do not know the attributes of an entity.
@@ -73,22 +75,22 @@ def write_crate(path: Path, *, root: Path, results: Sequence[Path], config: Mapp
     for file in _sources(root):
         crate.add_file(file, file.relative_to(root).as_posix())
     with tempfile.TemporaryDirectory() as folder:
-        ran = Path(folder, "config.json")
-        ran.write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
+        config_file = Path(folder, "config.json")
+        config_file.write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
         about = {"name": "the config of the run", "encodingFormat": MEDIA[".json"]}
-        given = crate.add_file(ran, "config.json", properties=about)
+        config_entity = crate.add_file(config_file, "config.json", properties=about)
         made = [
             crate.add_file(file, _within(file), properties={"encodingFormat": MEDIA[file.suffix]})
             for file in results
         ]
         about = {"name": "snakemake", "endTime": datetime.fromtimestamp(finished, UTC).isoformat()}
-        crate.add_action(workflow, object=given, result=made, properties=about)
+        crate.add_action(workflow, object=config_entity, result=made, properties=about)
         with atomic_write(path) as temporary:
             crate.write_zip(temporary)
 
 
 def _sources(root: Path) -> list[Path]:
-    """Return the files of the workflow without its Snakefile, and the files on how to cite, use and install it."""
+    """Return the files in ``workflow/`` except ``WORKFLOW``, and those of Snakefile, citation, licence and lock file that the checkout has."""
     of_workflow = [
         file
         for file in sorted((root / "workflow").rglob("*"))
@@ -99,7 +101,7 @@ def _sources(root: Path) -> list[Path]:
 
 
 def _within(file: Path) -> str:
-    """Return the path of a result in the archive: that in the working directory, or ``results/NAME`` if its path is absolute."""
+    """Return the path of a result in the archive: the same path if it is relative, ``results/NAME`` if it is absolute."""
     return file.as_posix() if not file.is_absolute() else f"results/{file.name}"
 
 
