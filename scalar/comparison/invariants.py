@@ -1,10 +1,10 @@
 """The part of the difference of two calibrations that belongs to the arm, whatever base, sensor and fixed parameters the campaigns had.
 
-The derivatives of the predicted poses by the arm's parameters (a screw for each pose and parameter) are freed of every motion of the base
-(left of the arm) and of the sensor (right of it). Combinations of parameters that then move nothing, such as d of one and -d of the next of
-two parallel axes, are null directions G: two fits may differ along them by the choice of what was fixed. Only linear functions Q of the
-parameters with ``Q G = 0`` can be compared. Their covariance is ``Q C Q'``, C being that of the difference; functions that neither
-calibration estimated are left out.
+From the derivatives of the predicted poses by the arm's parameters (a screw for each pose and parameter), motions of the base and of the
+sensor are projected out. Combinations of parameters that then move nothing, such as d of one and -d of the next of two parallel axes, are
+null directions G: two fits may differ along them only because different parameters were fixed. Only linear functions Q of the parameters
+with ``Q G = 0`` can be compared. Their covariance is ``Q C Q'``, C being that of the difference; functions that neither calibration
+estimated are left out.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from scalar.geometry.screws import change_frame
 from scalar.geometry.se3 import Array
 
 N_POSES = 300
-_NULL = 1e-7  # of the largest singular value: below it a combination moves nothing
-_NOT_ESTIMATED = 1e-12  # of the largest variance: a function with less was estimated by neither calibration, and has no error
-_INVISIBLE = 1e-6  # norm of a parameter's column of Q, at most 1: below it no comparable function depends on the parameter
+_NULL = 1e-7  # share of the largest singular value: a combination with a smaller one moves nothing
+_NOT_ESTIMATED = 1e-12  # share of the largest variance: neither calibration estimated a function with less
+_INCOMPARABLE = 1e-6  # norm of a parameter's column of Q, at most 1: if it is smaller, no comparable function depends on the parameter
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +33,8 @@ class Invariants:
     """The comparable functions of the parameters, whitened: R numbers of unit variance.
 
     Attributes:
-        difference: ``(R,)``, B minus A.
-        response: ``(R, P)``, derivative of the numbers by each parameter of the arm; zero for a parameter that cannot be compared.
+        difference: ``(R,)``, their values in B minus those in A.
+        response: ``(R, P)``, derivatives of the numbers by the arm's parameters; zero for a parameter that cannot be compared or was fixed in both.
     """
 
     difference: Array
@@ -42,7 +42,7 @@ class Invariants:
 
 
 def invariants(arm: ArmParameters) -> Invariants:
-    """Return the difference of two calibrations in the functions of the parameters that can be compared."""
+    """Return the functions of the arm's parameters in which two calibrations can be compared, with the difference of the two."""
     poses = random_poses(arm.model, N_POSES)
     columns = _pose_columns(arm.model, poses)[:, arm.columns]
     scale = np.linalg.norm(columns, axis=0) / np.sqrt(len(poses))
@@ -64,15 +64,15 @@ def invariants(arm: ArmParameters) -> Invariants:
     estimated = values > _NOT_ESTIMATED * values.max(initial=0.0)
     whiten = (vectors[:, estimated] / np.sqrt(values[estimated])).T
     response = whiten @ Q
-    visible = np.linalg.norm(Q, axis=0) > _INVISIBLE
-    visible &= ~arm.fixed_in_both
-    return Invariants(response @ (arm.difference * scale), response * (visible * scale))
+    comparable = np.linalg.norm(Q, axis=0) > _INCOMPARABLE
+    comparable &= ~arm.fixed_in_both
+    return Invariants(response @ (arm.difference * scale), response * (comparable * scale))
 
 
 def displacement_columns(arm: ArmParameters) -> Array:
     """Return the derivatives ``(3 K, P)`` [m per unit] of the predicted positions at random poses by the arm's parameters.
 
-    The best motion of the base and the best shift of the sensor on the flange are removed from each.
+    From each column, the motion of the base and the shift of the sensor on its flange that fit it best are subtracted. K is ``N_POSES``.
     """
     kinematics = kinematics_at(arm.model, random_poses(arm.model, N_POSES))
     moved = shifts(kinematics, kinematics.screws()[:, :, arm.columns])
@@ -80,9 +80,10 @@ def displacement_columns(arm: ArmParameters) -> Array:
 
 
 def displacements(a: Model, b: Model) -> Array:
-    """Return the positions by model b less those by model a at K random poses ``(K, 3)`` [m], the best motion of base and sensor removed.
+    """Return the positions predicted by model b minus those by model a at K random poses, ``(K, 3)`` [m] in the base frame.
 
-    Effects that do not stay with the arm are left out.
+    The motion of the base and the shift of the sensor on its flange that fit the differences best are subtracted. Effects that do not stay with
+    the arm are left out. The poses, and the nominal robot at which effects are evaluated, are those of model a.
     """
     poses = random_poses(a, N_POSES)
     T, other = (
@@ -97,7 +98,10 @@ def displacements(a: Model, b: Model) -> Array:
 
 
 def _pose_columns(model: Model, poses: Poses) -> Array:
-    """Return the derivatives of whole poses by the parameters ``(6 K, P)``, freed of motions of base and sensor; a radian counts as a metre."""
+    """Return the derivatives ``(6 K, P)`` of K poses by the parameters, with motions of base and sensor projected out.
+
+    A radian counts as a metre, and nearly parallel axes as exactly parallel.
+    """
     kinematics = kinematics_at(replace(model, robot=with_parallel_axes(model.robot)), poses)
     T = kinematics.T_base_sensor
     eye = np.broadcast_to(np.eye(6), (len(T), 6, 6))

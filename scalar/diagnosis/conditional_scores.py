@@ -1,4 +1,4 @@
-"""Score an effect of a state given its other effects, and all candidates in its place."""
+"""Score an effect of a state, and all candidates in its place, given the other effects of the state."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ from scalar.geometry.se3 import Array
 
 
 def rivals(state: FittedState, i: int, columns: CandidateColumns) -> tuple[Scored, list[Scored]]:
-    """Return the score of effect i of a state given its other effects, and the scores of all candidates in its place."""
+    """Return the score of effect i of a state given the other effects, and the scores of all candidates in its place, best first.
+
+    Candidates that are the same effect are among them. ``columns`` has the candidates' columns at the state.
+    """
     left_out = background_without(state, [i])
     return score_together(state, [i], columns.candidates, left_out), rank(state, left_out[0], columns)
 
@@ -26,10 +29,11 @@ def rivals(state: FittedState, i: int, columns: CandidateColumns) -> tuple[Score
 def rivals_of_strongest_part(
     state: FittedState, i: int, own: Scored, columns: CandidateColumns
 ) -> list[Scored]:
-    """Return the scores of all candidates in place of the strongest part of effect i, its other parts staying in the model, best first.
+    """Return the scores of other candidates in place of the strongest part of effect i while its other parts stay in the model, best first.
 
-    A series of a joint's orders may win against each single candidate only because it has several parts. If a candidate explains as much as the
-    strongest part does, the other parts can stay in the model with that candidate just as well, and the data do not tell the two answers apart.
+    A part is a joint or an order. A series of a joint's orders may win against each single candidate only because it has several parts. If
+    a candidate explains as much as the strongest part does, the other parts can stay in the model with that candidate just as well, and the data do
+    not distinguish the two answers.
 
     Args:
         state: The state with the effect.
@@ -38,26 +42,27 @@ def rivals_of_strongest_part(
         columns: The candidates' columns at the state.
 
     Returns:
-        Each score is that of the candidate together with the other parts, which stand in ``Scored.other_parts``. The list is empty if the effect has
-        one part only.
+        Gain, degrees of freedom and evidence are those of the candidate together with the other parts, which stand in ``Scored.other_parts``;
+        p-value and observability are those of the candidate alone. Candidates that are the same answer as the effect are left out. The list is empty
+        if the effect has one part only, or if some of its coefficients are fixed.
     """
     parts = parts_of(state, i)
     if not parts:
         return []
     effect = state.effects[i]
-    left_out = [_background_without(state, *part) for part in parts]
+    left_out = [_background_without(state, local, prior_std) for local, prior_std in parts]
     scores = [_score(state, [effect], columns.candidates, left) for left in left_out]
     strongest = int(np.argmax([score.gain for score in scores]))
-    gone, terms = scores[strongest], effect.parts()[strongest]
+    part, terms = scores[strongest], effect.parts()[strongest]
     rest = effect.with_terms([k for k in range(effect.n_terms) if k not in terms]).with_coefficients_of(
         effect
     )
     return [
         replace(
             s,
-            gain=own.gain - gone.gain + s.gain,
-            dof=own.dof - gone.dof + s.dof,
-            evidence=own.evidence - gone.evidence + s.evidence,
+            gain=own.gain - part.gain + s.gain,
+            dof=own.dof - part.dof + s.dof,
+            evidence=own.evidence - part.evidence + s.evidence,
             other_parts=rest,
         )
         for s in rank(state, left_out[strongest][0], columns)
@@ -71,12 +76,12 @@ def score_together(
     candidates: CandidateSet,
     left_out: tuple[Background, Array, Array],
 ) -> Scored:
-    """Return the joint score of several effects of a state given its other effects; ``Scored.effect`` is the first of them.
+    """Return the joint score of several effects of a state given the others; ``Scored.effect`` is the first of the several.
 
     Args:
         state: The state with the effects.
         indices: Indices of the effects.
-        candidates: The candidate set, from which the numbers of candidates are taken.
+        candidates: The candidate set, for whose numbers of candidates evidence and p-value are corrected.
         left_out: What ``background_without`` returns for these effects.
     """
     return _score(state, [state.effects[i] for i in indices], candidates, left_out)
@@ -90,12 +95,13 @@ def _score(
 ) -> Scored:
     """Return the joint score of the columns that were left out, which are those of some effects or of a part of one effect."""
     without, columns, prior_std = left_out
-    # The products of these columns, conditional on the rest of the model.
+    # The model spans the columns, so what they have besides the rest of the model lies in the released directions.
     assert without.released is not None
     given = without.released.T @ columns
     squares = np.sum(columns * columns, axis=0)
     projected = Projected.with_gram(without, columns, given.T @ given, squares, prior_std)
     gain, dof, observability = (x[0] for x in projected.score(np.arange(columns.shape[1])[None]))
+    # Changes are not among these candidates; a change was tried at every pose.
     families = [sum(c.name == e.name for c, _ in candidates.tried) for e in effects]
     family = prod(count or state.dataset.n_poses for count in families)
     return score_of(
@@ -104,9 +110,10 @@ def _score(
 
 
 def background_without(state: FittedState, indices: Sequence[int]) -> tuple[Background, Array, Array]:
-    """Return the background of a state without some effects, the free columns of these effects ``(N m, k)`` and their prior standard deviations.
+    """Return the background of a state without some effects, the columns of the k free coefficients of these effects, and their prior std.
 
-    The prior standard deviations are ``(k,)``, infinite for coefficients without a prior.
+    The columns ``(N m, k)`` are whitened; N is the number of poses, m that of rows per pose. The prior standard deviations ``(k,)`` are infinite for
+    coefficients without a prior.
     """
     return _background_without(state, *columns_of_effects(state, indices))
 
@@ -114,7 +121,7 @@ def background_without(state: FittedState, indices: Sequence[int]) -> tuple[Back
 def _background_without(
     state: FittedState, local: Array, prior_std: Array
 ) -> tuple[Background, Array, Array]:
-    """Return the same without the free columns ``local`` ``(F,)`` bool, whose prior standard deviations are ``prior_std`` ``(k,)``."""
+    """Return what ``background_without`` does, without the free columns ``local`` ``(F,)`` bool with prior standard deviations ``(k,)``."""
     background = without_columns(state.background(), state, local, prior_std)
     measured = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
     return background, whitened(state.whitening, state.linearised()[1][:measured, local]), prior_std
@@ -133,19 +140,19 @@ def without_columns(background: Background, state: FittedState, local: Array, pr
 
 
 def columns_of_effects(state: FittedState, indices: Sequence[int]) -> tuple[Array, Array]:
-    """Return which of a state's free columns ``(F,)`` bool are those of some effects, and their prior standard deviations ``(k,)``."""
+    """Return which of a state's F free columns are those of some effects ``(F,)`` bool, and the prior standard deviations of these ``(k,)``."""
     start = state.model.blocks["effects"].start
     ends = start + np.cumsum([0, *(len(effect.coefficients) for effect in state.effects)])
-    mine = np.zeros(len(state.free), dtype=bool)
+    of_effects = np.zeros(len(state.free), dtype=bool)
     prior_std = np.full(len(state.free), np.inf)
     for i in indices:
-        mine[ends[i] : ends[i + 1]] = True
+        of_effects[ends[i] : ends[i + 1]] = True
         prior_std[ends[i] : ends[i + 1]] = state.effects[i].prior_std
-    return mine[state.free], prior_std[mine & state.free]
+    return of_effects[state.free], prior_std[of_effects & state.free]
 
 
 def parts_of(state: FittedState, i: int) -> list[tuple[Array, Array]]:
-    """Return for each part of effect i of a state (a joint or an order) its free columns ``(F,)`` bool and their prior standard deviations ``(w,)``.
+    """Return for each part of effect i of a state (a joint or an order) its w free columns ``(F,)`` bool and their prior std ``(w,)``.
 
     The list is empty if the effect has one part only, or if some of its coefficients are fixed because they are unobservable.
     """
