@@ -1,4 +1,4 @@
-"""Judge the effects of a run: what might explain the data in the place of each, and how probable its name is."""
+"""Judge the effects of a run: what else might explain the data in the place of each effect, and how probable its name is."""
 
 from __future__ import annotations
 
@@ -27,7 +27,10 @@ NEAREST_RIVALS = 8  # number of rivals, those with the most evidence, with which
 
 
 def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Finding, ...]:
-    """Return a finding for each effect of a run: its confidence, what it is confounded with, and the held-out errors without and with it."""
+    """Return a finding for each effect of a run: its confidence, what it is confounded with, and the held-out errors without and with it.
+
+    These errors are those of the models to which the effects are added one after the other, in their order.
+    """
     before, after, candidates = run.before, run.after, run.candidates
     found: list[Finding] = []
     state, error_before = before, held_out_errors(before)
@@ -55,17 +58,17 @@ def _finding(
     errors: tuple[HeldOutErrors, HeldOutErrors],
     final_residuals: FinalResiduals,
 ) -> Finding:
-    """Return the finding for effect i of a state: the effect is compared with all candidates that might explain the data in its place.
+    """Return the finding for effect i of a state, from a comparison with all candidates that might explain the data in its place.
 
     Args:
         after: The state with all effects.
-        scored: The same with the priors for whitened rows.
+        scored: The same state with the priors for whitened rows.
         i: Index of the effect.
         columns: The candidates' columns at ``scored``.
-        folds: The poses of ``scored`` without each fold.
+        folds: What ``without_each_fold`` returns for ``scored``.
         unnamed: Log evidence [nats] of flexible terms in the effect's place.
         errors: Held-out errors without and with the effect.
-        final_residuals: What the residuals of the state show.
+        final_residuals: What the residuals of ``after`` show.
     """
     effect, settings = after.effects[i], after.settings
     # The score of the effect itself given the other effects, and those of all candidates in its place.
@@ -75,29 +78,29 @@ def _finding(
     )
     ranking = sorted([*in_its_place, *in_place_of_strongest_part], key=lambda s: -s.evidence)
     ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
-    rivals_of_it = [s for s in ranking if not s.effect.same_answer(effect)]
+    its_rivals = [s for s in ranking if not s.effect.same_answer(effect)]
     confounded = [] if effect.flexible else _confounded(own, ranking, settings)
     if is_shrunk(effect):
-        rivals_of_it, confounded, unnamed = [], [], []
-    nearest = [s for s in rivals_of_it if s.other_parts is None][:NEAREST_RIVALS]
+        its_rivals, confounded, unnamed = [], [], []
+    nearest = [s for s in its_rivals if s.other_parts is None][:NEAREST_RIVALS]
     without_fold = fold_odds(i, [s.effect for s in nearest], folds)
     least_odds = [
         *zip(nearest, without_fold[1:].tolist(), strict=True),
-        *((s, own.evidence - s.evidence) for s in rivals_of_it if s.other_parts is not None),
+        *((s, own.evidence - s.evidence) for s in its_rivals if s.other_parts is not None),
     ]
 
     def grounds_against(others: Sequence[Scored]) -> Grounds:
-        """Return the grounds of the effect against some of its rivals."""
+        """Return the grounds of the effect if only some of its rivals are considered."""
         least = min([float(without_fold[0]), *(odds for s, odds in least_odds if s in others)])
         evidence: list[float] = [*(s.evidence for s in others), *unnamed]
         return grounds_of_effect(scored, i, own, evidence, least, final_residuals)
 
-    grounds = grounds_against(rivals_of_it)
+    grounds = grounds_against(its_rivals)
     own_confidence = confidence(grounds, effect.name)
     # A report lists the confounded effects together with the name. The name is therefore doubtful only if the confidence that the cause is the effect
     # or one of these is too low. This confidence in the whole group is computed against the rivals outside the group.
-    others = [s for s in rivals_of_it if not any(s.effect.same_place(like) for like in confounded)]
-    of_group = confidence(grounds_against(others), effect.name)
+    outside = [s for s in its_rivals if not any(s.effect.same_place(like) for like in confounded)]
+    of_group = confidence(grounds_against(outside), effect.name)
     likely = max(own_confidence, of_group) >= settings.naming.least_confidence
     return Finding(
         effect,
