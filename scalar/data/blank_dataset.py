@@ -1,6 +1,6 @@
 """Write a dataset folder that the user fills in: dataset.yaml with comments, tables with their headers, and README.txt.
 
-What only the user knows is left empty, so that `scalar validate` names it as missing: guesses of the planes, the sensor's nominal
+What only the user knows is left empty, so that `scalar validate` reports it as missing: guesses of the planes, the sensor's nominal
 pose if the sensor needs one, and every row of the tables.
 """
 
@@ -25,13 +25,13 @@ _POSES = "poses.csv"
 def write_blank_dataset(
     folder: Path, robot: Mapping[str, Any], format: SensorFormat, about_robot: Sequence[str] = ()
 ) -> None:
-    """Write the folder, whole or not at all.
+    """Write a dataset folder without measurements, whole or not at all.
 
     Args:
         folder: The folder to write; it must be missing or empty.
         robot: The ``robot:`` block of dataset.yaml.
         format: Format of a dataset with the wanted kind of sensor: its tables, columns and options.
-        about_robot: Lines that are written as comments above the robot; the first is the dataset's ``source`` as well.
+        about_robot: Lines that are written as comments in the block ``robot:``; the first is the dataset's ``source`` as well.
 
     Raises:
         InvalidInput: The folder holds something already, or cannot be written.
@@ -61,7 +61,7 @@ def _description(
     """Return the text of dataset.yaml."""
     lines = [
         "# What was measured, and on what. Lengths in metres, angles in radians; a line that begins with # is a comment.",
-        "# README.txt says what belongs into the tables. `scalar validate` on this folder says what is still missing.",
+        "# README.txt says what belongs in the tables. `scalar validate` on this folder says what is still missing.",
         f"format: {DATASET_FORMAT}",
         f"name: {_quoted(name)}",
         f"source: {_quoted(about_robot[0] if about_robot else '')}  # free text: add who measured, when, with what",
@@ -81,8 +81,8 @@ def _description(
         lines.append(f"    - {_flow(joint)}{comment}")
     if not any("limits" in joint for joint in robot["joints"]):
         lines.append(
-            "  # Add `limits: [-3.14, 3.14]` [rad; m where a joint slides] to each joint: `scalar plan` keeps to them, and to a whole turn "
-            "without."
+            "  # Add `limits: [-3.14, 3.14]` [rad; m where a joint slides] to each joint: `scalar plan` keeps to them. Without limits, it "
+            "keeps to -pi to pi (-1 to 1 m where a joint slides)."
         )
     for key in ("base", "flange", "gravity", "tolerance"):
         if key in robot:
@@ -102,7 +102,7 @@ def _description(
     )
     lines += [
         f"  # {pose} [m, rad], rough; {needed}",
-        "  # noise: 1.0e-4  # one standard deviation of a measurement [m]; left out: it is estimated",
+        "  # noise: 1.0e-4  # one standard deviation of a measurement [m]; if it is left out, it is estimated",
     ]
     lines += [f"  # {key}: {spec.get('description', 'see the help')}" for key, spec in format.options.items()]
     if format.on_planes:
@@ -136,7 +136,7 @@ def _flow(value: Any) -> str:
 
 
 def _readme(n: int, format: SensorFormat) -> str:
-    """Return the text of README.txt: what belongs into which file, with an example row of each table."""
+    """Return the text of README.txt: what belongs in which file, with an example row of each table."""
     angles = [f"{0.1 * (-1) ** i * (i + 1):.4f}" for i in range(n)]
     example = ["0", *(["floor"] if format.on_planes else []), *angles]
     lines = [
@@ -151,7 +151,7 @@ def _readme(n: int, format: SensorFormat) -> str:
         "  " + ",".join(example),
         "pose is a whole number of your choice"
         + (", plane a name from dataset.yaml." if format.on_planes else "."),
-        "Optional columns, used where present: order (of acquisition; else that of the rows), time [s], temperature [deg C],",
+        "Optional columns, used where present: order (of acquisition; without it, that of the rows), time [s], temperature [deg C],",
         "session (after the planes, the tracker or the sensor were set up again), approach1, approach2, ... (-1 or 1: the direction",
         "from which a joint arrived). 60 to 100 poses, spread over the workspace, are a usual number.",
         "",
@@ -159,7 +159,7 @@ def _readme(n: int, format: SensorFormat) -> str:
     table = format.table
     if table is None:
         lines += [
-            "There is no third file: where the arm touches a plane, joint angles and the plane's name say it all.",
+            "There is no third file: a contact with a plane is described by the joint angles and the plane's name.",
         ]
     else:
         units = ", ".join(f"{column} [{unit}]" for column, unit in table.units.items())
@@ -191,7 +191,9 @@ def _further(table: MeasuredTable) -> list[str]:
         f"{name} [{table.optional[name]}]" if name in table.optional else name for name in table.further
     ]
     several = (
-        [f"With {table.item}, a name, a pose has a row for each of several {table.item}s that it shows."]
+        [
+            f"If several {table.item}s are measured, each has a row of its own, and the column {table.item} names it."
+        ]
         if table.item is not None
         else []
     )

@@ -11,7 +11,7 @@ KNOWN_POSE_COLUMNS = ("pose", "plane", "order", "time", "temperature", "session"
 
 
 def covariate_names(columns: Sequence[str], n_joints: int) -> tuple[str, ...]:
-    """Return the names of the covariates among the columns of a table of poses, in their order.
+    """Return the names of the covariates among the columns of a table of poses, in the order of the columns.
 
     The columns ``qc1..qcn`` are commanded joint positions only if there is one for each joint; otherwise they are covariates as well.
     """

@@ -12,7 +12,7 @@ from scalar.geometry.robot import GEOMETRY, Robot
 from scalar.geometry.se3 import Array
 
 NEAR_PARALLEL = 0.1
-"""Sine of the angle between two axes, here of about 6 degrees, below which they count as nearly parallel."""
+"""Sine of the angle between two axes below which they count as nearly parallel: about 6 degrees."""
 _ALPHA, _BETA = GEOMETRY.index("alpha"), GEOMETRY.index("beta")
 
 
@@ -29,7 +29,7 @@ def near_parallel_joints(robot: Robot) -> list[int]:
 
 
 def with_parallel_axes(robot: Robot) -> Robot:
-    """Return the robot with near-parallel successive axes made exactly parallel: alpha a multiple of pi, beta 0."""
+    """Return the robot with nearly parallel successive axes made exactly parallel: alpha the nearest multiple of pi, beta 0."""
     geometry = robot.geometry.copy()
     near = near_parallel(robot)
     geometry[_ALPHA] = np.where(near, np.pi * np.round(geometry[_ALPHA] / np.pi), geometry[_ALPHA])

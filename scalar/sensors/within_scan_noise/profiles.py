@@ -23,12 +23,12 @@ class Profiles:
         starts: ``(N + 1,)``, scan s owns the points ``starts[s]:starts[s + 1]``.
         height: ``(P,)``, y, in standard deviations sigma.
         Q: ``(P, 3)``, orthonormal columns of each scan: shift, turn, curvature.
-        curvature: ``(N,)`` [m], what a height of ``t^2 / (1 m)`` contributes to the scan's ``Q' y`` along the third column of Q.
+        curvature: ``(N,)`` [m], the component of y along the third column of Q per unit of c [1/m] in a height ``f = c t^2``, t in metres.
         angle: ``(P,)`` [rad], of the ray; ascending within a scan.
         along: ``(P,)`` [m], position along the scan's line.
         log_range: ``(N,)``, mean logarithm of the range [m].
         log_incidence: ``(N,)``, mean logarithm of ``|n . e|``.
-        target_index: ``(N,)``, index of the plane.
+        target_index: ``(N,)``, index of the plane that each scan measures.
     """
 
     starts: Array
@@ -47,7 +47,7 @@ class Profiles:
 
         Args:
             scans: What was measured.
-            contact: ``(N, 3)``, contact vectors.
+            contact: ``(N, 3)``, contact vectors (``scalar.sensors.profile``).
             incidence: ``(P,)``, ``|n . e|`` of every point.
         """
         points, starts = scans.points, scans.starts
@@ -88,18 +88,18 @@ class Profiles:
         return np.repeat(np.arange(len(self.starts) - 1), self.counts)
 
     def sum(self, values: Array) -> Array:
-        """Return sums over each scan of values ``(P,)`` or ``(P, k)``."""
+        """Return the sums ``(N,)`` or ``(N, k)`` of values ``(P,)`` or ``(P, k)`` over the points of each scan."""
         return np.add.reduceat(values, self.starts[:-1], axis=0)
 
     def without(self, values: Array, columns: int) -> Array:
         """Return values ``(P,)`` less each scan's projection on the first columns of Q: 2 for its line, 3 for its parabola."""
         Q, counts = self.Q[:, :columns], self.counts
-        for _ in range(2):  # twice is enough
+        for _ in range(2):  # the second projection removes the rounding errors of the first
             values = values - np.sum(Q * np.repeat(self.sum(Q * values[:, None]), counts, axis=0), axis=1)
         return values
 
     def clipped(self, values: Array, sigmas: float) -> Array:
-        """Return values ``(P,)`` clipped to a number of robust standard deviations of their own scan (from the median of absolute values)."""
+        """Return values ``(P,)`` clipped to ``sigmas`` robust standard deviations of their own scan (from the median of absolute values)."""
         size = np.abs(values)
         ranked = size[np.lexsort((size, self.scan))]
         first, counts = self.starts[:-1], self.counts
@@ -108,7 +108,7 @@ class Profiles:
         return np.where(limit > 0, np.clip(values, -limit, limit), values)
 
     def about_lines(self, trusted: Array) -> Array:
-        """Return heights about each scan's own line, without the curvature that the scans of a plane share ``(P,)``.
+        """Return heights ``(P,)``, in standard deviations, about each scan's own line, without the curvature that the scans of a plane share.
 
         A bowed plane, or a range error that is not linear, bends all scans of a plane alike, so their common curvature is not noise.
 
@@ -128,6 +128,7 @@ class Profiles:
 
 
 def _weighted_median(values: Array, weights: Array) -> float:
+    """Return the least value such that it and all smaller ones have half of the total weight."""
     order = np.argsort(values, kind="stable")
     cumulated = np.cumsum(weights[order])
     return float(values[order][np.searchsorted(cumulated, 0.5 * cumulated[-1])])
