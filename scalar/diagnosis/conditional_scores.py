@@ -101,7 +101,7 @@ def _score(
     squares = np.sum(columns * columns, axis=0)
     projected = Projected.with_gram(without, columns, given.T @ given, squares, prior_std)
     gain, dof, observability = (x[0] for x in projected.score(np.arange(columns.shape[1])[None]))
-    # Changes are not among these candidates; a change was tried at every pose.
+    # An effect of a kind that is not among the candidates counts as a change, which is tried at every pose.
     families = [sum(c.name == e.name for c, _ in candidates.tried) for e in effects]
     family = prod(count or state.dataset.n_poses for count in families)
     return score_of(
