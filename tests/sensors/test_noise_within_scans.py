@@ -92,6 +92,15 @@ def test_a_bowed_plane_is_not_noise(rng):
     assert lengths[1]["length_points"] == pytest.approx(lengths[0]["length_points"], rel=0.1)
 
 
+def test_the_curvature_of_a_plane_is_removed_from_scans_of_any_tilt():
+    """Without noise, next to nothing of a bow remains about the scans' own lines, however the scanner's plane is tilted against the target."""
+    rng = np.random.default_rng(3)
+    profiles = profiles_of(lambda rng, angles, along, ranges: 0.0 * angles, rng, bow=2e-3)
+    bent = profiles.without(profiles.height, 2)
+    left = profiles.about_lines(np.ones(len(profiles.counts), dtype=bool))
+    assert np.linalg.norm(left) < 0.01 * np.linalg.norm(bent)
+
+
 def test_stray_points_count_for_little(rng):
     """If two points in a hundred are off by twenty standard deviations, no correlation is found."""
 

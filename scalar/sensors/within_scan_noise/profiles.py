@@ -69,7 +69,7 @@ class Profiles:
             starts,
             (weight * height)[order],
             Q[order],
-            R[:, 2, 2] * length**2,
+            R[:, 2, 2] / length**2,  # t of profile_columns is in metres times the length
             angle[order],
             (t / np.repeat(length, counts))[order],
             mean(np.log(reach)),
