@@ -75,8 +75,13 @@ def refuse_foreign(outputs: Sequence[tuple[Path, Own]], force: bool, inputs: Seq
         raise InvalidInput(faults)
 
 
-def refuse_foreign_plan(folder: Path, force: bool) -> None:
-    """Refuse, without ``force``, to write a plan to a folder whose files are no earlier plan, such as the poses.csv of a dataset.
+def refuse_foreign_plan(folder: Path, force: bool, inputs: Sequence[Path] = ()) -> None:
+    """Refuse to replace inputs by a plan and, without ``force``, files that are no earlier plan, such as the poses.csv of a dataset.
+
+    Args:
+        folder: The folder to which the plan is written.
+        force: Whether any file except an input may be replaced.
+        inputs: Files that are read, and may never be replaced.
 
     Raises:
         InvalidInput: There are such files; it has one fault for each.
@@ -96,6 +101,7 @@ def refuse_foreign_plan(folder: Path, force: bool) -> None:
             (folder / "plan.png", of_the_plan),
         ],
         force,
+        inputs,
     )
 
 

@@ -109,6 +109,7 @@ def plan(
     """
     import numpy as np
 
+    from scalar.data.folder import POSES
     from scalar.planning.candidates import draw_candidates
     from scalar.planning.workcell import View, Workcell
 
@@ -117,6 +118,8 @@ def plan(
     arm, sensor, planes, dataset = declared(
         robot, needs_data=after is not None, may_have_data=near is not None
     )
+    if dataset is not None:
+        refuse_foreign_plan(output, force, [Path(robot) / POSES])
     view = View(*_range(limits), fan * DEG, incidence * DEG)
     calibration = calibration_near(near, after, arm)
     sensor = with_noise(sensor, noise, calibration)

@@ -137,15 +137,23 @@ def _missing(file: str, names: list[str]) -> Fault:
     return Fault(file, f"the file is missing; {hint}a dataset needs {DESCRIPTION} and {POSES}")
 
 
+def _one_of_two(files: list[str]) -> Fault:
+    """Return the fault of two files of the same table."""
+    return Fault(files[1], f"{files[0]} is there too, and only one can be meant; remove one of them")
+
+
 def _read_references(
     path: Path, description: Description, poses: Table | None, names: list[str], faults: list[Fault]
 ) -> Table | None:
-    """Return the table of points fixed to the base; None if the sensor or the version of the format has no such table, or no file can be read."""
+    """Return the table of points fixed to the base; None if the sensor or the version of the format has no such table, or none can be read."""
     table_format = None if description.sensor_format is None else description.sensor_format.references
     if table_format is None or not description.is_version_2:
         return None
     files = [name for name in table_format.files if name in names]
     if not files:
+        return None
+    if len(files) > 1:
+        faults.append(_one_of_two(files))
         return None
     read = read_parquet if files[0].endswith(".parquet") else read_csv
     table = read(path / files[0], references_layout(table_format), faults)
@@ -163,9 +171,7 @@ def _read_points(
     """Return the table of the measurements; None, with a fault, unless the folder has exactly one and it can be read."""
     files = [name for name in table_format.files if name in names]
     if len(files) > 1:
-        faults.append(
-            Fault(files[1], f"{files[0]} is there too, and only one can be meant; remove one of them")
-        )
+        faults.append(_one_of_two(files))
         return None
     if not files:
         units = ",".join(dict.fromkeys(table_format.units.values()))

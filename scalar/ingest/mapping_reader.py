@@ -109,6 +109,13 @@ def _description(given: Description, path: Path, robot: Mapping[str, Any] | None
         inline, other = False, path_inside(path.parent, inner, path.name, "dataset")
         inner, lines = load_yaml_lines(other)
         file = other.name
+        if not isinstance(inner, dict):
+            raise InvalidInput(
+                Fault(
+                    file,
+                    f"holds no keys, but the mapping {path.name} names it as the description of the dataset",
+                )
+            )
     wrong: list[tuple[tuple[str | int, ...], str]] = []
     if inline:
         inner.setdefault("format", DATASET_FORMAT)

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from scalar import calibrate, read_dataset
 from scalar.cli import cli
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.effects.joint_harmonic import JointHarmonic
@@ -270,6 +271,19 @@ def test_what_cannot_be_planned_is_refused(laser, tmp_path):
     refused(run("plan", laser[1], "--range", "9,9.1", *some), "sees the plane")
     refused(run("plan", laser[1], "--after", tmp_path / "none.json", *some), "no such file")
     assert not out.exists()
+
+
+def test_the_measured_poses_that_a_plan_reads_are_not_replaced(laser, tmp_path):
+    """With --near, poses.csv of the dataset is an input, which not even --force replaces by the planned poses."""
+    folder, calibration = laser[1], tmp_path / "calibration.json"
+    calibrate(read_dataset(folder)).save(calibration)
+    measured = (folder / "poses.csv").read_bytes()
+    refused(
+        run("plan", folder, "--near", calibration, "-o", folder, "--force"),
+        "poses.csv",
+        "is read by this command",
+    )
+    assert (folder / "poses.csv").read_bytes() == measured and not (folder / "plan.json").exists()
 
 
 def test_an_empty_dataset_of_init_says_what_is_missing(tmp_path):

@@ -9,9 +9,23 @@ from click.testing import CliRunner
 
 from scalar.cli import cli
 from scalar.data.io.plain_yaml import dump_yaml
+from scalar.errors import InvalidInput
+from scalar.ingest.mapping_reader import load_mapping
 from tests.ingest.foreign_tables import cells, refused, run, tracker_mapping, write_table
 
 ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("content", ["", "7", "[1, 2]"])
+def test_a_description_without_keys_is_refused(tmp_path, content):
+    """A file that the mapping names as the dataset's description, and that holds no keys, is refused by its name, also with --urdf."""
+    source = write_table(tmp_path / "a.csv", cells())
+    (tmp_path / "cell.yaml").write_text(content, encoding="utf-8")
+    mapping = {**tracker_mapping(), "dataset": "cell.yaml"}
+    mapping.pop("dataset_units", None)
+    refused(tmp_path, run(tmp_path, mapping, source), "cell.yaml", "holds no keys")
+    with pytest.raises(InvalidInput, match="holds no keys"):
+        load_mapping(tmp_path / "mapping.yaml", {"name": "any"})
 
 
 def changed(path: tuple[str, ...], value: Any) -> dict[str, Any]:

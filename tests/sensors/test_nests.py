@@ -54,6 +54,15 @@ def error(calibration, arm, rng):
     return float(np.sqrt(np.mean((relative(calibration.predict(q), true) - true)[:, :3, 3] ** 2)))
 
 
+def test_csv_and_parquet_of_nests_are_ambiguous(tmp_path):
+    """With two files of nests neither is chosen; the dataset is refused, as it is with two files of points."""
+    folder = tmp_path / "cell"
+    campaign(1)[1].write(folder)
+    pd.read_csv(folder / "nests.csv").to_parquet(folder / "nests.parquet")
+    (fault,) = validate_dataset(folder)
+    assert "only one can be meant" in fault.message and "nests" in fault.file
+
+
 def test_the_motion_of_the_tracker_is_corrected():
     """With three nests a calibration predicts about as well as if the tracker stood still, and without them it does not."""
     arm, dataset, _ = campaign(1, size=4.0)
