@@ -134,7 +134,9 @@ def _shipped(
     final = run.near_data_sheet()
     component = run.after.variance_components[0] if noise else None
     whitening = None if component is None else whitening_for(component)
-    return final, shipped_fit(final.before, final.after, whitening, unseen), component
+    determined = run.prepared.identifiability.n_left_to_priors == 0
+    fit = shipped_fit(final.before, final.after, whitening, unseen, geometry_determined=determined)
+    return final, fit, component
 
 
 def _confirmed(

@@ -45,6 +45,7 @@ class FocusedChoice:
         error_with_all: Expected error of a predicted position [m] with all effects, root mean square over poses within the joint limits.
         error_as_shipped: The same with the effects that were chosen.
         error_measured: The same with the effects that were chosen, over poses within the measured ranges of the joints.
+        std_without: Standard error of a predicted position [m] without effects, root mean square over poses within the joint limits.
     """
 
     state: FittedState
@@ -53,6 +54,7 @@ class FocusedChoice:
     error_with_all: float
     error_as_shipped: float
     error_measured: float
+    std_without: float
 
     @property
     def as_found(self) -> bool:
@@ -91,7 +93,7 @@ def focused_choice(after: FittedState) -> FocusedChoice:
     """
     effects = after.effects
     if not effects:
-        return FocusedChoice(after, (), (), 0.0, 0.0, 0.0)
+        return FocusedChoice(after, (), (), 0.0, 0.0, 0.0, 0.0)
     settings = after.settings.shipped_fit
     nuisances, general = _nuisances(after), _general(after)
     everything = (*effects, *nuisances, *general)
@@ -115,6 +117,7 @@ def focused_choice(after: FittedState) -> FocusedChoice:
         with_all[LIMITS],
         errors[LIMITS],
         errors[RANGES],
+        wide.std(()),
     )
 
 
@@ -188,13 +191,21 @@ class NestedModels:
         The first is over random poses within the joint limits, the second over random poses within the measured ranges, the third over measured
         poses.
         """
-        step, left_out = self.linear.fitted((self.effect_index < 0) | np.isin(self.effect_index, kept))
+        step, left_out = self._fitted(kept)
         linear = self.linear
         within_limits, within_ranges, measured = (
             self._error(step, left_out, columns)
             for columns in (linear.columns, linear.columns_in_ranges, linear.columns_measured)
         )
         return within_limits, within_ranges, measured
+
+    def std(self, kept: tuple[int, ...]) -> float:
+        """Return the standard error [m] of a predicted position, root mean square over poses within the joint limits; arguments as for ``errors``."""
+        return float(np.sqrt(variance_of(self._fitted(kept)[1], self.linear.columns)))
+
+    def _fitted(self, kept: tuple[int, ...]) -> tuple[Array, Array]:
+        """Return the step to the optimum of a nested model and the steps without each pose, as ``Linearised.fitted`` returns them."""
+        return self.linear.fitted((self.effect_index < 0) | np.isin(self.effect_index, kept))
 
     def _error(self, step: Array, left_out: Array, columns: Array) -> float:
         """Return the expected error [m] at K poses: the root of the variance plus the squared bias beyond chance.

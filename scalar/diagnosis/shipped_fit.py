@@ -10,7 +10,8 @@ The shipped model need not contain exactly the effects that were found: effects 
 left out, and others may be added (``focused_choice``). If the model without effects has smaller errors than the fit with the chosen effects and equal
 weights, it is shipped instead, and the effects remain findings, because a correction that does harm is worse than one that is missing. The errors
 compared are those of held-out poses, of held-out regions of the joint space (effects may predict poses between measured ones well and yet not
-extrapolate), and of unseen poses where they are known.
+extrapolate), and of unseen poses where they are known. It is shipped as well if the fit with effects is expected to err more within the joint limits
+than the model without effects errs at held-out poses, unless that model is itself as uncertain: what few joints show does not extrapolate then.
 
 A test of whether the fits with and without weights differ (Hausman, Econometrica 46, 1978) is only reported: wrong weights lose efficiency but cause
 no bias, so the test does not protect against them.
@@ -82,8 +83,8 @@ class ShippedFit:
         held_out: Held-out errors of the fit that is shipped.
         effects_held_out: Held-out errors of the fit with effects.
         regions: Errors without and with the effects where whole regions are held out; None without effects or with too few poses.
-        decided_by: What decided: ``predicted_std`` or ``held_out`` between the weights; ``expected_error``, ``held_out``, ``regions``, ``unseen`` or
-            ``few_poses`` against the effects; ``only_one`` if there was nothing to decide.
+        decided_by: What decided: ``predicted_std`` or ``held_out`` between the weights; ``undetermined_geometry``, ``extrapolation``,
+            ``expected_error``, ``held_out``, ``regions``, ``unseen`` or ``few_poses`` against the effects; ``only_one`` if nothing had to be decided.
         disagreement: The comparison of the weighted fit with that of equal weights; None without a variance component.
         choice: The effects that the fit with effects contains.
         unconfirmed: Those among them that are no findings, because too few runs of the outer split selected them.
@@ -145,6 +146,8 @@ def shipped_fit(
     after: FittedState,
     whitening: Array | None,
     unseen: tuple[HeldOutErrors, HeldOutErrors] | None = None,
+    *,
+    geometry_determined: bool = True,
 ) -> ShippedFit:
     """Return which fit to ship.
 
@@ -153,6 +156,8 @@ def shipped_fit(
         after: The state with all effects that were found.
         whitening: ``(N, m, m)``, whitening of the N poses for the variance component that was identified, or None.
         unseen: Errors without and with effects on poses that no part of the diagnosis has used, or None.
+        geometry_determined: Whether the poses determine all directions of the geometry. If not, effects may stand for errors of the geometry, and
+            are not shipped: held-out poses among those that were measured cannot show how they extrapolate.
     """
     settings = after.settings.shipped_fit
     choice = focused_choice(after)
@@ -187,6 +192,10 @@ def shipped_fit(
         against = next((name for name, errors in judged.items() if errors and not no_worse(*errors)), None)
         if all(effect.flexible for effect in after.effects) and _few_equations(after):
             against = "few_poses"
+        if against is None and choice.error_as_shipped > max(without.rms, choice.std_without):
+            against = "extrapolation"
+        if not geometry_determined:
+            against = "undetermined_geometry"
     if against is not None:
         fit, held_out, decided_by = BEFORE, without, against
     return ShippedFit(fit, effects_fit, held_out, effects_held_out, regions, decided_by, found, choice)

@@ -7,6 +7,7 @@ from scalar.estimation.least_squares import fit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared, prepare
 from scalar.estimation.settings import DEFAULTS, EstimationSettings
+from scalar.estimation.sufficiency import check_equations
 
 _TOLERANCE = 1e-6  # relative, on cost and coordinates: enough to compare distances of millimetres
 
@@ -15,6 +16,9 @@ def geometry_fit(
     dataset: Dataset, settings: EstimationSettings = DEFAULTS, *, effects_follow: bool = False
 ) -> tuple[Model, Prepared]:
     """Return a model whose geometry, sensor and target are fitted coarsely, and the preparation of the dataset.
+
+    If the maker's tolerance is stated, it determines the directions that these poses do not determine. It does not replace equations: the residual of
+    fewer equations than unknowns shows nothing.
 
     Args:
         dataset: What was measured.
@@ -25,6 +29,8 @@ def geometry_fit(
         InvalidInput: The initial guess of a plane is too far off for the fit.
         Undetermined: The data cannot determine the model.
     """
-    prepared = prepare(dataset, settings=settings, effects_follow=effects_follow)
+    stated = dataset.robot.tolerance is not None
+    prepared = prepare(dataset, settings=settings, lean_on_priors=stated, effects_follow=effects_follow)
+    check_equations(dataset, prepared.residuals.measurement, int(prepared.free.sum()))
     found = fit(prepared.residuals, prepared.coarse, prepared.free, tolerance=_TOLERANCE)
     return found.model.rebased(), prepared

@@ -43,6 +43,7 @@ class Identifiability:
         null_directions: ``(r, C)``, one for each fixed parameter, in the parameters' own units, that parameter's component being 1.
         n_structural: Number of the null directions that no poses at all would determine.
         fixed: ``(r,)``, the parameters to fix.
+        n_left_to_priors: Number of further directions that these poses do not determine; their parameters stay free, and priors determine them.
     """
 
     names: tuple[str, ...]
@@ -50,6 +51,7 @@ class Identifiability:
     null_directions: Array
     n_structural: int
     fixed: tuple[FixedParameter, ...]
+    n_left_to_priors: int = 0
 
     @property
     def n_null(self) -> int:
@@ -109,7 +111,9 @@ def analyse(
         J_still = perfect_jacobian(residuals, measurement, ideal, q_any, index_any)[:, candidates]
         hidden_by_still = _null_space_of_scaled(J_still / scale, tolerance)[1]
     rows = J / scale
+    n_left_to_priors = 0
     if gauge_alone and hidden_by_still.shape[1] < null.shape[1]:
+        n_left_to_priors = null.shape[1] - hidden_by_still.shape[1]
         null, rows = hidden_by_still, J_still / scale
     chosen = choose_fixed(null, preference(ideal.robot, names), rows, settings)
     directions = np.zeros((0, len(names)))
@@ -128,7 +132,7 @@ def analyse(
         explain(names, index, direction, still_joints, values, str(why), ideal.robot.prismatic)
         for index, direction, values, why in zip(chosen, directions, own, cause, strict=True)
     )
-    return Identifiability(names, values, directions, structural.shape[1], fixed)
+    return Identifiability(names, values, directions, structural.shape[1], fixed, n_left_to_priors)
 
 
 def _any_poses(robot: Robot, n_targets: int) -> tuple[Array, Array]:

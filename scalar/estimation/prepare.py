@@ -65,8 +65,8 @@ def prepare(
         dataset: What was measured.
         fix: Further parameters to fix at their nominal values, by name.
         settings: Thresholds.
-        lean_on_priors: Whether priors from the data sheet may determine directions that these poses do not determine at all. A calibration
-            may rely on them, since its standard errors show it; a diagnosis needs data.
+        lean_on_priors: Whether priors from the data sheet may determine directions that these poses do not determine at all. The standard errors
+            of a calibration show it. A diagnosis corrects nothing then, because an effect may stand for an error of the geometry.
         effects_follow: Whether effects are selected from the residual of the coarse fit. The effects that it still contains must then
             not increase the weight of the priors.
 

@@ -178,16 +178,7 @@ def check_parameters(
     Raises:
         Undetermined: The message says how many poses, or which parameters, are missing.
     """
-    measurement = residuals.measurement
-    equations = int(measurement.equations.sum())
-    needed = n_free + _excess(identifiability)
-    if equations < needed:
-        more = int(np.ceil((needed - equations) / measurement.equations_per_pose))
-        raise Undetermined(
-            [f"{_poses_give(dataset.n_poses)} {equations} equations for {needed} unknowns"
-             f"{', however many points they have' if measurement.scans else ''}: "
-             f"measure at least {more} more poses, better twice as many; {_without_them(dataset, 'undetermined parameters')}"]
-        )  # fmt: skip
+    check_equations(dataset, residuals.measurement, n_free + _excess(identifiability))
     unseen = [h for h in identifiability.fixed if h.cause == "poses"]
     if unseen:
         raise Undetermined(
@@ -196,11 +187,32 @@ def check_parameters(
         )  # fmt: skip
 
 
+def check_equations(dataset: Dataset, measurement: Measurement, unknowns: int) -> None:
+    """Refuse data with fewer equations than unknowns.
+
+    Args:
+        dataset: What was measured.
+        measurement: The dataset, as the sensor kind's rows.
+        unknowns: Number of parameters that the poses would have to determine.
+
+    Raises:
+        Undetermined: The message says how many poses are missing.
+    """
+    equations = int(measurement.equations.sum())
+    if equations < unknowns:
+        more = int(np.ceil((unknowns - equations) / measurement.equations_per_pose))
+        raise Undetermined(
+            [f"{_poses_give(dataset.n_poses)} {equations} equations for {unknowns} unknowns"
+             f"{', however many points they have' if measurement.scans else ''}: "
+             f"measure at least {more} more poses, better twice as many; {_without_them(dataset, 'undetermined parameters')}"]
+        )  # fmt: skip
+
+
 def _without_them(dataset: Dataset, what: str) -> str:
     """Return what is possible without further poses, and how."""
     if dataset.robot.tolerance is None:
         return f"or state robot.tolerance, so that 'scalar calibrate' keeps {what} near the data sheet"
-    return f"a diagnosis needs them, but 'scalar calibrate' keeps {what} near the data sheet, because robot.tolerance is stated"
+    return f"'scalar calibrate' keeps {what} near the data sheet, because robot.tolerance is stated; a diagnosis needs the poses"
 
 
 def check_setup(

@@ -89,6 +89,20 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
             f"after.json is the model without effects, because with them predictions at other poses are expected to err by {with_all}, "
             f"and by {without} without them{gain}. The effects are findings only, and nothing is corrected for them."
         ]
+    if shipped.decided_by == "undetermined_geometry":
+        return [
+            "after.json is the model without effects, because these poses leave a part of the geometry to the maker's tolerance. Effects may then "
+            "stand for errors of the geometry: among the measured poses they reduce the residual, and elsewhere they may do harm. They are findings "
+            "only, and nothing is corrected for them. Poses that differ in all joints would determine the geometry ('scalar plan' chooses them)."
+        ]
+    if shipped.decided_by == "extrapolation":
+        expected, errs = length(shipped.choice.error_as_shipped), length(shipped.held_out.rms)
+        return [
+            "after.json is the model without effects, because with them predictions over the whole of the joint limits are expected to err by "
+            f"{expected}, more than the model without them errs at held-out poses ({errs} RMS): the measured poses do not show how the "
+            "correction extrapolates. The effects are findings only, and nothing is corrected for them. Measure poses all over the workspace "
+            "('scalar plan' chooses them), and diagnose again."
+        ]
     if shipped.decided_by == "few_poses":
         return [
             "after.json is the model without effects, because unmodelled structure was found in few poses. In simulated trials, correcting "

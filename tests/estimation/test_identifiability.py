@@ -146,7 +146,7 @@ def test_fifteen_poses_are_refused_by_counting():
 
 @pytest.mark.parametrize("tolerance", [None, {"length": 5e-4, "angle": 5e-4}])
 def test_a_tolerance_is_asked_for_only_if_none_is_stated(tolerance):
-    """With it 'scalar calibrate' keeps undetermined parameters near the data sheet; a diagnosis needs poses, and says so."""
+    """With it 'scalar calibrate' keeps undetermined parameters near the data sheet, also where equations are missing."""
     dataset = make_scene(poses_per_plane=5, points_per_scan=10, seed=2).dataset
     dataset = replace(dataset, robot=replace(dataset.robot, tolerance=tolerance))
     with pytest.raises(Undetermined) as refusal:

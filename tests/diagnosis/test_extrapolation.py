@@ -1,0 +1,121 @@
+"""What few moves of the joints show is found, and is not corrected where nothing was measured."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from scalar.diagnosis import diagnose
+from scalar.diagnosis.fitted_state import FittedState, refit
+from scalar.diagnosis.focused_choice import focused_choice
+from scalar.diagnosis.hold_out import held_out_errors
+from scalar.diagnosis.shipped_fit import BEFORE, EQUAL, shipped_fit
+from scalar.effects.joint_scale import JointScale
+from scalar.errors import Undetermined
+from scalar.estimation.geometry_fit import geometry_fit
+from scalar.geometry.robot import Tolerance
+from scalar.report.shipped_words import shipped_sentences
+from tests.effects.injected import Flaws, make_cell, on_joint
+from tests.estimation.test_data_sheet_priors import GEAR, grid, stating, workcell
+from tests.random_scene import make_scene
+
+
+@pytest.fixture(scope="module")
+def scaled() -> FittedState:
+    """Return the fit without effects of a workcell whose joint 3 has a scale error."""
+    flaws = Flaws(joints=on_joint(3, lambda at: 1e-3 * at.q[:, 2]))
+    dataset = make_cell(flaws, seed=77, points_per_scan=20, poses_per_plane=20).dataset
+    model, prepared = geometry_fit(dataset)
+    return refit(dataset, model, prepared.free, ())
+
+
+@pytest.mark.parametrize(
+    ("error", "std_without", "decided_by"),
+    [(0.9, 0.0, "only_one"), (1.1, 0.0, "extrapolation"), (1.1, 1.2, "only_one")],
+)
+def test_a_correction_that_may_err_more_than_the_arm_is_not_shipped(
+    monkeypatch, scaled, error, std_without, decided_by
+):
+    """The expected error exceeds neither that of the model without effects at held-out poses nor the standard error of its predictions.
+
+    ``error`` and ``std_without`` are in units of the error at held-out poses.
+    """
+    rms = held_out_errors(scaled).rms
+    monkeypatch.setattr(
+        "scalar.diagnosis.shipped_fit.focused_choice",
+        lambda state: replace(
+            focused_choice(state), error_as_shipped=error * rms, std_without=std_without * rms
+        ),
+    )
+    shipped = shipped_fit(scaled, scaled.refitted([JointScale(3)]), None)
+    assert shipped.decided_by == decided_by
+    assert shipped.fit == (EQUAL if decided_by == "only_one" else BEFORE)
+
+
+@pytest.mark.parametrize("determined", [True, False])
+def test_nothing_is_corrected_where_the_tolerance_stands_in_for_poses(scaled, determined):
+    """If the poses do not determine the geometry, the model without effects is shipped, and the effects remain findings."""
+    shipped = shipped_fit(scaled, scaled.refitted([JointScale(3)]), None, geometry_determined=determined)
+    assert shipped.without_effects == (not determined)
+    assert (shipped.decided_by == "undetermined_geometry") == (not determined)
+
+
+@pytest.mark.parametrize(
+    ("decided_by", "words"),
+    [
+        ("undetermined_geometry", ("the maker's tolerance", "differ in all joints")),
+        (
+            "extrapolation",
+            ("over the whole of the joint limits", "7.2 mm", "0.26 mm RMS", "all over the workspace"),
+        ),
+    ],
+)
+def test_why_nothing_is_corrected_is_said(decided_by, words):
+    """The sentence says that the effects are findings only, why, and which poses would change that."""
+    choice = SimpleNamespace(left_out=(), added=(), error_as_shipped=7.2e-3, error_measured=1e-4)
+    shipped = SimpleNamespace(
+        regions=None,
+        without_effects=True,
+        decided_by=decided_by,
+        choice=choice,
+        held_out=SimpleNamespace(rms=2.6e-4),
+        disagreement=None,
+        unconfirmed=(),
+    )
+    diagnosis: Any = SimpleNamespace(shipped=shipped, outer=None, halves=None, findings=())
+    text = " ".join(shipped_sentences(diagnosis))
+    assert "findings only" in text and all(word in text for word in words)
+
+
+def test_a_grid_of_two_joints_is_diagnosed_with_the_makers_tolerance():
+    """Small moves of the other joints do not determine the geometry: without a tolerance that is refused; with it, errors of the geometry are no
+    effects.
+    """
+    dataset, _ = workcell(2, grid(5))
+    with pytest.raises(Undetermined, match=r"or state robot\.tolerance"):
+        diagnose(dataset)
+    diagnosis = diagnose(stating(dataset))
+    assert diagnosis.verdict == "no_effect"
+    assert diagnosis.calibration_after.model.priors
+
+
+@pytest.mark.slow
+def test_what_a_grid_shows_is_found_and_not_corrected():
+    """Gear errors of the two joints that move are found at these joints or at none, and the geometry alone is shipped."""
+    dataset, _ = workcell(1, grid(5), gear=2 * GEAR)
+    diagnosis = diagnose(stating(dataset))
+    assert diagnosis.findings and diagnosis.verdict != "no_effect"
+    sure = [f.effect.target.get("joint") for f in diagnosis.findings if f.confidence >= 0.8]
+    assert set(sure) <= {2, 3}
+    assert diagnosis.shipped.decided_by == "undetermined_geometry"
+    assert not diagnosis.calibration_after.model.effects
+
+
+def test_a_tolerance_does_not_replace_equations():
+    """Fifteen poses give fewer equations than a model has unknowns: a diagnosis refuses them whatever tolerance is stated."""
+    dataset = make_scene(poses_per_plane=5, points_per_scan=10, seed=2).dataset
+    dataset = replace(dataset, robot=replace(dataset.robot, tolerance=Tolerance(5e-4, 5e-4)))
+    with pytest.raises(Undetermined, match="15 poses give 30 equations for 32 unknowns") as refusal:
+        geometry_fit(dataset)
+    assert "a diagnosis needs the poses" in str(refusal.value)
