@@ -35,7 +35,7 @@ class ObservedMotion:
         screws: ``(N, 6)`` [rad, m], motion (w, v) about the tracker's origin since the first pose, in the tracker's frame; zero if
             no motion is significant.
         step: Standard deviation of the step between two poses: that of each translation [m]; divided by ``_REACH``, that of each rotation [rad].
-        noise: Standard deviation of a coordinate of a nest [m].
+        noise: Standard deviation of a coordinate of a nest [m]; NaN if no nest was measured twice, which shows no motion either.
         p_value: p-value of the hypothesis that nothing moves.
     """
 
@@ -70,6 +70,8 @@ def motion_of_base(references: References, session: Array, T_tracker_base: Array
 def observed_motion(references: References) -> ObservedMotion:
     """Return the motion over the poses ``0 .. N - 1`` of one session from its nests; pose N - 1 is the last at which a nest was measured."""
     n = int(references.pose.max()) + 1
+    if len(references.pose) == len(np.unique(references.item)):
+        return ObservedMotion(np.zeros((n, 6)), 0.0, np.nan, 1.0)
     system = _System.of(references, n)
     cost_at_rest = system.cost_without_motion()
     found: Any = minimize_scalar(
@@ -124,7 +126,7 @@ class _System:
         Z = _placed(
             blocks, rows[after], 6 * (references.pose[after, None] - 1) + np.arange(6), (3 * Q, 6 * (n - 1))
         )
-        one = sparse.eye(n - 1) - sparse.eye(n - 1, k=-1)
+        one = sparse.dia_array((np.array([[1.0], [-1.0]]) * np.ones(n - 1), [0, -1]), shape=(n - 1, n - 1))
         y = ((references.points - places[item]) * weight[:, None]).ravel()
         return cls(X, Z, y, sparse.csr_matrix(sparse.kron(one, sparse.eye(6))), middle)
 

@@ -14,7 +14,7 @@ from scalar.data.references import References
 from scalar.effects.target_drift import TargetDrift
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.measured_effects import with_target_motion
-from scalar.sensors.observed_motion import observed_motion
+from scalar.sensors.observed_motion import motion_of_base, observed_motion
 from tests import kinematics, small_datasets
 from tests.tracked_targets import drawn_arm, relative
 
@@ -97,6 +97,24 @@ def test_nests_that_stand_still_show_nothing(nests):
         found = observed_motion(References.of_arrays(seen))
         assert found.p_value > 1e-4 and not found.screws.any()
         assert 0.7 < found.noise / 3e-5 < 1.3
+
+
+@pytest.mark.parametrize("poses", [1, 2, 3])
+def test_a_session_of_few_poses_shows_what_it_can(poses):
+    """A session may have two poses, or one, which shows no motion; the sessions before and after it are found as they are without it."""
+    rng = np.random.default_rng(6)
+    places = {str(k): rng.normal(size=3) for k in range(3)}
+    shift = np.outer(np.linspace(0, 1, 40), [3e-4, -2e-4, 1e-4])
+    seen = {name: place + shift + 1e-5 * rng.normal(size=shift.shape) for name, place in places.items()}
+    session = np.where(np.arange(40) < 40 - poses, 0, 1)
+    frames = np.broadcast_to(np.eye(4), (2, 4, 4))
+    references = References.of_arrays(seen)
+    found = motion_of_base(references, session, frames)
+    rows = np.flatnonzero(session == 0)
+    alone = motion_of_base(references.subset(rows, 40), session[rows], frames[:1])
+    np.testing.assert_array_equal(found[rows], alone)
+    assert alone.any() and np.isfinite(found).all()
+    assert poses > 1 or not found[session == 1].any()
 
 
 def test_motion_is_interpolated_at_poses_without_nests():
