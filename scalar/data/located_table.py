@@ -19,6 +19,8 @@ MAX_SHOWN = 100
 MAX_COLUMNS = 2000
 """Most columns of a table that is read; the log of a robot has hundreds."""
 MAX_INTEGER = 2.0**53  # the largest up to which float64 holds every integer
+MAX_NUMBER = 1e100
+"""Largest number in a table; products of a few such numbers still fit into float64."""
 
 NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 """A number as tables may write it."""
@@ -143,7 +145,7 @@ def header_faults(file: str, names: list[str], layout: Layout, row: int | None =
 
 
 def check_cells(table: Table, layout: Layout, faults: list[Fault]) -> None:
-    """Report empty texts, numbers that are not finite, and columns of integers with a value that is not whole or beyond ``MAX_INTEGER``."""
+    """Report empty texts, numbers that are not finite or beyond ``MAX_NUMBER``, and integers that are not whole or beyond ``MAX_INTEGER``."""
     for name, values in table.columns.items():
         if name in layout.text:
             empty = np.array([not cell for cell in values], dtype=bool)
@@ -154,10 +156,16 @@ def check_cells(table: Table, layout: Layout, faults: list[Fault]) -> None:
         if name in layout.integers:
             broken = finite & ((np.nan_to_num(values) % 1.0 != 0.0) | (np.abs(values) > MAX_INTEGER))
             table.report(faults, name, broken, partial(_not_an_integer, values))
+        else:
+            table.report(faults, name, finite & (np.abs(values) > MAX_NUMBER), partial(_too_large, values))
 
 
 def _not_finite(values: np.ndarray, i: int) -> str:
     return f"not a finite number ({values[i]}); write the number, or remove the row"
+
+
+def _too_large(values: np.ndarray, i: int) -> str:
+    return f"too large a number ({values[i]:g}); correct it, or remove the row"
 
 
 def _not_an_integer(values: np.ndarray, i: int) -> str:

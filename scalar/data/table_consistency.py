@@ -100,7 +100,7 @@ def not_a_name(text: str) -> str:
 
 def check_items(points: Table, item: str, faults: list[Fault]) -> None:
     """Add a fault for each row that repeats an item at the same pose, and for each item whose name cannot be part of a parameter's name."""
-    if "pose" not in points.columns:
+    if "pose" not in points.columns or item not in points.columns:
         return
     ids, names = points.columns["pose"], points.columns[item].astype(str)
     unfit = np.array([not is_name(name) and bool(name) for name in names], dtype=bool)

@@ -63,6 +63,15 @@ def test_csv_and_parquet_of_nests_are_ambiguous(tmp_path):
     assert "only one can be meant" in fault.message and "nests" in fault.file
 
 
+def test_nests_without_names_are_refused(tmp_path):
+    """If the column that names the nests is missing or has another name, the folder is refused with this column's name."""
+    folder = tmp_path / "cell"
+    campaign(1)[1].write(folder)
+    table = (folder / "nests.csv").read_text()
+    (folder / "nests.csv").write_text(table.replace("nest,", "abc,", 1))
+    assert "nest" in {fault.column for fault in validate_dataset(folder)}
+
+
 def test_the_motion_of_the_tracker_is_corrected():
     """With three nests a calibration predicts about as well as if the tracker stood still, and without them it does not."""
     arm, dataset, _ = campaign(1, size=4.0)
