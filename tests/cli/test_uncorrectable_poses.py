@@ -1,5 +1,6 @@
 """``scalar correct`` with poses out of reach, beyond the limits or singular."""
 
+import json
 import re
 from dataclasses import replace
 
@@ -46,6 +47,16 @@ def test_frames_out_of_reach_do_not_stop_the_program(program, with_joints):
     predicted(program, "out.csv")
     off = frames(program / "frames.csv")[:, :3] - wanted.drop([3, 29])[FRAME[:3]].to_numpy()
     assert np.abs(off).max() < 1e-6
+
+
+def test_a_tool_of_absurd_length_is_refused_without_a_warning(program):
+    """A calibration whose sensor is 1e98 m off the flange reaches no frame; that is said as for any other arm."""
+    path = program / "calibration.json"
+    content = json.loads(path.read_text())
+    content["parameters"]["sensor_y"]["value"] = -1e98
+    path.write_text(json.dumps(content))
+    status, said = run("correct", path, program / "targets.csv", "-o", program / "out.csv")
+    assert status == 2 and "not corrected" in said, said
 
 
 def test_a_program_that_is_out_of_reach_throughout_is_refused(program):

@@ -134,7 +134,7 @@ class Inverse:
         A = J @ Jt if wide else Jt @ J
         size = np.trace(A, axis1=1, axis2=2) / A.shape[1]
         A_inverse = np.linalg.inv(A + (_LEAST * size + _TINY)[:, None, None] * np.eye(A.shape[1]))
-        singular_value = np.linalg.norm(A_inverse, axis=(1, 2)) ** -0.5
+        singular_value = np.maximum(np.linalg.norm(A_inverse, axis=(1, 2)), _TINY) ** -0.5
         return (Jt @ A_inverse if wide else A_inverse @ Jt), singular_value
 
     def _ended(self, twist: Array, step: Array) -> Array:
