@@ -10,8 +10,9 @@ The shipped model need not contain exactly the effects that were found: effects 
 left out, and others may be added (``focused_choice``). If the model without effects has smaller errors than the fit with the chosen effects and equal
 weights, it is shipped instead, and the effects remain findings, because a correction that does harm is worse than one that is missing. The errors
 compared are those of held-out poses, of held-out regions of the joint space (effects may predict poses between measured ones well and yet not
-extrapolate), and of unseen poses where they are known. It is shipped as well if the fit with effects is expected to err more within the joint limits
-than the model without effects errs at held-out poses, unless that model is itself as uncertain: what few joints show does not extrapolate then.
+extrapolate), and of unseen poses where they are known. It is shipped as well if the fit with effects is expected to err far more within the joint
+limits than the model without effects errs at held-out poses, unless that model is itself as uncertain: what few joints show does not extrapolate
+then.
 
 A test of whether the fits with and without weights differ (Hausman, Econometrica 46, 1978) is only reported: wrong weights lose efficiency but cause
 no bias, so the test does not protect against them.
@@ -192,7 +193,9 @@ def shipped_fit(
         against = next((name for name, errors in judged.items() if errors and not no_worse(*errors)), None)
         if all(effect.flexible for effect in after.effects) and _few_equations(after):
             against = "few_poses"
-        if against is None and choice.error_as_shipped > max(without.rms, choice.std_without):
+        if against is None and choice.error_as_shipped > settings.most_extrapolated * max(
+            without.rms, choice.std_without
+        ):
             against = "extrapolation"
         if not geometry_determined:
             against = "undetermined_geometry"

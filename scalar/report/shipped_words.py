@@ -99,7 +99,7 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
         expected, errs = length(shipped.choice.error_as_shipped), length(shipped.held_out.rms)
         return [
             "after.json is the model without effects, because with them predictions over the whole of the joint limits are expected to err by "
-            f"{expected}, more than the model without them errs at held-out poses ({errs} RMS): the measured poses do not show how the "
+            f"{expected}, far more than the model without them errs at held-out poses ({errs} RMS): the measured poses do not show how the "
             "correction extrapolates. The effects are findings only, and nothing is corrected for them. Measure poses all over the workspace "
             "('scalar plan' chooses them), and diagnose again."
         ]

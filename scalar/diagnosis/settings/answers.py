@@ -54,6 +54,12 @@ class ShippedFitSettings:
         0.7, "of the expected error without effects", "no effect is corrected if the correction leaves a larger share than this",
         "one over the root of two: what a correction removes is then at least as large as the error that it leaves",
     )  # fmt: skip
+    most_extrapolated: float = setting(
+        2.0, "of the held-out error without effects", "nothing is corrected if predictions within the joint limits are expected to err more than "
+        "this with the effects, unless those of the model without effects are about as uncertain",
+        "chosen between measured arms: 16 and 8 for grids of two joints, on which effects made predictions elsewhere ten and three times worse; 0.7 "
+        "for a UR10 whose effects predict another campaign",
+    )  # fmt: skip
     least_equations: float = setting(
         2.6, "for each parameter of the geometry", "unmodelled structure is not corrected, unless a named effect is, with fewer measured equations",
         "on 32 simulated sets of 21 to 45 poses (1.2 to 2.3 equations) with such structure alone, flexible terms made predictions worse "
