@@ -26,7 +26,8 @@ from scalar.errors import Fault, InvalidInput
     "--dh",
     type=PATH,
     metavar="TABLE.csv",
-    help="Table a_mm,alpha_deg,d_mm,theta_deg (or _m, _rad), one row per joint; optional: lower_deg,upper_deg (limits), type, joint (its number).",
+    help="Table a_mm,alpha_deg,d_mm,theta_deg (or _m, _rad), one row per joint; optional: lower_deg,upper_deg (limits; lower_mm,upper_mm "
+    "where a joint slides), type, joint (its number).",
 )
 @click.option(
     "--convention",

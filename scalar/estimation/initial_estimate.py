@@ -1,24 +1,29 @@
 """The initial estimate of sensor and target: from the stated pose of the sensor, and from the guesses that the measurement gives.
 
 Each kind of sensor has its own way to guess its pose (``first_guesses`` of ``scalar.sensors.protocol``). Every proposal is fitted
-together with the target, the arm being fixed at its nominal geometry, and the one with the least misfit is taken.
+together with the target, the arm being fixed at its nominal geometry, and the one with the least misfit is taken. A direction in which the sensor may
+be shifted without a change of any residual (along the axes of a SCARA, all of which are parallel) keeps its stated place: the fit may end
+anywhere along it, metres away.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from scalar.errors import Undetermined
 from scalar.estimation.least_squares import Fit, fit
-from scalar.estimation.model import Model
+from scalar.estimation.model import SENSOR_PARAMETERS, Model
 from scalar.estimation.residuals import Residuals
+from scalar.geometry.parallel_axes import with_parallel_axes
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
 COARSE = 1e-6  # relative tolerance of fits from which other fits start
+_UNSEEN_SHIFT = 1e-6  # of the motion of the sensor: a shift of which the target leaves a smaller part unexplained changes no residual
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +42,7 @@ class InitialEstimate:
 
 
 def estimate_initially(
-    residuals: Residuals, robot: Robot, target: Any, T_flange_sensor: Array | None
+    residuals: Residuals, robot: Robot, target: Any, T_flange_sensor: Array | None, held: Collection[str] = ()
 ) -> InitialEstimate:
     """Return the initial estimate with the least misfit, from the stated nominal pose, if there is one, and from linear guesses.
 
@@ -46,6 +51,7 @@ def estimate_initially(
         robot: Nominal.
         target: At its initial guess.
         T_flange_sensor: ``(4, 4)``, the sensor's nominal pose, or None.
+        held: Names of parameters to hold. Those of the sensor keep their values of the nominal pose, if there is one; it is then the only start.
 
     Raises:
         Undetermined: No pose is stated, and the data determine no linear guess.
@@ -53,10 +59,16 @@ def estimate_initially(
     measurement = residuals.measurement
     best: InitialEstimate | None = None
     lowest = np.inf
-    for origin, T, start in proposals(measurement, robot, residuals.poses.q, target, T_flange_sensor):
-        found = _refined(residuals, Model.at(robot, T, start))
+    starts = proposals(measurement, robot, residuals.poses.q, target, T_flange_sensor)
+    if T_flange_sensor is None:
+        held = ()
+    elif not set(held).isdisjoint(SENSOR_PARAMETERS):
+        starts = starts[:1]
+    place = np.zeros(3) if T_flange_sensor is None else T_flange_sensor[:3, 3]
+    for origin, T, start in starts:
+        found = _refined(residuals, Model.at(robot, T, start), held)
         if best is None or found.chi_squared < lowest:
-            model = found.model.rebased()
+            model = _unseen_shifts_undone(residuals, found.model.rebased(), place)
             best, lowest = InitialEstimate(model, residuals.rms(model), origin), found.chi_squared
     assert best is not None
     return best
@@ -105,5 +117,24 @@ def sensor_and_target(residuals: Residuals, model: Model) -> Array:
     return free
 
 
-def _refined(residuals: Residuals, model: Model) -> Fit:
-    return fit(residuals, model, sensor_and_target(residuals, model), tolerance=COARSE)
+def _refined(residuals: Residuals, model: Model, held: Collection[str]) -> Fit:
+    own = np.isin(model.names, [name for name in held if name in SENSOR_PARAMETERS])
+    return fit(residuals, model, sensor_and_target(residuals, model) & ~own, tolerance=COARSE)
+
+
+def _unseen_shifts_undone(residuals: Residuals, model: Model, place: Array) -> Model:
+    """Return the model with its sensor as near to ``place`` ``(3,)`` [m] on the flange as shifts allow that a motion of the target makes up for."""
+    parallel = replace(model, robot=with_parallel_axes(model.robot))
+    J = residuals.linearise(parallel)[1]
+    start = model.blocks["sensor"].start
+    by_place, by_target = J[:, start : start + 3], J[:, model.blocks["target"]]
+    made_up = np.linalg.lstsq(by_target, by_place, rcond=None)[0]
+    _, lengths, directions = np.linalg.svd(by_place - by_target @ made_up, full_matrices=False)
+    unseen = directions[lengths < _UNSEEN_SHIFT * np.linalg.norm(by_place)]
+    if not len(unseen):
+        return model
+    shift = unseen.T @ (unseen @ (place - model.sensor[:3]))
+    vector = model.vector
+    vector[start : start + 3] += shift
+    vector[model.blocks["target"]] -= made_up @ shift
+    return model.with_vector(vector)

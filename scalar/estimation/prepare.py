@@ -83,7 +83,7 @@ def prepare(
     residuals = Residuals.of(
         dataset, Model.at(dataset.robot, np.eye(4) if T is None else T, guess), measurement
     )
-    initial = estimate_initially(residuals, dataset.robot, guess, T)
+    initial = estimate_initially(residuals, dataset.robot, guess, T, fix)
     check_lines(residuals, initial.model, settings.sufficiency)
     residuals = residuals.reweighted(initial.model)
     candidates = candidate_mask(initial.model, fix)

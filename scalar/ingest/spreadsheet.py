@@ -45,6 +45,10 @@ def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable
         reason = " ".join(str(error).split()) or type(error).__name__
         message = f"not a spreadsheet, or damaged ({shorten(reason, 80)}); save it as .xlsx, or as CSV"
         raise InvalidInput(Fault(file, message)) from error
+    others = [name for name in names if name != wanted]
+    if others and sum(any(cells) for _, cells in rows) < 2:
+        message = f"the sheet {shorten(wanted)} holds no table; there is also {', '.join(others)}: name the sheet that is meant as text.sheet"
+        raise InvalidInput(Fault(file, message))
     width = max((k + 1 for _, cells in rows for k, cell in enumerate(cells) if cell), default=0)
     return table_of_rows(file, [(line, cells[:width]) for line, cells in rows], {**text, "decimal": "."})
 

@@ -142,6 +142,10 @@ def test_a_robot_from_a_table(units, factor, tmp_path):
         ("a_mm,alpha_deg,d_mm,theta_deg\n", "no rows"),
         ("a_mm,alpha_deg,d_mm,theta_deg,lower_deg\n0,0,0,0,0\n", "lowest angle without a highest"),
         ("a_mm,alpha_deg,d_mm,theta_deg,lower_deg,upper_deg\n0,0,0,0,10,-10\n", "row 2"),
+        (
+            "a_mm,alpha_deg,d_mm,theta_deg,type,lower_deg,upper_deg\n400,0,0,0,revolute,-90,90\n0,0,0,0,prismatic,20,300\n",
+            "row 3, column lower_deg: this joint slides",
+        ),
         ("a,alpha,d,theta\n0,0,0,0\n", "unknown column"),
         ("a_mm,alpha_deg,d_mm,theta_deg\n0,x,0,0\n", "row 2"),
         (

@@ -146,7 +146,7 @@ def test_plain_columns_in_one_file_for_each_pose(folder):
 
 
 def test_spreadsheets(folder):
-    """The named sheet is read below two lines of title, to the last digit; a missing sheet and a damaged file are refused."""
+    """The named sheet is read below two lines of title, to the last digit; a missing sheet, one without a table and a damaged file are refused."""
     import openpyxl
 
     book = openpyxl.Workbook()
@@ -168,6 +168,9 @@ def test_spreadsheets(folder):
         folder, (lines + DESCRIPTION).replace("Measured", "Mesured"), folder / "all.xlsx"
     )
     assert status == 2 and "did you mean 'Measured'?" in said
+    first = (lines + DESCRIPTION).replace("sheet: Measured, ", "")
+    status, said, _ = imported(folder, first, folder / "all.xlsx")
+    assert status == 2 and "there is also Measured" in said
     raw = (folder / "all.xlsx").read_bytes()
     (folder / "all.xlsx").write_bytes(raw[: len(raw) // 2])
     status, said, _ = imported(folder, lines + DESCRIPTION, folder / "all.xlsx")
