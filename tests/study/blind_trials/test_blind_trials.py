@@ -161,6 +161,14 @@ def test_a_misspelt_config_is_refused_by_name(tmp_path):
         load_study(path)
 
 
+def test_a_size_beyond_any_number_is_refused_by_name(tmp_path):
+    """A size of 400 digits, which no float can hold, is a fault of its key."""
+    path = tmp_path / "loop.yaml"
+    path.write_text(SMOKE.read_text(encoding="utf-8").replace("natural: 1.0e-3", f"natural: {'1' * 400}"))
+    with pytest.raises(InvalidInput, match="natural"):
+        load_study(path)
+
+
 def test_the_diagnosis_is_blind(tmp_path):
     """What is diagnosed is what a reader of the dataset's folder gets, and but for the measured points it is what the same
     scene gives with nothing injected.
