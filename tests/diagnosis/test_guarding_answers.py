@@ -70,7 +70,7 @@ def test_what_leaves_most_of_the_error_is_not_corrected(share, shipped, monkeypa
 
 def chosen(monkeypatch, errors):
     """Return the choice among two effects, given the expected errors of some models; those of all others are large."""
-    wide = SimpleNamespace(errors=lambda kept: errors.get(kept, (10.0, 10.0, 10.0)))
+    wide = SimpleNamespace(errors=lambda kept: errors.get(kept, (10.0, 10.0, 10.0)), std=lambda kept: 1.0)
     monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
     monkeypatch.setattr(focused_choice, "_nuisances", lambda _: [])
     effects = (SimpleNamespace(generalised=lambda _: None),) * 2
