@@ -79,9 +79,10 @@ def profiles_of(
         slant = -rays @ normal
         ranges = distance / slant
         along = ranges * (rays @ np.array([normal[1], -normal[0]]))
-        ranges = ranges - bow * along**2 / slant + noise(rng, angles, along, ranges)
-        # The scanner's plane need not be perpendicular to the target plane.
+        error = noise(rng, angles, along, ranges)
+        # The scanner's plane need not be perpendicular to the target plane, so a ray meets a bow of some height earlier by more than that height.
         out_of_plane = rng.uniform(0.8, 1.0)
+        ranges = ranges - bow * along**2 / (slant * out_of_plane) + error
         clouds.append(ranges[:, None] * rays)
         contacts.append(out_of_plane * np.r_[distance, normal])
         incidences.append(out_of_plane * slant)
