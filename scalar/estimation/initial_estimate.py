@@ -57,21 +57,20 @@ def estimate_initially(
         Undetermined: No pose is stated, and the data determine no linear guess.
     """
     measurement = residuals.measurement
-    best: InitialEstimate | None = None
-    lowest = np.inf
+    best: tuple[str, Fit] | None = None
     starts = proposals(measurement, robot, residuals.poses.q, target, T_flange_sensor)
     if T_flange_sensor is None:
         held = ()
     elif not set(held).isdisjoint(SENSOR_PARAMETERS):
         starts = starts[:1]
-    place = np.zeros(3) if T_flange_sensor is None else T_flange_sensor[:3, 3]
     for origin, T, start in starts:
         found = _refined(residuals, Model.at(robot, T, start), held)
-        if best is None or found.chi_squared < lowest:
-            model = _unseen_shifts_undone(residuals, found.model.rebased(), place)
-            best, lowest = InitialEstimate(model, residuals.rms(model), origin), found.chi_squared
+        if best is None or found.chi_squared < best[1].chi_squared:
+            best = origin, found
     assert best is not None
-    return best
+    place = np.zeros(3) if T_flange_sensor is None else T_flange_sensor[:3, 3]
+    model = _unseen_shifts_undone(residuals, best[1].model.rebased(), place)
+    return InitialEstimate(model, residuals.rms(model), best[0])
 
 
 def proposals(
