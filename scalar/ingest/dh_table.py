@@ -125,21 +125,16 @@ def _limits(
 def _refuse_angles_of_slides(path: Path, table: Table, types: Sequence[str], faults: list[Fault]) -> None:
     """Add a fault for each joint that slides whose limits are stated as angles alone; zeros are taken for empty cells."""
     low, high = (_column(path, table.columns, key, _ANGLES, False, []) for key in _LIMITS)
-    for i in (
-        i for i, kind in enumerate(types) if kind == "prismatic" and low and high and (low[i] or high[i])
-    ):
-        message = (
-            "this joint slides, so its limits are no angles; write them into columns lower_mm and upper_mm (or _m), with 0 in the rows of "
-            "the joints that turn, and 0 here"
-        )
-        faults.append(
-            Fault(
-                path.name,
-                message,
-                int(table.line_numbers()[i]),
-                "lower_deg" if "lower_deg" in table.columns else "lower_rad",
-            )
-        )
+    if low is None or high is None:
+        return
+    message = (
+        "this joint slides, so its limits are no angles; write them into columns lower_mm and upper_mm (or _m), with 0 in the rows of "
+        "the joints that turn, and 0 here"
+    )
+    column = "lower_deg" if "lower_deg" in table.columns else "lower_rad"
+    for i, kind in enumerate(types):
+        if kind == "prismatic" and (low[i] or high[i]):
+            faults.append(Fault(path.name, message, int(table.line_numbers()[i]), column))
 
 
 def _column(

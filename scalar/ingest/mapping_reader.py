@@ -109,22 +109,18 @@ def _description(given: Description, path: Path, robot: Mapping[str, Any] | None
         inline, other = False, path_inside(path.parent, inner, path.name, "dataset")
         inner, lines = load_yaml_lines(other)
         file = other.name
-        if not isinstance(inner, dict):
-            raise InvalidInput(
-                Fault(
-                    file,
-                    f"holds no keys, but the mapping {path.name} names it as the description of the dataset",
-                )
-            )
     wrong: list[tuple[tuple[str | int, ...], str]] = []
     if inline:
         inner.setdefault("format", DATASET_FORMAT)
         inner = {"format": inner["format"], **inner}
         inner, wrong = description_to_si(inner, units.get("length", "m"), units.get("angle", "rad"))
-    if robot is not None and "robot" in inner:
-        wrong.append((("robot",), "another robot is given by --urdf; remove this key, or leave out --urdf"))
-    elif robot is not None:
-        inner = {**inner, "robot": robot}
+    if robot is not None and isinstance(inner, dict):  # anything else is a fault of the description
+        if "robot" in inner:
+            wrong.append(
+                (("robot",), "another robot is given by --urdf; remove this key, or leave out --urdf")
+            )
+        else:
+            inner = {**inner, "robot": robot}
     description = Description(inner, lines, file)
     for place, message in wrong:
         description.fault(place, message)

@@ -23,8 +23,8 @@ def test_a_description_without_keys_is_refused(tmp_path, content):
     (tmp_path / "cell.yaml").write_text(content, encoding="utf-8")
     mapping = {**tracker_mapping(), "dataset": "cell.yaml"}
     mapping.pop("dataset_units", None)
-    refused(tmp_path, run(tmp_path, mapping, source), "cell.yaml", "holds no keys")
-    with pytest.raises(InvalidInput, match="holds no keys"):
+    refused(tmp_path, run(tmp_path, mapping, source), "cell.yaml", "not a mapping; write keys and values")
+    with pytest.raises(InvalidInput, match="not a mapping; write keys and values"):
         load_mapping(tmp_path / "mapping.yaml", {"name": "any"})
 
 
