@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from scalar.data.dataset import read_dataset
+from scalar.data.dataset import read_dataset, validate_dataset
 from scalar.data.dataset_writer import write_dataset
 from scalar.data.io.atomic import atomic_directory, atomic_write
 from scalar.data.io.json_reader import read_json
@@ -14,7 +14,7 @@ from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.data.located_table import MAX_COLUMNS
 from scalar.data.strict_schema import strict_validator
 from scalar.errors import InvalidInput
-from tests.small_datasets import description, edit_lines, tables
+from tests.small_datasets import description, edit_cell, edit_lines, tables
 
 
 @pytest.mark.parametrize("text", [r"\ud800", r"\udfff", r"a\uDBFF"])
@@ -136,3 +136,17 @@ def test_an_output_without_a_name_is_refused(
         with pytest.raises(InvalidInput), writing(path):
             pytest.fail("there is nothing to write to")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_number_too_large_to_compute_with_is_named(tmp_path: Path) -> None:
+    """A recorded temperature of 1e101 is refused, and one of 1e99 is read."""
+    content = tables()
+    content["poses"]["temperature"] = 20.0
+    for exponent, faults in (("99", 0), ("101", 1)):
+        folder = tmp_path / exponent
+        write_dataset(folder, mapping=description(), **content)
+        edit_cell(folder, "poses.csv", 4, "temperature", f"1e{exponent}")
+        found = validate_dataset(folder)
+        assert [(f.row, f.column) for f in found if "too large a number" in f.message] == [
+            (4, "temperature")
+        ] * faults

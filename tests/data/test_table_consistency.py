@@ -216,20 +216,6 @@ def test_files_of_another_sensor_are_named(tmp_path: Path) -> None:
     assert "a probe has no such file" in only(validate_dataset(folder)).message
 
 
-def test_a_number_too_large_to_compute_with_is_named(tmp_path: Path) -> None:
-    """A recorded temperature of 1e101 is refused, and one of 1e99 is read."""
-    content = tables()
-    content["poses"]["temperature"] = 20.0
-    for exponent, faults in (("99", 0), ("101", 1)):
-        folder = tmp_path / exponent
-        write_dataset(folder, mapping=description(), **content)
-        edit_cell(folder, "poses.csv", 4, "temperature", f"1e{exponent}")
-        found = validate_dataset(folder)
-        assert [(f.row, f.column) for f in found if "too large a number" in f.message] == [
-            (4, "temperature")
-        ] * faults
-
-
 def test_csv_and_parquet_together_are_ambiguous(folder: Path) -> None:
     """With two files of scans, neither is chosen; the dataset is refused."""
     tables()["scans"].to_parquet(folder / "scans.parquet")
