@@ -114,6 +114,7 @@ def settings() -> dict[str, Any]:
         "unattributed_alpha": DEFAULTS.selection.alpha_unnamed,
         "least_confidence": DEFAULTS.naming.least_confidence,
         "worth_correcting": DEFAULTS.shipped_fit.worth_correcting,
+        "most_extrapolated": DEFAULTS.shipped_fit.most_extrapolated,
         "folds": DEFAULTS.hold_out.folds,
         "most_poses_of_sets": DEFAULTS.subset_search.most_poses,
         "blocks": DEFAULTS.hold_out.folds * DEFAULTS.hold_out.blocks_per_fold,
