@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from scalar.cli.pose_lines import MOST_SHOWN, first_lines, lines_on_limits
 from scalar.errors import Fault
 from scalar.units import DEG, MM
 
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     from scalar.geometry.robot import Robot
     from scalar.geometry.se3 import Array
 
-_MOST_SHOWN = 10
 _LEAST_SHOWN = 1e-3  # mm or deg
 _MOST_TURN = 180.0  # deg or mm for a shift of 1 mm: larger values are shown as "more than" this
 _EMPTY, _NEAREST = "without joint angles (corrected = 0)", "as near as it comes, with corrected = 0"
@@ -94,8 +94,8 @@ def _where(found: Correction, i: int) -> str:
 
 def faults_of(uncorrected: Sequence[Uncorrected], file: str, *, is_written: bool = True) -> list[Fault]:
     """Return a fault for each of the first few poses, and one that counts the others; ``is_written``: whether their rows are."""
-    faults = [one.fault(file, is_written) for one in uncorrected[:_MOST_SHOWN]]
-    more = len(uncorrected) - _MOST_SHOWN
+    faults = [one.fault(file, is_written) for one in uncorrected[:MOST_SHOWN]]
+    more = len(uncorrected) - MOST_SHOWN
     if more > 0:
         marked = " (corrected = 0)" if is_written else ""
         faults.append(Fault(file, f"{more} more poses cannot be corrected{marked}; look for a common cause"))
@@ -111,20 +111,11 @@ def warnings_on_written(robot: Robot, ids: Array, found: Correction, sensitivity
     """Return what a user has to know of the poses that are written: joints beyond their limits, singularities near by."""
     import numpy as np
 
-    beyond = []
-    for i in np.flatnonzero(found.beyond_limits.any(axis=1)):
-        joint = int(np.argmax(found.beyond_limits[i]))
-        size, unit = (MM, "mm") if joint in robot.prismatic else (DEG, "deg")
-        low, high = robot.limits[joint] / size
-        beyond.append(
-            f"  pose {ids[i]}: joint {joint + 1} at {found.q[i, joint] / size:.3f} {unit} is beyond its limits "
-            f"{low:.1f} to {high:.1f} {unit}"
-        )
     singular = [
         f"  pose {ids[i]}: near a singularity ({_how_near(robot, sensitivity, int(i))})"
         for i in np.flatnonzero(is_near_singular(sensitivity))
     ]
-    return [*first_lines(beyond), *first_lines(singular)]
+    return [*lines_on_limits(robot, ids, found.q), *first_lines(singular)]
 
 
 def is_near_singular(sensitivity: Sensitivity) -> Array:
@@ -138,23 +129,15 @@ def _how_near(robot: Robot, sensitivity: Sensitivity, i: int) -> str:
     """Return in words how far one joint has to move for a small shift of the sensor at pose i."""
     import numpy as np
 
-    # The joint with the largest number of degrees, or of millimetres if it slides, is named.
-    units = [("mm", MM) if joint in robot.prismatic else ("deg", DEG) for joint in range(robot.n_joints)]
-    moves = sensitivity.travel[i] * MM / np.array([size for _, size in units])
-    joint = int(np.argmax(moves))
-    unit = units[joint][0]
-    moved = (
-        f"up to {moves[joint]:.2g} {unit}"
-        if moves[joint] < _MOST_TURN
-        else f"more than {_MOST_TURN:.0f} {unit}"
-    )
+    from scalar.estimation.correction import arm_length
+
+    # A travel counts as the turn, at half the arm's length, that moves as far; the joint that moves most is named.
+    moves = sensitivity.travel[i] * MM
+    joint = int(np.argmax(moves / np.where(robot.slides, arm_length(robot), 1.0)))
+    unit, size = ("mm", MM) if joint in robot.prismatic else ("deg", DEG)
+    move = moves[joint] / size
+    moved = f"up to {move:.2g} {unit}" if move < _MOST_TURN else f"more than {_MOST_TURN:.0f} {unit}"
     return f"smallest singular value {sensitivity.singular_value[i]:.2g}: to shift the sensor by 1 mm, joint {joint + 1} moves by {moved}"
-
-
-def first_lines(lines: list[str]) -> list[str]:
-    """Return the first lines, and one that counts the others."""
-    more = len(lines) - _MOST_SHOWN
-    return [*lines[:_MOST_SHOWN], f"  and {more} more poses likewise"] if more > 0 else lines
 
 
 def lines_on_tool(gauge: Sequence[Mapping[str, Any]], n_joints: int) -> list[str]:

@@ -10,7 +10,7 @@ import click
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, load_effects
 from scalar.cli.outputs import FORCE, refuse_foreign, table_with
-from scalar.cli.terminal import say_written
+from scalar.cli.terminal import say, say_written
 
 
 @cli.command()
@@ -64,6 +64,8 @@ def predict(
     CALIBRATION): if the zero of joint 1 is wrong by 90 degrees, all frames are turned by 90 degrees about its axis, and nothing in the data shows
     it. If that matters, measure three points whose place in the base frame is known.
 
+    Poses at which a joint is beyond its limits are predicted too, and named.
+
     With --units deg,mm the joint angles are read in degrees (the travel of a joint that slides in mm), and x_mm..rz_deg are
     written.
 
@@ -72,6 +74,8 @@ def predict(
       scalar predict out/calibration.json joints.csv -o frames.csv --std
       scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm --orientation rpy
     """
+    from scalar.cli.pose_lines import lines_on_limits
+    from scalar.data.moves import joint_angles
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.table_units import columns_of, units_named, units_to_write
     from scalar.estimation.frame_tables import write_frames
@@ -103,3 +107,5 @@ def predict(
         also=orientations,
     )
     say_written(output, len(table), "pose")
+    for line in lines_on_limits(robot, table["pose"].to_numpy(), joint_angles(table, robot.n_joints)):
+        say(line)

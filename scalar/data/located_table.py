@@ -36,6 +36,7 @@ class Layout:
         text: columns that hold text; all others hold numbers.
         integers: columns that hold integers.
         extras: whether further numeric columns are kept.
+        blank: columns of numbers in which a cell may be empty; NaN then stands for it.
         refuse: returns what is wrong with a column of that name, or None.
     """
 
@@ -45,6 +46,7 @@ class Layout:
     integers: frozenset[str] = frozenset({"pose"})
     extras: bool = False
     refuse: Callable[[str], str | None] = lambda _: None
+    blank: frozenset[str] = frozenset()
 
 
 @dataclass
@@ -151,7 +153,7 @@ def check_cells(table: Table, layout: Layout, faults: list[Fault]) -> None:
             empty = np.array([not cell for cell in values], dtype=bool)
             table.report(faults, name, empty, lambda i: "an empty cell; fill it in, or remove the row")
             continue
-        finite = np.isfinite(values)
+        finite = np.isfinite(values) | (np.isnan(values) & (name in layout.blank))
         table.report(faults, name, ~finite, partial(_not_finite, values))
         if name in layout.integers:
             broken = finite & ((np.nan_to_num(values) % 1.0 != 0.0) | (np.abs(values) > MAX_INTEGER))

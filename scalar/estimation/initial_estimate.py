@@ -21,6 +21,7 @@ from scalar.estimation.residuals import Residuals
 from scalar.geometry.parallel_axes import with_parallel_axes
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
+from scalar.sensors.target import held_as_guessed, is_stated
 
 COARSE = 1e-6  # relative tolerance of fits from which other fits start
 _UNSEEN_SHIFT = 1e-6  # of the motion of the sensor: a shift of which the target leaves a smaller part unexplained changes no residual
@@ -52,6 +53,7 @@ def estimate_initially(
         target: At its initial guess.
         T_flange_sensor: ``(4, 4)``, the sensor's nominal pose, or None.
         held: Names of parameters to hold. Those of the sensor keep their values of the nominal pose, if there is one; it is then the only start.
+            Those of planes keep their values of the initial guess.
 
     Raises:
         Undetermined: No pose is stated, and the data determine no linear guess.
@@ -59,17 +61,21 @@ def estimate_initially(
     measurement = residuals.measurement
     best: tuple[str, Fit] | None = None
     starts = proposals(measurement, robot, residuals.poses.q, target, T_flange_sensor)
-    if T_flange_sensor is None:
-        held = ()
-    elif not set(held).isdisjoint(SENSOR_PARAMETERS):
-        starts = starts[:1]
+    stated = set(target.parameter_names) if is_stated(target) else set()
+    if T_flange_sensor is not None:
+        stated |= set(SENSOR_PARAMETERS)
+        if not set(held).isdisjoint(SENSOR_PARAMETERS):
+            starts = starts[:1]
+    held = stated & set(held)
     for origin, T, start in starts:
-        found = _refined(residuals, Model.at(robot, T, start), held)
+        model = Model.at(robot, T, held_as_guessed(start, target, held))
+        found = _refined(residuals, model, ~np.isin(model.names, list(held)))
         if best is None or found.chi_squared < best[1].chi_squared:
             best = origin, found
     assert best is not None
     place = np.zeros(3) if T_flange_sensor is None else T_flange_sensor[:3, 3]
-    model = _unseen_shifts_undone(residuals, best[1].model.rebased(), place)
+    model = best[1].model.rebased()
+    model = _unseen_shifts_undone(residuals, model, place, ~np.isin(model.names, list(held)))
     return InitialEstimate(model, residuals.rms(model), best[0])
 
 
@@ -116,24 +122,36 @@ def sensor_and_target(residuals: Residuals, model: Model) -> Array:
     return free
 
 
-def _refined(residuals: Residuals, model: Model, held: Collection[str]) -> Fit:
-    own = np.isin(model.names, [name for name in held if name in SENSOR_PARAMETERS])
-    return fit(residuals, model, sensor_and_target(residuals, model) & ~own, tolerance=COARSE)
+def _refined(residuals: Residuals, model: Model, may_move: Array) -> Fit:
+    return fit(residuals, model, sensor_and_target(residuals, model) & may_move, tolerance=COARSE)
 
 
-def _unseen_shifts_undone(residuals: Residuals, model: Model, place: Array) -> Model:
-    """Return the model with its sensor as near to ``place`` ``(3,)`` [m] on the flange as shifts allow that a motion of the target makes up for."""
+def _unseen_shifts_undone(residuals: Residuals, model: Model, place: Array, may_move: Array) -> Model:
+    """Return the model with its sensor as near to where it is stated as shifts allow that a motion of the target makes up for.
+
+    Args:
+        residuals: Of the dataset, without effects.
+        model: As fitted.
+        place: ``(3,)`` [m], of the sensor on the flange, as stated.
+        may_move: ``(P,)`` bool, coordinates that are not held.
+    """
     parallel = replace(model, robot=with_parallel_axes(model.robot))
     J = residuals.linearise(parallel)[1]
-    start = model.blocks["sensor"].start
-    by_place, by_target = J[:, start : start + 3], J[:, model.blocks["target"]]
-    made_up = np.linalg.lstsq(by_target, by_place, rcond=None)[0]
-    _, lengths, directions = np.linalg.svd(by_place - by_target @ made_up, full_matrices=False)
-    unseen = directions[lengths < _UNSEEN_SHIFT * np.linalg.norm(by_place)]
+    index = np.arange(len(may_move))
+    shifts, target = (index[block][may_move[block]] for block in (_place(model), model.blocks["target"]))
+    made_up = np.linalg.lstsq(J[:, target], J[:, shifts], rcond=None)[0]
+    _, lengths, directions = np.linalg.svd(J[:, shifts] - J[:, target] @ made_up, full_matrices=False)
+    unseen = directions[lengths < _UNSEEN_SHIFT * np.linalg.norm(J[:, shifts])]
     if not len(unseen):
         return model
-    shift = unseen.T @ (unseen @ (place - model.sensor[:3]))
     vector = model.vector
-    vector[start : start + 3] += shift
-    vector[model.blocks["target"]] -= made_up @ shift
+    shift = unseen.T @ (unseen @ (place[may_move[_place(model)]] - vector[shifts]))
+    vector[shifts] += shift
+    vector[target] -= made_up @ shift
     return model.with_vector(vector)
+
+
+def _place(model: Model) -> slice:
+    """Return the coordinates of the sensor's place on the flange."""
+    start = model.blocks["sensor"].start
+    return slice(start, start + 3)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -25,6 +26,7 @@ class Planes:
     """K planes, parameterised about reference normals.
 
     Attributes:
+        is_stated: Datasets state initial guesses of planes.
         names: K names; planes of several sessions are ``floor@2`` and so on.
         reference_normals: ``(K, 3)``, unit, base frame.
         tangents: ``(K, 2, 3)``, orthonormal with the reference normals.
@@ -32,6 +34,7 @@ class Planes:
         distances: ``(K,)`` [m].
     """
 
+    is_stated: ClassVar[bool] = True
     names: tuple[str, ...]
     reference_normals: Array
     tangents: Array

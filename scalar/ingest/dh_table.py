@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,8 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
     Args:
         path: CSV file with a row for each joint, base to flange. Columns: ``a_mm`` or ``a_m``, ``alpha_deg`` or ``alpha_rad``, and so
             on for d and theta; optional ``lower_deg`` and ``upper_deg`` (or ``_rad``), the limits of the joint, for prismatic
-            joints ``lower_mm`` and ``upper_mm`` (or ``_m``); optional ``type``, ``revolute`` or ``prismatic``, and ``joint``: 1, 2, ...
+            joints ``lower_mm`` and ``upper_mm`` (or ``_m``), empty for a joint that has no such limits; optional ``type``, ``revolute``
+            or ``prismatic``, and ``joint``: 1, 2, ...
         convention: One of ``CONVENTIONS``.
         name: Name of the robot.
 
@@ -38,7 +40,8 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
     columns |= {f"{key}_{unit}" for key in _LIMITS for unit in _ANGLES | _LENGTHS}
     faults: list[Fault] = []
     known = (*sorted(columns), _TYPE, _NUMBER)
-    layout = Layout((), known, text=frozenset({_TYPE}), integers=frozenset({_NUMBER}))
+    limits_columns = frozenset(column for column in columns if column.startswith(_LIMITS))
+    layout = Layout((), known, text=frozenset({_TYPE}), integers=frozenset({_NUMBER}), blank=limits_columns)
     table = read_csv(path, layout, faults)
     if table is None or faults:
         raise InvalidInput(faults)
@@ -114,11 +117,15 @@ def _limits(
                 _refuse_angles_of_slides(path, table, types, faults)
             continue
         for i in (i for i, type_ in enumerate(types) if type_ == kind):
-            if low[i] < high[i]:
-                found[i] = [low[i], high[i]]
-            else:
+            stated = [bound for bound in (low[i], high[i]) if not math.isnan(bound)]
+            if len(stated) == 1:
+                message = "one limit of the joint is empty; write both, or leave both empty"
+                faults.append(Fault(path.name, message, int(table.line_numbers()[i])))
+            elif stated and low[i] >= high[i]:
                 message = "the lower limit is not below the upper; swap them"
                 faults.append(Fault(path.name, message, int(table.line_numbers()[i])))
+            elif stated:
+                found[i] = stated
     return found
 
 
@@ -127,13 +134,10 @@ def _refuse_angles_of_slides(path: Path, table: Table, types: Sequence[str], fau
     low, high = (_column(path, table.columns, key, _ANGLES, False, []) for key in _LIMITS)
     if low is None or high is None:
         return
-    message = (
-        "this joint slides, so its limits are no angles; write them into columns lower_mm and upper_mm (or _m), with 0 in the rows of "
-        "the joints that turn, and 0 here"
-    )
+    message = "this joint slides, so its limits are no angles; write them into columns lower_mm and upper_mm (or _m), and leave this cell empty"
     column = "lower_deg" if "lower_deg" in table.columns else "lower_rad"
     for i, kind in enumerate(types):
-        if kind == "prismatic" and (low[i] or high[i]):
+        if kind == "prismatic" and any(bound and not math.isnan(bound) for bound in (low[i], high[i])):
             faults.append(Fault(path.name, message, int(table.line_numbers()[i]), column))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -46,6 +47,21 @@ class Target(Protocol):
 def on_flange(target: Target) -> Any:
     """Return the several targets on the flange that were measured, with their ``names``; None for a kind of target that has no such part."""
     return getattr(target, "targets", None)
+
+
+def is_stated(target: Target) -> bool:
+    """Return whether a dataset states where targets of this kind are: planes have initial guesses, the place of a tracker is fitted alone."""
+    return bool(getattr(target, "is_stated", False))
+
+
+def held_as_guessed(target: Any, guess: Any, held: Collection[str]) -> Any:
+    """Return a target of which the coordinates named in ``held`` have their values of the initial guess."""
+    names = guess.parameter_names
+    if set(names).isdisjoint(held):
+        return target
+    about_guess = target.expressed_about(guess)
+    is_held = np.isin(names, list(held))
+    return about_guess.with_vector(np.where(is_held, guess.rebased().vector, about_guess.vector))
 
 
 def by_coordinates(target: Target, by_item: Array, index: Array) -> Array:

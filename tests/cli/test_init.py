@@ -146,6 +146,18 @@ def test_a_robot_from_a_table(units, factor, tmp_path):
             "a_mm,alpha_deg,d_mm,theta_deg,type,lower_deg,upper_deg\n400,0,0,0,revolute,-90,90\n0,0,0,0,prismatic,20,300\n",
             "row 3, column lower_deg: this joint slides",
         ),
+        (
+            "a_mm,alpha_deg,d_mm,theta_deg,lower_deg,upper_deg\n400,0,0,0,-90,\n",
+            "row 2: one limit of the joint is empty",
+        ),
+        (
+            "a_mm,alpha_deg,d_mm,theta_deg,lower_deg,upper_deg\n400,,0,0,-90,90\n",
+            "row 2, column alpha_deg: an empty cell",
+        ),
+        (
+            "a_mm,alpha_deg,d_mm,theta_deg,lower_deg,upper_deg\n400,0,0,0,-90,inf\n",
+            "column upper_deg: not a finite number",
+        ),
         ("a,alpha,d,theta\n0,0,0,0\n", "unknown column"),
         ("a_mm,alpha_deg,d_mm,theta_deg\n0,x,0,0\n", "row 2"),
         (

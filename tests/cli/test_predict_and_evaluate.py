@@ -54,6 +54,21 @@ def test_a_column_that_an_effect_needs_is_named(sound, tmp_path):
     assert run("predict", calibration, tmp_path / "joints.csv", "-o", tmp_path / "f.csv").exit_code == 0
 
 
+def test_poses_beyond_the_limits_are_predicted_and_named(sound, tmp_path):
+    """A joint that the arm cannot turn so far is named with its limits; poses within them are not mentioned."""
+    joints = pd.read_csv(sound / "joints.csv")
+    joints.loc[2, "q3"] = 3.1
+    joints.to_csv(tmp_path / "joints.csv", index=False)
+    arguments = ("predict", sound / "out/calibration.json", tmp_path / "joints.csv", "-o", tmp_path / "f.csv")
+    result = run(*arguments)
+    assert result.exit_code == 0 and len(pd.read_csv(tmp_path / "f.csv")) == len(joints)
+    named = [line for line in result.output.splitlines() if "beyond its limits" in line]
+    assert (
+        len(named) == 1
+        and f"pose {joints['pose'][2]}: joint 3 at 177.617 deg is beyond its limits" in named[0]
+    )
+
+
 def test_an_output_that_cannot_be_written_is_said(sound, tmp_path):
     """With a folder in the place of the file, or a file in the place of the folder, the exit status is 2, with one line, and nothing is changed."""
     (tmp_path / "taken").write_text("mine", encoding="utf-8")

@@ -1,5 +1,7 @@
 """An arm on a rail through the command line: travels in metres or millimetres, what is offered for them, and what is refused."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -101,7 +103,7 @@ def test_a_table_of_joints_states_what_slides(folder, tmp_path):
     assert run("export", tmp_path / "c.json", "-o", tmp_path / "dh.csv")[0] == 0
     assert pd.read_csv(tmp_path / "dh.csv")["type"].tolist() == ["prismatic", *["revolute"] * 6]
     table = "a_mm,alpha_deg,d_mm,theta_deg,type,lower_mm,upper_mm,lower_deg,upper_deg\n"
-    table += "0,90,10,0,prismatic,-200,800,-1,1\n400,0,0,0,revolute,0,1,-90,90\n"
+    table += "0,90,10,0,prismatic,-200,800,,\n400,0,0,0,revolute,,,-90,90\n200,0,0,0,revolute,,,,\n"
     (tmp_path / "t.csv").write_text(table, encoding="utf-8")
     arguments = (
         "init",
@@ -117,3 +119,14 @@ def test_a_table_of_joints_states_what_slides(folder, tmp_path):
     assert status == 0, said
     text = (tmp_path / "new" / "dataset.yaml").read_text(encoding="utf-8")
     assert "-200 to 800 mm" in text and "-90 to 90 degrees" in text and 'type: "prismatic"' in text
+
+
+def test_near_a_singularity_the_rail_is_not_named_for_its_unit(folder, tmp_path):
+    """The rail has the largest number, 45 of its millimetres, but a joint that turns by 12 degrees moves the arm further and is named."""
+    Calibration.nominal(read_dataset(folder)).save(tmp_path / "c.json")
+    q = pd.DataFrame([[0.3, 0.2, 0.3, 1.2, 0.4, 0.001, 0.1]], columns=[f"q{i + 1}" for i in range(7)])
+    q.insert(0, "pose", 1)
+    q.to_csv(tmp_path / "targets.csv", index=False)
+    status, said = run("correct", tmp_path / "c.json", tmp_path / "targets.csv", "-o", tmp_path / "o.csv")
+    assert status == 0 and "near a singularity" in said, said
+    assert re.search(r"joint [2-7] moves by up to 1\d deg", said), said

@@ -1,4 +1,4 @@
-"""A place of the sensor on the flange that is not fitted stays as it was stated: along the parallel axes of a SCARA, and where it is held."""
+"""A place that is not fitted stays as it was stated: the sensor's along the parallel axes of a SCARA, the sensor's or a plane's where it is held."""
 
 import numpy as np
 import pytest
@@ -100,3 +100,27 @@ def test_a_held_place_is_the_stated_one(kind):
     assert "sensor_x" not in held.free
     assert held.model.T_flange_sensor[0, 3] == pytest.approx(T[0, 3], abs=1e-12)
     assert abs(calibrate(dataset).model.T_flange_sensor[0, 3] - T[0, 3]) > 1e-4
+
+
+@pytest.mark.parametrize("kind", ["probe", "line-laser"])
+def test_a_held_plane_is_where_the_dataset_puts_it(kind):
+    """Distance and normal of a plane that are held stay at its initial guess, and other planes are fitted to the data."""
+    dataset = make_scene(kind=kind, points_per_scan=30).dataset
+    name = dataset.planes[0].name
+    names = [f"normal_{name}_u", f"normal_{name}_v", f"distance_{name}"]
+    guess = np.r_[dataset.planes[0].normal, dataset.planes[0].distance]
+    guess /= np.linalg.norm(guess[:3])
+    apart = []
+    for held in (names, []):
+        planes = calibrate(dataset, fix=held, explain=False).model.target
+        apart.append(np.c_[planes.normals, planes.distances] - guess)
+    assert np.abs(apart[0][0]).max() < 1e-12 < 1e-5 < np.abs(apart[1][0]).max()
+
+
+def test_one_held_coordinate_leaves_the_others_free():
+    """A distance that is held keeps its value while the plane tilts."""
+    dataset = make_scene(points_per_scan=30).dataset
+    plane = dataset.planes[0]
+    found = calibrate(dataset, fix=[f"distance_{plane.name}"], explain=False).model.target
+    assert found.distances[0] == pytest.approx(plane.distance / np.linalg.norm(plane.normal), abs=1e-12)
+    assert np.abs(np.cross(found.normals[0], plane.normal)).max() > 1e-6

@@ -150,6 +150,8 @@ def _check_numeric_cells(
     if name in layout.text:
         return
     wrong = np.array([not (NUMBER.fullmatch(c) or _NOT_FINITE.fullmatch(c)) for c in cells], dtype=bool)
+    if name in layout.blank:
+        wrong &= np.array([bool(c) for c in cells], dtype=bool)
     known = [*layout.required, *layout.optional]
     if name not in known and 2 * np.count_nonzero(wrong) > len(cells):
         text = shorten(cells[int(np.argmax(wrong))])

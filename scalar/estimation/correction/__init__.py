@@ -7,6 +7,7 @@ from scalar.estimation.correction.correct import (
     correct_joints,
     nearest_to_frames,
 )
+from scalar.estimation.correction.inverse import arm_length
 from scalar.estimation.correction.postures import postures_for
 from scalar.estimation.correction.sensitivity import Sensitivity, sensitivity
 from scalar.estimation.correction.settings import CorrectionSettings
@@ -16,6 +17,7 @@ __all__ = [
     "Correction",
     "CorrectionSettings",
     "Sensitivity",
+    "arm_length",
     "brought_near",
     "correct_frames",
     "correct_joints",
