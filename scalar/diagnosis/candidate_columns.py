@@ -90,11 +90,19 @@ class CandidateSet:
     @cached_property
     def families(self) -> dict[int, Array]:
         """Return for each candidate of ``by_width`` the logarithm of the number of candidates of its kind ``(T,)``."""
-        count = Counter(candidate.name for candidate, _ in self.tried)
         return {
-            width: np.array([log(count[candidate.name] + self.elsewhere) for candidate, _ in own])
+            width: np.array([log(self.of_kind(candidate)) for candidate, _ in own])
             for width, own in self.by_width.items()
         }
+
+    def of_kind(self, effect: Effect) -> int:
+        """Return the number of candidates of the kind of an effect, those in other sets included; zero if there is none here."""
+        here = self._of_kind[effect.name]
+        return here + self.elsewhere if here else 0
+
+    @cached_property
+    def _of_kind(self) -> Counter[str]:
+        return Counter(candidate.name for candidate, _ in self.tried)
 
     @cached_property
     def of_several_terms(self) -> dict[int, list[int]]:

@@ -102,8 +102,7 @@ def _score(
     projected = Projected.with_gram(without, columns, given.T @ given, squares, prior_std)
     gain, dof, observability = (x[0] for x in projected.score(np.arange(columns.shape[1])[None]))
     # An effect of a kind that is not among the candidates counts as a change, which is tried at every pose.
-    families = [sum(c.name == e.name for c, _ in candidates.tried) for e in effects]
-    family = prod(count or state.dataset.n_poses for count in families)
+    family = prod(candidates.of_kind(effect) or state.dataset.n_poses for effect in effects)
     return score_of(
         without, effects[0], float(gain), int(dof), float(observability), family, candidates.total
     )

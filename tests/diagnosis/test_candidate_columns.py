@@ -1,9 +1,11 @@
-"""The columns of a candidate set are computed once for a fitted state, and never taken for those of another state or set."""
+"""Candidate sets: columns are computed once for a state, and the candidates of a pool count wherever its parts stand."""
 
 import numpy as np
+import pytest
 
 from scalar.diagnosis import candidate_columns
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
+from scalar.diagnosis.conditional_scores import rivals
 from scalar.diagnosis.fitted_state import refit
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
@@ -25,3 +27,16 @@ def test_columns_are_kept_for_their_state_and_set(monkeypatch):
     monkeypatch.setattr(candidate_columns, "_MOST_KEPT", 0)
     third = state.refitted([JointScale(5)])
     assert CandidateColumns.of(third, pool) is not CandidateColumns.of(third, pool)
+
+
+def test_a_candidate_and_its_rivals_are_corrected_for_the_same_number():
+    """An effect of the state, scored among its rivals, has the score of the same candidate, also if further candidates are in other sets."""
+    dataset = make_scene(seed=3, poses_per_plane=15).dataset
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    state = refit(dataset, model, prepared.free, (JointScale(2),))
+    for elsewhere in (0, 40):
+        pool = CandidateSet.of([JointScale(2), JointScale(3)], elsewhere=elsewhere)
+        own, others = rivals(state, 0, CandidateColumns.of(state, pool))
+        same = next(score for score in others if score.effect.same_answer(own.effect))
+        assert own.evidence == pytest.approx(same.evidence, abs=1e-6)
+        assert own.p_value == pytest.approx(same.p_value, rel=1e-6)
