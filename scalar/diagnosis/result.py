@@ -88,6 +88,16 @@ class Diagnosis:
         return self.shipped.held_out
 
     @property
+    def errors_after(self) -> dict[str, float | None]:
+        """Return the entry of ``diagnosis.json`` on the errors of the calibration that is shipped [mm]."""
+        return {
+            **held_out(
+                self.calibration_after, self.held_out_after, self.halves if self.ships_effects else None
+            ),
+            **unseen(self.outer, 0 if self._ships_geometry_alone else 1, self.calibration_after),
+        }
+
+    @property
     def unobservable_alone(self) -> tuple[Unobservable, ...]:
         """Return the unobservable effects but those confounded with a named finding, which already stand there.
 
@@ -202,10 +212,7 @@ class Diagnosis:
             "residual": {
                 "before": held_out(self.calibration_before, self.held_out_before)
                 | unseen(self.outer, 0, self.calibration_before),
-                "after": held_out(
-                    self.calibration_after, self.held_out_after, self.halves if self.ships_effects else None
-                )
-                | unseen(self.outer, 0 if self._ships_geometry_alone else 1, self.calibration_after),
+                "after": self.errors_after,
                 "floor_mm": noise_floor(self.after) / MM,
             },
             "shipped": self.shipped.to_mapping() | {"halves": of_halves(self.halves)},

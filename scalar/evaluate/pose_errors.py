@@ -18,7 +18,7 @@ import pandas as pd
 from scalar.estimation.result import Calibration
 from scalar.geometry.planes import Planes
 from scalar.geometry.robot import GEOMETRY
-from scalar.geometry.se3 import Array, exp_so3, inverse, rotation_angle, transform
+from scalar.geometry.se3 import Array, exp_so3, inverse, nearest_rotation, rotation_angle, transform
 from scalar.units import DEG, MM
 
 
@@ -92,8 +92,7 @@ def pose_errors(T_true: Array, T_hat: Array) -> PoseErrors:
 def best_rigid_motion(points_from: Array, points_to: Array) -> Array:
     """Return the rigid motion ``(4, 4)`` of least squares that takes points ``(N, 3)`` to others (Kabsch, 1976)."""
     mean_from, mean_to = points_from.mean(axis=0), points_to.mean(axis=0)
-    U, _, Vt = np.linalg.svd((points_to - mean_to).T @ (points_from - mean_from))
-    R = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
+    R = nearest_rotation((points_to - mean_to).T @ (points_from - mean_from))
     return transform(R, mean_to - R @ mean_from)
 
 

@@ -95,3 +95,9 @@ def rotation_angle(R: Array) -> Array:
     sine = np.stack([R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]])
     trace = R[..., 0, 0] + R[..., 1, 1] + R[..., 2, 2]
     return np.arctan2(np.linalg.norm(sine, axis=0), trace - 1.0)
+
+
+def nearest_rotation(matrix: Array) -> Array:
+    """Return the rotation ``(3, 3)`` nearest to a matrix (Kabsch 1976): for a mean of rotation matrices, the mean rotation."""
+    U, _, Vt = np.linalg.svd(matrix)
+    return U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt

@@ -1,27 +1,43 @@
-"""The report's sentence on predictions beyond the measured ranges of the joints: how far they may err, open questions included."""
+"""The report's sentences on predictions away from the measured poses: how far they may err, open questions included."""
 
 from __future__ import annotations
 
 from functools import lru_cache
+from math import ceil
 from typing import TYPE_CHECKING
 
 from scalar.data.io.atomic import plain
+from scalar.geometry.se3 import nearest_rotation, rotation_angle
 from scalar.planning.left_open import LeftOpen, left_open
 from scalar.report.words import length, listed, quoted
+from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
     from scalar.diagnosis.result import Diagnosis
 
 MUCH_FARTHER = 3.0  # chosen: ratio of the error over the joint limits to that within the measured ranges beyond which the sentence is given
+_ONE_ORIENTATION = (
+    20 * DEG
+)  # chosen: the tool's orientation is said to be nearly constant if it differs from its mean by no more at any pose
 _COUNTS = 1.2  # chosen: open questions are mentioned if they raise the error of the found model by more than this factor
+_OF_POSITION = 3  # equations of a pose that measures a position; an error along one direction cannot be compared with one of the position
 _SHOWN = 3  # effects in question that are named
 
 
 def beyond_ranges(diagnosis: Diagnosis) -> list[str]:
-    """Return one sentence if predictions over all of the joint limits err by much more than within the measured ranges, else none."""
+    """Return sentences if predictions err by much more within the measured ranges of the joints than at the measured poses, or over all of the limits.
+
+    There are none where the model without effects is shipped.
+    """
     if diagnosis.shipped.without_effects:
         return []
     choice = diagnosis.shipped.choice
+    errors = diagnosis.errors_after
+    at_measured = (errors["unseen_rms_mm"] or errors["held_out_rms_mm"] or 0.0) * MM
+    sees_position = diagnosis.before.residuals.measurement.equations_per_pose >= _OF_POSITION
+    if sees_position and choice.error_measured > MUCH_FARTHER * at_measured:
+        return [_only_at_such_poses(diagnosis.cleaned.dataset, at_measured, choice.error_measured)]
     found, measured = choice.error_as_shipped, choice.error_measured
     more = error_left_open(diagnosis)
     counts = more is not None and more.error > _COUNTS * found
@@ -39,6 +55,29 @@ def beyond_ranges(diagnosis: Diagnosis) -> list[str]:
         f"{begin}{length(more.error)} over the whole of the joint limits. The model that was found accounts for {length(found)} of this; the rest is "
         f"what these data leave open, at the size that was found or is usual: {listed([*titles[:_SHOWN], *rest])}."
     ]
+
+
+def _only_at_such_poses(dataset: Dataset, at_measured: float, within_ranges: float) -> str:
+    """Return the sentence on poses that combine the joints in few ways, so that their ranges say little.
+
+    Args:
+        dataset: The measured poses.
+        at_measured: Error at unseen or held-out poses, as it is stated [m].
+        within_ranges: Expected error of predictions at random poses within the ranges of the joints [m].
+    """
+    orientations = dataset.robot.flange(dataset.q)[:, :3, :3]
+    apart = float(rotation_angle(orientations @ nearest_rotation(orientations.mean(axis=0)).T).max())
+    degrees = max(1, ceil(apart / DEG))
+    why = "the measured poses combine the joints in few of the ways that these ranges allow; measure other combinations"
+    if apart < _ONE_ORIENTATION:
+        why = (
+            f"the tool was turned by at most {degrees} degree{'' if degrees == 1 else 's'} from its mean orientation, which shows only some combinations of the "
+            "joints; measure poses with other orientations of the tool"
+        )
+    return (
+        f"Use after.json only at poses like those that were measured: there, predictions err by {length(at_measured)}. At random poses within the "
+        f"same ranges of the joints they are expected to err by {length(within_ranges)}, because {why} if the arm is to be right there too."
+    )
 
 
 def error_left_open(diagnosis: Diagnosis) -> LeftOpen | None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from scalar.errors import Undetermined
 from scalar.geometry.planes import Planes
-from scalar.geometry.se3 import Array, transform
+from scalar.geometry.se3 import Array, nearest_rotation, transform
 from scalar.sensors.scans import Scans
 from scalar.sensors.target import Guess
 
@@ -78,8 +78,7 @@ def linear_guess(scans: Scans, T_base_flange: Array, planes: Planes, use: Array)
         )  # fmt: skip
     p, x, z = solution[:3], solution[3:6], solution[6:]
     x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
-    U, _, Vt = np.linalg.svd(np.column_stack([x, np.cross(z, x), z]))
-    return transform(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt, p)
+    return transform(nearest_rotation(np.column_stack([x, np.cross(z, x), z])), p)
 
 
 def _plane_choices(scans: Scans, target: Planes, gravity: Array) -> list[Array]:

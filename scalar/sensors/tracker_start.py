@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scalar.geometry.se3 import Array
+from scalar.geometry.se3 import Array, nearest_rotation
 from scalar.sensors.tracker_frames import TargetOffsets, TrackerFrames
 
 _ALTERNATIONS = 60  # rounds; each is expected to halve the error at least
@@ -53,8 +53,7 @@ class Tracked:
         for s in range(len(rotations)):
             mine = self.seen & (self.session == s)[:, None] & np.isfinite(places).all(axis=2)
             o, y = places[mine], self.positions[mine]
-            U, _, Vt = np.linalg.svd((y - y.mean(0)).T @ (o - o.mean(0)))
-            rotations[s] = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
+            rotations[s] = nearest_rotation((y - y.mean(0)).T @ (o - o.mean(0)))
             coordinates[s] = np.r_[y.mean(0) - rotations[s] @ o.mean(0), 0.0, 0.0, 0.0]
         return TrackerFrames(target.names, rotations, coordinates, target.targets)
 
@@ -75,8 +74,7 @@ class Tracked:
                 (back @ (self.positions[seen, k] - at[seen])[:, :, None])[..., 0], axis=0
             )
             if self.rotations is not None:
-                U, _, Vt = np.linalg.svd(np.mean(back @ self.rotations[seen, k], axis=0))
-                references[i] = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
+                references[i] = nearest_rotation(np.mean(back @ self.rotations[seen, k], axis=0))
         return replace(targets, references=references, coordinates=coordinates)
 
     def _places(self, T_base_sensor: Array, targets: TargetOffsets) -> Array:

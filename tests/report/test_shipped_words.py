@@ -1,18 +1,29 @@
-"""What is said where regions of the joint space are held out."""
+"""What is said where regions of the joint space are held out, and of predictions away from the measured poses."""
 
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
+from scalar.geometry.robot import Robot
 from scalar.report.shipped_words import shipped_sentences
+from tests.robot_configs import robot_mapping
 
 
-def said(*, without_effects: bool) -> str:
-    """Return the sentences on a fit whose effects leave 0.6 mm in four held-out regions, where the model without them leaves 0.25 mm."""
+def said(
+    *, without_effects: bool, q: np.ndarray | None = None, within_ranges: float = 1e-4, equations: int = 3
+) -> str:
+    """Return the sentences on a fit whose effects leave 0.6 mm in four held-out regions, where the model without them leaves 0.25 mm.
+
+    Args:
+        without_effects: Whether the model without effects is shipped.
+        q: ``(N, 6)`` [rad], the measured joint angles of a VS060.
+        within_ranges: Expected error of predictions within the ranges of the joints [m]; at the measured poses it is 0.1 mm.
+        equations: Equations that a pose gives.
+    """
     errors = [SimpleNamespace(rms=rms, block=np.arange(4)) for rms in (2.5e-4, 6e-4)]
     choice = SimpleNamespace(
-        left_out=(), added=(), error_with_all=1e-4, error_as_shipped=1e-4, error_measured=1e-4
+        left_out=(), added=(), error_with_all=1e-4, error_as_shipped=1e-4, error_measured=within_ranges
     )
     shipped = SimpleNamespace(
         regions=tuple(errors),
@@ -22,7 +33,18 @@ def said(*, without_effects: bool) -> str:
         disagreement=None,
         unconfirmed=(),
     )
-    diagnosis: Any = SimpleNamespace(shipped=shipped, outer=None, halves=None, findings=())
+    sensor = SimpleNamespace(equations_per_pose=equations)
+    diagnosis: Any = SimpleNamespace(
+        shipped=shipped,
+        outer=None,
+        halves=None,
+        findings=(),
+        errors_after={"unseen_rms_mm": None, "held_out_rms_mm": 0.1},
+        before=SimpleNamespace(residuals=SimpleNamespace(measurement=sensor)),
+        cleaned=SimpleNamespace(
+            dataset=SimpleNamespace(robot=Robot.from_mapping(robot_mapping("vs060")), q=q)
+        ),
+    )
     return " ".join(shipped_sentences(diagnosis))
 
 
@@ -43,3 +65,30 @@ def test_what_held_out_regions_show_is_said():
         "each of 4 regions" in text and "0.600 mm RMS with the effects" in text and "0.250 mm without" in text
     )
     assert "nothing is known of poses farther away" in text
+
+
+def test_poses_of_one_orientation_are_said_to_show_no_others():
+    """Where the tool is never turned, the errors at measured and at other poses are stated, and what to measure; joints 2 and 3 turn against each other."""
+    turn = np.linspace(-0.5, 0.5, 11)
+    q = np.zeros((11, 6))
+    q[:, 1], q[:, 2] = turn, -turn
+    text = said(without_effects=False, q=q, within_ranges=8e-3)
+    assert "only at poses like those that were measured: there, predictions err by 0.10 mm" in text
+    assert "within the same ranges of the joints they are expected to err by 8.0 mm" in text
+    assert (
+        "turned by at most 1 degree from" in text
+        and "measure poses with other orientations of the tool" in text
+    )
+
+
+def test_few_combinations_of_joints_are_said_without_blaming_the_orientation():
+    """The orientation varies by a radian, so that it is not the reason."""
+    q = np.random.default_rng(2).uniform(-1, 1, (20, 6))
+    text = said(without_effects=False, q=q, within_ranges=8e-3)
+    assert "measure other combinations" in text and "orientation" not in text
+
+
+def test_a_residual_along_one_direction_is_not_compared_with_an_error_of_the_position():
+    """A probe's residual says little about the position, and an error that is little larger than at the measured poses is not mentioned."""
+    assert "only at poses like those" not in said(without_effects=False, within_ranges=8e-3, equations=1)
+    assert "only at poses like those" not in said(without_effects=False, within_ranges=2e-4)
