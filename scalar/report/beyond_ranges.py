@@ -26,7 +26,7 @@ _SHOWN = 3  # effects in question that are named
 
 
 def beyond_ranges(diagnosis: Diagnosis) -> list[str]:
-    """Return sentences if predictions err by much more within the measured ranges of the joints than at the measured poses, or over all of the limits.
+    """Return sentences if predictions err much more within the measured ranges of the joints than at the measured poses, or over all of the limits.
 
     There are none where the model without effects is shipped.
     """
