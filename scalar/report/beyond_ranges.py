@@ -71,8 +71,8 @@ def _only_at_such_poses(dataset: Dataset, at_measured: float, within_ranges: flo
     why = "the measured poses combine the joints in few of the ways that these ranges allow; measure other combinations"
     if apart < _ONE_ORIENTATION:
         why = (
-            f"the tool was turned by at most {degrees} degree{'' if degrees == 1 else 's'} from its mean orientation, which shows only some combinations of the "
-            "joints; measure poses with other orientations of the tool"
+            f"the tool was turned by at most {degrees} degree{'' if degrees == 1 else 's'} from its mean orientation, which shows only some "
+            "combinations of the joints; measure poses with other orientations of the tool"
         )
     return (
         f"Use after.json only at poses like those that were measured: there, predictions err by {length(at_measured)}. At random poses within the "
