@@ -68,7 +68,7 @@ def test_what_held_out_regions_show_is_said():
 
 
 def test_poses_of_one_orientation_are_said_to_show_no_others():
-    """Where the tool is never turned, the errors at measured and at other poses are stated, and what to measure; joints 2 and 3 turn against each other."""
+    """Where the tool is never turned, the errors at measured and at other poses are stated, and what to measure."""
     turn = np.linspace(-0.5, 0.5, 11)
     q = np.zeros((11, 6))
     q[:, 1], q[:, 2] = turn, -turn
