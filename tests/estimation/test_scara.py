@@ -6,7 +6,7 @@ import pytest
 from scalar import calibrate
 from scalar.comparison import compare
 from scalar.data.dataset import Dataset
-from scalar.data.declared import Sensor
+from scalar.data.declared import PlaneGuess, Sensor
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.geometry.robot import Robot
 from tests.kinematics import rotate_about, rotation, translation
@@ -61,6 +61,41 @@ def tracked(seed: int, longer: float = 0.0, count: int = 100) -> Dataset:
     return Dataset.from_arrays(robot=nominal(), sensor=sensor, q=q, points=points)
 
 
+PLATES = [
+    ("floor", [0.01, -0.02, 1.0], 0.10),
+    ("left", [0.80, 0.60, 0.05], 0.45),
+    ("right", [0.75, -0.62, -0.04], 0.42),
+]  # normal, distance [m]
+
+
+def touched(seed: int, count: int = 90) -> Dataset:
+    """Return what a probe touches on three plates: joint 3 goes down to the floor, joint 2 turns to the walls."""
+    rng = np.random.default_rng(seed)
+    q, plates = [], []
+    while len(q) < count:
+        name, normal, distance = PLATES[len(q) % 3]
+        at, moves = rng.uniform(*LIMITS.T), 2 if name == "floor" else 1
+        n, contact = np.array(normal) / np.linalg.norm(normal), distance + NOISE * rng.normal()
+        tried = np.tile(at, (30, 1))
+        tried[:, moves] = np.linspace(*LIMITS[moves], 30)
+        heights = places(tried) @ n - contact
+        crossing = np.flatnonzero(heights[:-1] * heights[1:] < 0)
+        if len(crossing):
+            ends = tried[crossing[0] : crossing[0] + 2]
+            for _ in range(40):
+                middle = ends.mean(axis=0)
+                ends[
+                    int((places(middle[None])[0] @ n - contact) * (places(ends[1:])[0] @ n - contact) > 0)
+                ] = middle
+            q.append(ends[0])
+            plates.append(name)
+    guesses = [PlaneGuess(name, np.array(n) / np.linalg.norm(n), d + 2e-3) for name, n, d in PLATES]
+    guess = np.eye(4)
+    guess[:3, 3] = STATED
+    sensor = Sensor("probe", guess, noise=NOISE)
+    return Dataset.from_arrays(robot=nominal(), sensor=sensor, q=np.array(q), plane=plates, planes=guesses)
+
+
 def tilted() -> list[AxisNonparallel]:
     """Return the tilts about y that Denavit and Hartenberg's parameters lack."""
     return [AxisNonparallel(joint) for joint in (2, 3, 4)]
@@ -80,6 +115,16 @@ def test_a_place_along_parallel_axes_stays_as_it_was_stated(first):
     q = np.random.default_rng(9).uniform(*LIMITS.T, (200, 4))
     assert off_by_a_motion(first.predict(q)[:, :3, 3], places(q)).max() < 3 * NOISE
     assert np.abs(first.predict(q)[:, 2, 3] - places(q)[:, 2]).max() < 5e-3  # the base is the nominal one
+
+
+def test_a_probe_calibrates_a_scara():
+    """The plates could sit lower together with the tip: the tip keeps its stated height, nothing is suspected, and unseen poses are right."""
+    found = calibrate(touched(4), effects=tilted())
+    assert found.model.T_flange_sensor[2, 3] == pytest.approx(STATED[2], abs=1e-12)
+    assert not found.summary["setup"]
+    q = np.random.default_rng(9).uniform(*LIMITS.T, (200, 4))
+    off = off_by_a_motion(found.predict(q)[:, :3, 3], places(q))
+    assert off.max() < 10 * NOISE
 
 
 def test_two_campaigns_of_an_unchanged_arm_agree(first):
