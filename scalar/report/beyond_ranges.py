@@ -6,8 +6,10 @@ from functools import lru_cache
 from math import ceil
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from scalar.data.io.atomic import plain
-from scalar.geometry.se3 import nearest_rotation, rotation_angle
+from scalar.geometry.se3 import Array
 from scalar.planning.left_open import LeftOpen, left_open
 from scalar.report.words import length, listed, quoted
 from scalar.units import DEG, MM
@@ -17,9 +19,7 @@ if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
 
 MUCH_FARTHER = 3.0  # chosen: ratio of the error over the joint limits to that within the measured ranges beyond which the sentence is given
-_ONE_ORIENTATION = (
-    20 * DEG
-)  # chosen: the tool's orientation is said to be nearly constant if it differs from its mean by no more at any pose
+_ONE_DIRECTION = 20 * DEG  # chosen: the tool is said to keep its direction if no pose tilts it further
 _COUNTS = 1.2  # chosen: open questions are mentioned if they raise the error of the found model by more than this factor
 _OF_POSITION = 3  # equations of a pose that measures a position; an error along one direction cannot be compared with one of the position
 _SHOWN = 3  # effects in question that are named
@@ -65,19 +65,26 @@ def _only_at_such_poses(dataset: Dataset, at_measured: float, within_ranges: flo
         at_measured: Error at unseen or held-out poses, as it is stated [m].
         within_ranges: Expected error of predictions at random poses within the ranges of the joints [m].
     """
-    orientations = dataset.robot.flange(dataset.q)[:, :3, :3]
-    apart = float(rotation_angle(orientations @ nearest_rotation(orientations.mean(axis=0)).T).max())
-    degrees = max(1, ceil(apart / DEG))
+    tilt = _largest_tilt(dataset.robot.flange(dataset.q)[:, :3, :3])
+    degrees = max(1, ceil(tilt / DEG))
     why = "the measured poses combine the joints in few of the ways that these ranges allow; measure other combinations"
-    if apart < _ONE_ORIENTATION:
+    if tilt < _ONE_DIRECTION:
         why = (
-            f"the tool was turned by at most {degrees} degree{'' if degrees == 1 else 's'} from its mean orientation, which shows only some "
-            "combinations of the joints; measure poses with other orientations of the tool"
+            f"an axis of the tool kept its direction to within {degrees} degree{'' if degrees == 1 else 's'}, which shows only some combinations of "
+            "the joints; measure poses with the tool tilted in other directions"
         )
     return (
         f"Use after.json only at poses like those that were measured: there, predictions err by {length(at_measured)}. At random poses within the "
         f"same ranges of the joints they are expected to err by {length(within_ranges)}, because {why} if the arm is to be right there too."
     )
+
+
+def _largest_tilt(rotations: Array) -> float:
+    """Return how far rotations ``(N, 3, 3)`` tilt the axis of the flange whose direction they change least: the largest angle to its mean [rad]."""
+    _, _, Vt = np.linalg.svd(rotations.mean(axis=0))
+    axes = rotations @ Vt[0]
+    mean = axes.mean(axis=0)
+    return float(np.arctan2(np.linalg.norm(np.cross(axes, mean), axis=1), axes @ mean).max())
 
 
 def error_left_open(diagnosis: Diagnosis) -> LeftOpen | None:
