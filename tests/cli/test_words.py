@@ -1,13 +1,17 @@
 """Single lines of the commands: numbers and names are written as a reader expects them."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from scalar.cli.correct_words import warnings_on_written
 from scalar.cli.diagnose import set_aside_in_words
+from scalar.data.dataset_writer import write_dataset
 from scalar.estimation.correction import Correction, Sensitivity
 from scalar.geometry.robot import Robot
 from scalar.units import DEG, MM
+from tests import small_datasets
+from tests.cli.running import run
 from tests.robot_configs import robot_mapping
 
 
@@ -38,3 +42,21 @@ def test_large_motions_near_a_singularity_have_no_exponent(move, said):
     travel[0, 3] = move * DEG / MM
     (line,) = warnings_on_written(robot, np.array([1]), found, Sensitivity(np.array([1e-3]), travel))
     assert line.endswith(f"joint 4 moves by {said})")
+
+
+@pytest.mark.parametrize("kind", ["tracker", "line-laser"])
+@pytest.mark.parametrize("step", [0.0, 1e-6])
+def test_a_copied_pose_is_named(kind, step, tmp_path):
+    """`validate` names a pose that repeats another one to the last digit; the same joint angles measured anew are no copy."""
+    tables = small_datasets.tables(kind)
+    for name, table in tables.items():
+        if table is None:
+            continue
+        again = table[table["pose"] == 12].assign(pose=99)
+        if name != "poses":
+            again["z"] += step
+        tables[name] = pd.concat([table, again], ignore_index=True)
+    write_dataset(tmp_path / "d", mapping=small_datasets.description(kind), **tables)
+    result = run("validate", tmp_path / "d")
+    assert result.exit_code == 0, result.output
+    assert ("poses 12 and 99 have the same joint angles and measurements" in result.output) == (step == 0)
