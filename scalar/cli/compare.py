@@ -84,9 +84,13 @@ def describe_comparison(comparison: Comparison) -> list[str]:
                 "(`scalar diagnose` looks for it)"
             )
     if comparison.arm.effects_differ:
+        how = (
+            "contain the same effects with other coefficients"
+            if _are_the_same(comparison.effects)
+            else "were calibrated with different effects"
+        )
         lines.append(
-            "note: A and B were calibrated with different effects, so what one of them lacks may look like a change; "
-            + _with_same_effects(comparison)
+            f"note: A and B {how}, so what one of them lacks may look like a change; {_with_same_effects(comparison)}"
         )
     if "names" in comparison.campaign:
         one, other = comparison.campaign["names"]
@@ -181,8 +185,13 @@ def _unexplained(comparison: Comparison) -> str:
     fixed = any("." in name and "fixed" in reason for name, reason in comparison.not_compared.items())
     if comparison.arm.effects_differ:
         one, other = (named or "none" for named in comparison.effects)
-        names = f"{one} in both, with other coefficients" if one == other else f"A {one}; B {other}"
-        return f"{said}; they contain different effects: {names}; {_with_same_effects(comparison)}"
+        same = _are_the_same(comparison.effects)
+        names = (
+            f"the same effects with other coefficients: {one}"
+            if same
+            else f"different effects: A {one}; B {other}"
+        )
+        return f"{said}; they contain {names}; {_with_same_effects(comparison)}"
     if fixed:
         return f"{said}; effects that were fixed cannot show a change; {_with_same_effects(comparison)}"
     return f"{said}; what may have changed stands under 'not compared'"
@@ -194,8 +203,15 @@ def _with_same_effects(comparison: Comparison) -> str:
     if not a:
         return "calibrate both with the same ones"
     command = "scalar calibrate ... --effects"
-    how = f"{command} {a}" if a == b else f"A by {command} {a}; B by {command} {b}"
+    same = _are_the_same(comparison.same_effects)
+    how = f"{command} {a}" if same else f"A by {command} {a}; B by {command} {b}"
     return f"calibrate both with the same effects: {how}"
+
+
+def _are_the_same(named: tuple[str, str]) -> bool:
+    """Return whether two values of ``--effects`` name the same effects, in whatever order: a diagnosis lists the strongest first."""
+    a, b = (set(names.split(",")) for names in named)
+    return a == b
 
 
 def _change_lines(comparison: Comparison, change: Change, moved: Moved) -> list[str]:

@@ -93,6 +93,7 @@ def correct(
     """
     import numpy as np
 
+    from scalar.cli.kinds_of_targets import naming_mixed_rows
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.poses import Poses
     from scalar.data.table_units import base_name, columns_of, units_named, units_to_write
@@ -117,7 +118,7 @@ def correct(
     frame = (*PLACE, *form)
     frames_wanted = bool(named & set(frame))
     with_joints = "q1" in named or not frames_wanted
-    with advice_on_units():
+    with advice_on_units(), naming_mixed_rows(targets, columns):
         table = read_pose_table(
             targets,
             robot.n_joints,

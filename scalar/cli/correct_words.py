@@ -136,7 +136,8 @@ def _how_near(robot: Robot, sensitivity: Sensitivity, i: int) -> str:
     joint = int(np.argmax(moves / np.where(robot.slides, arm_length(robot), 1.0)))
     unit, size = ("mm", MM) if joint in robot.prismatic else ("deg", DEG)
     move = moves[joint] / size
-    moved = f"up to {move:.2g} {unit}" if move < _MOST_TURN else f"more than {_MOST_TURN:.0f} {unit}"
+    size_of_move = f"{move:.2g}" if move < 99.5 else f"{move:.0f}"  # two digits of 170 would read 1.7e+02
+    moved = f"up to {size_of_move} {unit}" if move < _MOST_TURN else f"more than {_MOST_TURN:.0f} {unit}"
     return f"smallest singular value {sensitivity.singular_value[i]:.2g}: to shift the sensor by 1 mm, joint {joint + 1} moves by {moved}"
 
 

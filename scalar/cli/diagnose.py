@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _UNOBSERVABLE_SHOWN = 4
 _EFFECTS_NAMED = 8
+_POSES_NAMED = 5  # poses set aside that are named one by one
 _COEFFICIENTS_SHOWN = 3
 _PLAIN = str.maketrans(
     {"−": "-", "±": "+-", "°": "deg", "²": "2", "×": "x", "“": '"', "”": '"'}
@@ -169,16 +170,27 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
         lines.append(f"  no length is known in these data: every length is relative to {scale}")
     outliers = d["outliers"]
     if outliers["poses"] or outliers["points"]:
-        lines.append(
-            f"  set aside: {len(outliers['poses'])} poses ({len(outliers['mislabelled'])} of them lie on another plane "
-            f"than stated) and {outliers['points']} points"
-        )
+        lines.append(f"  set aside: {set_aside_in_words(outliers)}")
     if d["unobservable"]:
         titles = list(dict.fromkeys(words.title(s["name"], s["target"]) for s in d["unobservable"]))
         more = len(titles) - _UNOBSERVABLE_SHOWN
         shown = titles[:_UNOBSERVABLE_SHOWN] + ([f"{more} more (see the report)"] if more > 0 else [])
         lines.append(f"  unobservable in these data: {words.listed(shown)}")
     return "\n".join(lines).translate(_PLAIN)
+
+
+def set_aside_in_words(outliers: Mapping[str, Any]) -> str:
+    """Return the poses that were set aside, the first of them by their numbers, and how many points."""
+    poses, mislabelled, points = outliers["poses"], outliers["mislabelled"], outliers["points"]
+    parts: list[str] = []
+    if poses:
+        numbers = ", ".join(str(pose) for pose in poses[:_POSES_NAMED])
+        more = f" and {len(poses) - _POSES_NAMED} more" if len(poses) > _POSES_NAMED else ""
+        other = f" ({len(mislabelled)} on another plane than stated)" if mislabelled else ""
+        parts.append(f"pose{'s' if len(poses) > 1 else ''} {numbers}{more}{other}")
+    if points:
+        parts.append(f"{points} point{'s' if points > 1 else ''}")
+    return " and ".join(parts)
 
 
 def _size_of_many(diagnosis: Diagnosis, i: int, view: FittedView) -> str:

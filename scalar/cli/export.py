@@ -175,4 +175,8 @@ def _included_and_left_out(rigid: RigidPart, form: str) -> list[str]:
         lines.append(
             f"  together: {rigid.rms / MM:.4f} mm RMS, at most {rigid.largest / MM:.4f} mm, at 1000 random poses"
         )
-    return [*lines, "  `scalar predict` and `scalar correct` apply what this file leaves out"]
+    return [
+        *lines,
+        "  `scalar predict` and `scalar correct` apply what this file leaves out; for a controller that takes only such a file, "
+        "a calibration without effects (before.json of a diagnosis) may err less",
+    ]

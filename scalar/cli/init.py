@@ -134,6 +134,7 @@ def _described(
         lines += [arm.note] if arm.note else []
         return arm.mapping, lines
     if urdf is not None:
+        from scalar.effects.wording import listed
         from scalar.ingest.urdf import chain_between, read_urdf, robot_of_chain
 
         document = read_urdf(urdf)
@@ -141,7 +142,12 @@ def _described(
         mapping = robot_of_chain(document.name, chain)[0].to_mapping()
         for joint, named in zip(mapping["joints"], chain.moving, strict=True):
             joint["name"] = named.name  # by which `scalar import-bag` finds it among the recorded joints
-        return mapping, [f"From {urdf.name}" + (f", {base} to {tip}." if base and tip else ".")]
+        lines = [f"From {urdf.name}" + (f", {base} to {tip}." if base and tip else ".")]
+        if without := [joint.name for joint in chain.moving if not joint.states_limits]:
+            lines.append(
+                f"No limits stated: {listed(without)}. Those below are assumed: correct them, since plans stay within them."
+            )
+        return mapping, lines
     from scalar.ingest.dh_table import robot_from_dh_table
 
     assert dh is not None and convention is not None

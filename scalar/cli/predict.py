@@ -74,6 +74,7 @@ def predict(
       scalar predict out/calibration.json joints.csv -o frames.csv --std
       scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm --orientation rpy
     """
+    from scalar.cli.kinds_of_targets import refuse_frames
     from scalar.cli.pose_lines import lines_on_limits
     from scalar.data.moves import joint_angles
     from scalar.data.pose_tables import read_pose_table
@@ -87,6 +88,7 @@ def predict(
     model = load_calibration(calibration)
     robot = model.model.robot
     columns = columns_of(joints)
+    refuse_frames(columns, joints.name)
     with advice_on_units():
         table = read_pose_table(
             joints,

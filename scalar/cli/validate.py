@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
+import re
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -96,4 +97,35 @@ def describe_content(content: Content) -> str:
         lines.append(
             f"  note: a noise of {noise / MM:g} mm is that of a lidar, and ten times that of a line scanner or more; dataset.yaml states it in metres"
         )
+    if points is not None:
+        lines += _copies(poses, points)
     return "\n".join(lines)
+
+
+def _copies(poses: Table, points: Table) -> list[str]:
+    """Return a line if poses repeat another one with its measurements to the last digit, which noise never does."""
+    joints = [name for name in poses.columns if re.fullmatch(r"q[1-9][0-9]*", name)]
+    alike: defaultdict[Any, list[Any]] = defaultdict(list)
+    for pose, *q in zip(poses.columns["pose"], *(poses.columns[name] for name in joints), strict=True):
+        alike[tuple(q)].append(pose)
+    repeated = {pose for group in alike.values() if len(group) > 1 for pose in group}
+    rows: defaultdict[Any, list[Any]] = defaultdict(list)
+    measured = [points.columns[name] for name in points.columns if name != "pose"]
+    for i, pose in enumerate(points.columns["pose"] if repeated else ()):
+        if pose in repeated:
+            rows[pose].append(tuple(column[i] for column in measured))
+    first: dict[Any, Any] = {}
+    copies: list[tuple[Any, Any]] = []
+    for q, group in alike.items():
+        for pose in (pose for pose in group if pose in rows):
+            same = first.setdefault((q, tuple(rows[pose])), pose)
+            if same != pose:
+                copies.append((same, pose))
+    if not copies:
+        return []
+    one, other = copies[0]
+    more = f", and {len(copies) - 1} more such pairs" if len(copies) > 1 else ""
+    return [
+        f"  note: poses {one:.0f} and {other:.0f} have the same joint angles and measurements to the last digit{more}; "
+        "if one is a copy, remove it, since it counts twice"
+    ]

@@ -69,7 +69,8 @@ def _in_other_regions(diagnosis: Diagnosis) -> list[str]:
     count = int(shipped.regions[0].block.max()) + 1
     return [
         f"When each of {count} regions of the joint space is held out as a whole, its poses are predicted to {effects} mm RMS with the effects, "
-        f"and to {without} mm without. Expect such errors next to the poses that were measured; nothing is known of poses farther away."
+        f"and to {without} mm without. Expect such errors, in which the noise of the measurement is included, next to the poses that were measured; "
+        "nothing is known of poses farther away."
     ]
 
 

@@ -112,6 +112,20 @@ def test_different_effects_are_said_first(folder):
     assert "different effects" not in same.output
 
 
+def test_the_same_effects_in_another_order_are_one_command(folder):
+    """Two diagnoses that found the same effects, the strongest of each first, are not called different; one `--effects` serves both."""
+    gear = JointHarmonic(4, (2,), coefficients=np.array([1e-4, 0.0]))
+    for name, terms in (("one.json", ((2, 2),)), ("two.json", ((2, 2), (2, 3)))):
+        made = load_calibration(folder / "a.json")
+        sag = JointCompliance(terms, coefficients=np.full(2 * len(terms), 1e-4))
+        effects = (gear, sag) if name == "one.json" else (sag, gear)
+        replace(made, model=replace(made.model, effects=effects)).save(folder / name)
+    said = run("compare", folder / "one.json", folder / "two.json").output
+    assert "A and B contain the same effects with other coefficients" in said
+    assert "different effects" not in said and "A by" not in said
+    assert "--effects joint_harmonic:4:2,joint_compliance:2" in said
+
+
 def softer(path, terms, size, free=True, **summary):
     """Save a calibration whose joints give way, by terms and a coefficient [rad] that are given, and return its path."""
     made = load_calibration(path.parent / "a.json")

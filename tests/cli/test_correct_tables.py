@@ -128,3 +128,40 @@ def test_a_column_called_roll_beside_joint_angles_is_copied(program):
     joints[JOINTS] = np.degrees(joints[JOINTS])
     joints.to_csv(program / "targets.csv", index=False, float_format="%.17g")
     assert (corrected(program, "targets.csv", "--units", "deg,mm")["roll"] == 12.5).all()
+
+
+def test_frames_where_joint_angles_belong_are_one_fault(program):
+    """`predict` names `scalar correct` for a table of frames, in one line; a table of neither lacks its columns of joint angles."""
+    predicted(program, "targets.csv")
+    for name, table in (("frames.csv", None), ("neither.csv", "pose,speed\n1,2\n")):
+        if table is not None:
+            (program / name).write_text(table)
+        status, said = run("predict", program / "calibration.json", program / name, "-o", program / "out.csv")
+        assert status == 2 and ("scalar correct" in said) == (table is None)
+        assert len(said.splitlines()) == (1 if table is None else 6)
+
+
+def test_rows_of_both_kinds_are_counted_and_not_listed_cell_by_cell(program):
+    """A table in which some rows have joint angles alone and some frames alone is refused in a line for each kind.
+
+    Single empty cells are named as everywhere.
+    """
+    joints = pd.read_csv(program / "targets.csv")
+    table = joints.merge(predicted(program, "targets.csv"), on="pose")
+    mixed = table.copy()
+    mixed.loc[:3, FRAME] = np.nan
+    mixed.loc[10:, JOINTS] = np.nan
+    mixed.to_csv(program / "mixed.csv", index=False)
+    status, said = run(
+        "correct", program / "calibration.json", program / "mixed.csv", "-o", program / "out.csv"
+    )
+    assert status == 2
+    first, second = said.splitlines()
+    assert "row 12: 20 rows have a wanted frame and no joint angles, the last in row 31" in first
+    assert "row 2: 4 rows have joint angles and no wanted frame, the last in row 5" in second
+    table.loc[4, "q3"] = np.nan
+    table.to_csv(program / "hole.csv", index=False)
+    status, said = run(
+        "correct", program / "calibration.json", program / "hole.csv", "-o", program / "out.csv"
+    )
+    assert status == 2 and "row 6, column q3: an empty cell" in said

@@ -113,6 +113,24 @@ def test_a_robot_from_a_urdf(tmp_path):
     assert [joint["name"] for joint in joints] == [f"joint{i}" for i in range(1, 7)]
 
 
+def test_limits_that_a_urdf_does_not_state_are_called_assumed(tmp_path):
+    """The terminal and dataset.yaml name the joints without limits, and those alone; with limits in all joints nothing is said."""
+    joint = '<joint name="{0}" type="{1}"><parent link="l{2}"/><child link="l{3}"/><axis xyz="0 {4} 1"/>{5}</joint><link name="l{3}"/>'
+    limit = '<limit lower="-1" upper="2" effort="1" velocity="1"/>'
+
+    def described(name, *kinds):
+        joints = [joint.format(f"j{i}", *kinds[i][:1], i, i + 1, i % 2, kinds[i][1]) for i in range(3)]
+        (tmp_path / name).write_text(f'<robot name="arm"><link name="l0"/>{"".join(joints)}</robot>')
+        result = run("init", tmp_path / f"{name}-cell", "--urdf", tmp_path / name, "--sensor", "tracker")
+        assert result.exit_code == 0, result.output
+        return result.stdout, (tmp_path / f"{name}-cell" / "dataset.yaml").read_text()
+
+    for text in described("some", ("revolute", limit), ("continuous", limit), ("revolute", "")):
+        assert "No limits stated: j1 and j2." in text
+    for text in described("all", *[("revolute", limit)] * 3):
+        assert "No limits stated" not in text
+
+
 @pytest.mark.parametrize(
     ("units", "factor"), [(("mm", "deg"), (1e3, 180 / np.pi)), (("m", "rad"), (1.0, 1.0))]
 )

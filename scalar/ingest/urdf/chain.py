@@ -37,6 +37,7 @@ class ChainJoint:
         T_origin: ``(4, 4)``, the child's frame in the parent's frame at q = 0.
         axis: ``(3,)``, of unit length, in the child's frame.
         limits: ``(lowest, highest)`` [rad; m where it slides].
+        states_limits: Whether the description states them; else they are assumed.
         element: The element ``<joint>`` of the description.
     """
 
@@ -47,6 +48,7 @@ class ChainJoint:
     T_origin: Array
     axis: Array
     limits: tuple[float, float]
+    states_limits: bool
     element: Any
 
 
@@ -241,21 +243,15 @@ def _joint(document: UrdfDocument, element: Any) -> ChainJoint:
             raise document.refusal(axis, f"the axis of {called} has no direction; write it as in 0 0 1")
         direction = direction / length
     default, unit = (DEFAULT_TRAVEL, "m") if slides else (DEFAULT_LIMIT, "rad")
-    limits = (
-        (-default, default) if kind == "continuous" else _limits(document, element, called, default, unit)
-    )
+    states_limits = kind != "continuous" and element.find("limit") is not None
+    limits = _limits(document, element, called, unit) if states_limits else (-default, default)
     child = _link_of(document, element, "child")
-    return ChainJoint(
-        name, child, moves, slides, transform(rotation_from_rpy(rpy), xyz), direction, limits, element
-    )
+    T_origin = transform(rotation_from_rpy(rpy), xyz)
+    return ChainJoint(name, child, moves, slides, T_origin, direction, limits, states_limits, element)
 
 
-def _limits(
-    document: UrdfDocument, element: Any, called: str, default: float, unit: str
-) -> tuple[float, float]:
+def _limits(document: UrdfDocument, element: Any, called: str, unit: str) -> tuple[float, float]:
     limit = element.find("limit")
-    if limit is None:
-        return -default, default
     low, high = (
         _numbers(document, limit, key, called, limit.get(key, "0"), 1)[0] for key in ("lower", "upper")
     )

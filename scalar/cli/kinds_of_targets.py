@@ -1,0 +1,92 @@
+"""Say when a table holds wanted frames where joint angles belong, or rows of both kinds."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from scalar.errors import Fault, InvalidInput
+
+
+def refuse_frames(columns: Sequence[str], file: str) -> None:
+    """Refuse a table of frames, without any joint angle, where joint angles are needed.
+
+    Args:
+        columns: Names of its columns.
+        file: Name of the table.
+
+    Raises:
+        InvalidInput: It is such a table.
+    """
+    joints, frame = _of_joints_and_frame(columns)
+    if frame and not joints:
+        message = (
+            "a table of frames, and `scalar predict` takes joint angles, pose,q1,q2,...; "
+            "for the joint angles at which the arm takes these frames, use `scalar correct`"
+        )
+        raise InvalidInput(Fault(file, message, 1))
+
+
+@contextmanager
+def naming_mixed_rows(path: Path, columns: Sequence[str]) -> Iterator[None]:
+    """Where a table is refused, within the block, because some rows hold joint angles alone or frames alone, say just this.
+
+    Args:
+        path: The table.
+        columns: Names of its columns.
+    """
+    try:
+        yield
+    except InvalidInput:
+        faults = _mixed_rows(path, columns)
+        if not faults:
+            raise
+        raise InvalidInput(faults) from None
+
+
+def _of_joints_and_frame(columns: Sequence[str]) -> tuple[list[int], list[int]]:
+    """Return which columns hold joint angles, and which a wanted frame."""
+    from scalar.data.table_units import base_name
+    from scalar.estimation.frame_tables import PLACE, form_of_orientation
+
+    named = [base_name(column) for column in columns]
+    frame = (*PLACE, *form_of_orientation(named))
+    joints = [i for i, name in enumerate(named) if re.fullmatch(r"q[1-9][0-9]*", name)]
+    return joints, [i for i, name in enumerate(named) if name in frame]
+
+
+def _mixed_rows(path: Path, columns: Sequence[str]) -> list[Fault]:
+    """Return a fault for the rows without any joint angle, and one for those without any number of a frame, if the table has columns of both."""
+    joints, frame = _of_joints_and_frame(columns)
+    if not joints or not frame:
+        return []
+    with path.open(encoding="utf-8-sig", errors="replace", newline="") as text:
+        reader = csv.reader(text)
+        next(reader, None)
+        rows = [(reader.line_num, cells) for cells in reader if any(cell.strip() for cell in cells)]
+
+    def without(these: list[int], others: list[int]) -> list[int]:
+        """Return the lines that have no cell in one set of columns, and all in the other."""
+
+        def filled(cells: list[str], i: int) -> bool:
+            return i < len(cells) and bool(cells[i].strip())
+
+        return [
+            line
+            for line, cells in rows
+            if not any(filled(cells, i) for i in these) and all(filled(cells, i) for i in others)
+        ]
+
+    faults: list[Fault] = []
+    for lines, has, lacks in (
+        (without(joints, frame), "a wanted frame and no joint angles", f"{columns[joints[0]]}, ..."),
+        (without(frame, joints), "joint angles and no wanted frame", f"{columns[frame[0]]}, ..."),
+    ):
+        if lines:
+            count = f"{len(lines)} row{'s have' if len(lines) > 1 else ' has'}"
+            message = f"{count} {has}, the last in row {lines[-1]}; write such rows into a table of their own, without the columns {lacks}"
+            faults.append(Fault(path.name, message, lines[0]))
+    return faults

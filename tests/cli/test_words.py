@@ -1,0 +1,62 @@
+"""Single lines of the commands: numbers and names are written as a reader expects them."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from scalar.cli.correct_words import warnings_on_written
+from scalar.cli.diagnose import set_aside_in_words
+from scalar.data.dataset_writer import write_dataset
+from scalar.estimation.correction import Correction, Sensitivity
+from scalar.geometry.robot import Robot
+from scalar.units import DEG, MM
+from tests import small_datasets
+from tests.cli.running import run
+from tests.robot_configs import robot_mapping
+
+
+@pytest.mark.parametrize(
+    ("poses", "mislabelled", "points", "said"),
+    [
+        ([18], [], 0, "pose 18"),
+        ([3, 18], [], 1, "poses 3, 18 and 1 point"),
+        ([], [], 7, "7 points"),
+        ([1, 2, 3, 4, 5, 6, 7], [{"pose": 2}], 0, "poses 1, 2, 3, 4, 5 and 2 more (1 on another plane than stated)"),
+    ],
+)  # fmt: skip
+def test_what_was_set_aside_is_named(poses, mislabelled, points, said):
+    """The first poses stand by their numbers, and planes are mentioned only where a label was wrong."""
+    assert set_aside_in_words({"poses": poses, "mislabelled": mislabelled, "points": points}) == said
+
+
+@pytest.mark.parametrize(
+    ("move", "said"), [(7.04, "up to 7 deg"), (99.7, "up to 100 deg"), (173.2, "up to 173 deg"), (200.0, "more than 180 deg")]
+)  # fmt: skip
+def test_large_motions_near_a_singularity_have_no_exponent(move, said):
+    """A motion of a joint by more than a hundred degrees is written in digits."""
+    robot = Robot.from_mapping(robot_mapping("vs060"))
+    n = robot.n_joints
+    zero, no = np.zeros(1), np.zeros(1, dtype=bool)
+    found = Correction(np.zeros((1, n)), np.eye(4)[None], zero, zero, ~no, np.zeros((1, n), dtype=bool), no)
+    travel = np.zeros((1, n))
+    travel[0, 3] = move * DEG / MM
+    (line,) = warnings_on_written(robot, np.array([1]), found, Sensitivity(np.array([1e-3]), travel))
+    assert line.endswith(f"joint 4 moves by {said})")
+
+
+@pytest.mark.parametrize("kind", ["tracker", "line-laser"])
+@pytest.mark.parametrize("step", [0.0, 1e-6])
+def test_a_copied_pose_is_named(kind, step, tmp_path):
+    """`validate` names a pose that repeats another one to the last digit; the same joint angles measured anew are no copy."""
+    tables = small_datasets.tables(kind)
+    for name, table in tables.items():
+        if table is None:
+            continue
+        again = table[table["pose"] == 12].assign(pose=99)
+        if name != "poses":
+            again["z"] += step
+        tables[name] = pd.concat([table, again], ignore_index=True)
+    write_dataset(tmp_path / "d", mapping=small_datasets.description(kind), **tables)
+    result = run("validate", tmp_path / "d")
+    assert result.exit_code == 0, result.output
+    assert ("poses 12 and 99 have the same joint angles and measurements" in result.output) == (step == 0)
