@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
 from scalar.report.beyond_ranges import beyond_ranges
+from scalar.report.narrow_ranges import narrow_ranges
 from scalar.report.words import length, listed, number, quoted
 from scalar.units import MM
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def shipped_sentences(diagnosis: Diagnosis) -> list[str]:
-    """Return sentences on how the fit in ``after.json`` was chosen; none if it is simply the fit with all findings."""
+    """Return sentences on how the fit in ``after.json`` was chosen, if it is not simply the fit with all findings, and where it is right."""
     return [
         *_without_effects(diagnosis),
         *_left_out(diagnosis),
@@ -23,6 +24,7 @@ def shipped_sentences(diagnosis: Diagnosis) -> list[str]:
         *_weights(diagnosis),
         *_in_other_regions(diagnosis),
         *beyond_ranges(diagnosis),
+        *narrow_ranges(diagnosis.cleaned.dataset),
     ]
 
 

@@ -18,10 +18,12 @@ def said(
 
     Args:
         without_effects: Whether the model without effects is shipped.
-        q: ``(N, 6)`` [rad], the measured joint angles of a VS060.
+        q: ``(N, 6)`` [rad], the measured joint angles of a VS060; over the whole of its limits if None.
         within_ranges: Expected error of predictions within the ranges of the joints [m]; at the measured poses it is 0.1 mm.
         equations: Equations that a pose gives.
     """
+    robot = Robot.from_mapping(robot_mapping("vs060"))
+    measured = robot.limits.T if q is None else q
     errors = [SimpleNamespace(rms=rms, block=np.arange(4)) for rms in (2.5e-4, 6e-4)]
     choice = SimpleNamespace(
         left_out=(), added=(), error_with_all=1e-4, error_as_shipped=1e-4, error_measured=within_ranges
@@ -42,9 +44,7 @@ def said(
         findings=(),
         errors_after={"unseen_rms_mm": None, "held_out_rms_mm": 0.1},
         before=SimpleNamespace(residuals=SimpleNamespace(measurement=sensor)),
-        cleaned=SimpleNamespace(
-            dataset=SimpleNamespace(robot=Robot.from_mapping(robot_mapping("vs060")), q=q)
-        ),
+        cleaned=SimpleNamespace(dataset=SimpleNamespace(robot=robot, q=measured)),
     )
     return " ".join(shipped_sentences(diagnosis))
 
@@ -94,3 +94,17 @@ def test_a_residual_along_one_direction_is_not_compared_with_an_error_of_the_pos
     """A probe's residual says little about the position, and an error that is little larger than at the measured poses is not mentioned."""
     assert "only at poses like those" not in said(without_effects=False, within_ranges=8e-3, equations=1)
     assert "only at poses like those" not in said(without_effects=False, within_ranges=2e-4)
+
+
+def test_joints_with_a_narrow_range_are_named():
+    """A joint that hardly turned is named with its range and that of its limits, whatever was found; where all turn widely nothing is said."""
+    limits = Robot.from_mapping(robot_mapping("vs060")).limits
+    q = limits.T.copy()
+    q[:, 3] = [-0.3, 0.3]
+    text = said(without_effects=False, q=q)
+    whole = np.degrees(np.ptp(limits[3]))
+    assert (
+        f"joint limits: joint 4 over 34 of {whole:.0f} degrees. What the model lacks outside this range"
+        in text
+    )
+    assert "small part" not in said(without_effects=True)
