@@ -141,7 +141,8 @@ def export(
     for line in filter(None, (lacking, sensor)):
         say(f"  {line}")
     if form == ".csv":
-        say("  the transforms of base, flange and sensor are in the tables for people: -o NAME.md")
+        same = f" --convention {convention}" if convention else ""
+        say(f"  the transforms of base, flange and sensor are in the tables for people: -o NAME.md{same}")
     say(f"written: {output}")
 
 
@@ -168,7 +169,7 @@ def _included_and_left_out(rigid: RigidPart, form: str) -> list[str]:
         if left_out.rms is None or left_out.largest is None:
             size = f"not sized: give --at {left_out.missing}=NUMBER"
         else:
-            size = f"{left_out.rms / MM:.4f} mm RMS, at most {left_out.largest / MM:.4f} mm"
+            size = f"{left_out.rms / MM:.4f} mm RMS, at most {left_out.largest / MM:.4f} mm, at 1000 random poses"
         lines.append(f"  {form} cannot hold: {left_out.effect.title}, {size}")
     known = [left_out for left_out in rigid.left_out if left_out.rms is not None]
     if len(known) > 1:

@@ -40,7 +40,7 @@ EFFECTS_MODULE = click.option(
     type=PATH,
     multiple=True,
     metavar="FILE.py",
-    help="Python file with effects of your own (CONTRIBUTING.md says how); may be given again.",
+    help="Python file with effects of your own (docs/extending.md says how); may be given again.",
 )
 
 

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.diagnosis.measured_rows import MeasuredRows, profile_measurement
-from scalar.effects import BaseEffect, Effect, JointEffect, LinkEffect, PointEffect, SensorEffect
+from scalar.effects import BaseEffect, Effect, JointEffect, LinkEffect, PointEffect
+from scalar.effects.checked_basis import checked_basis
 from scalar.estimation.effect_bases import JointBasis
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import BoundPointEffect, Residuals, extra_basis_of
@@ -87,15 +88,10 @@ class EffectColumns:
     def _basis(self, effect: Effect) -> Basis:
         """Return the basis of an effect at the poses."""
         nominal, poses = self._model.nominal, self._residuals.poses
-        if isinstance(effect, JointEffect):
-            return JointBasis.of(effect.joint_basis(nominal, poses))
-        if isinstance(effect, LinkEffect):
-            return effect.geometry_basis(nominal, poses)
-        if isinstance(effect, BaseEffect):
-            return effect.base_screws(nominal, poses)
-        if isinstance(effect, SensorEffect):
-            return effect.sensor_screws(nominal, poses)
-        return np.zeros((len(poses), 6, len(effect.coefficients)))
+        basis = checked_basis(effect, nominal, poses)
+        if basis is None:
+            return np.zeros((len(poses), 6, len(effect.coefficients)))
+        return JointBasis.of(basis) if isinstance(effect, JointEffect) else basis
 
     def _fill_by_joints(self, columns: Array, basis: JointBasis) -> None:
         """Fill in the columns ``(k, N, m)`` of an effect on joints."""

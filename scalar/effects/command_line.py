@@ -36,7 +36,11 @@ def parse_effects(text: str, dataset: Dataset) -> tuple[Effect, ...]:
         name, *target = word.split(":")
         if name not in kinds:
             close = difflib.get_close_matches(name, kinds, n=1)
-            hint = f"; did you mean {close[0]}?" if close else f"; there are {', '.join(kinds)}"
+            hint = (
+                f"; did you mean {close[0]}?"
+                if close
+                else f"; there are {', '.join(kinds)}; one of your own needs --effects-module FILE.py"
+            )
             faults.append(Fault(OPTION, f"no effect '{name}' that can be freed{hint}"))
             continue
         try:

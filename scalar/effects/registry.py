@@ -27,6 +27,7 @@ from scalar.effects.joint_hysteresis import JointHysteresis
 from scalar.effects.joint_ripple import JointRipple
 from scalar.effects.joint_scale import JointScale
 from scalar.effects.payload_deflection import PayloadDeflection
+from scalar.effects.places import OneJoint
 from scalar.effects.plane_bow import PlaneBow
 from scalar.effects.plane_moved import PlaneMoved
 from scalar.effects.pose_lag import PoseLag
@@ -133,7 +134,10 @@ def load_file(path: str | Path) -> list[type[Effect]]:
         spec.loader.exec_module(module)
     except Exception as error:  # whatever a user's file does wrong is a fault of that file
         raise InvalidInput(Fault(str(path), f"does not run: {type(error).__name__}: {error}")) from error
-    return _registered(_defined_in(module), path.stem, str(path))
+    kinds = list(_defined_in(module))
+    if not kinds:
+        _refuse_incomplete(module, str(path))
+    return _registered(kinds, path.stem, str(path))
 
 
 def _of_users() -> dict[str, tuple[type[Effect], str]]:
@@ -158,6 +162,21 @@ def _defined_in(module: ModuleType) -> Iterator[type[Effect]]:
         own = isinstance(value, type) and value.__module__ == module.__name__
         if own and issubclass(value, Effect) and not inspect.isabstract(value) and "name" in vars(value):
             yield value
+
+
+def _refuse_incomplete(module: ModuleType, where: str) -> None:
+    """Refuse a file in which a class has the name of an effect and lacks methods that every effect of its place has."""
+    faults = []
+    for value in vars(module).values():
+        own = isinstance(value, type) and value.__module__ == module.__name__ and issubclass(value, Effect)
+        if own and inspect.isabstract(value) and "name" in vars(value):
+            lacking = sorted(value.__abstractmethods__)
+            also = ", or subclass OneJoint too" if set(lacking) <= OneJoint.__dict__.keys() else ""
+            faults.append(
+                Fault(where, f"the effect {value.__name__} lacks {', '.join(lacking)}: define this{also}")
+            )
+    if faults:
+        raise InvalidInput(faults)
 
 
 def _registered(kinds: Iterable[type[Effect]], module: str, where: str) -> list[type[Effect]]:

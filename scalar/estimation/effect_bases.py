@@ -13,7 +13,8 @@ from typing import TypeGuard
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects import BaseEffect, Effect, JointEffect, LinkEffect, SensorEffect
+from scalar.effects import BaseEffect, Effect, JointEffect, LinkEffect
+from scalar.effects.checked_basis import checked_basis
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -81,12 +82,15 @@ class EffectBases:
         for effect in effects:
             where = slice(start, start + len(effect.coefficients))
             start = where.stop
+            basis = checked_basis(effect, nominal, poses)
+            if basis is None:
+                continue
             if isinstance(effect, JointEffect):
-                bases.joints.append((JointBasis.of(effect.joint_basis(nominal, poses)), where))
+                bases.joints.append((JointBasis.of(basis), where))
             elif isinstance(effect, LinkEffect):
-                bases.links.append((effect.geometry_basis(nominal, poses), where))
+                bases.links.append((basis, where))
             elif isinstance(effect, BaseEffect):
-                bases.base.append((effect.base_screws(nominal, poses), where))
-            elif isinstance(effect, SensorEffect):
-                bases.sensor.append((effect.sensor_screws(nominal, poses), where))
+                bases.base.append((basis, where))
+            else:
+                bases.sensor.append((basis, where))
         return bases

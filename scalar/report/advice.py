@@ -162,7 +162,9 @@ def _columns(diagnosis: Diagnosis) -> list[str]:
     found = [sentence for kind in kinds for sentence in kind.advice_on_data(diagnosis.dataset)]
     if diagnosis.dataset.sensor.noise is None:
         found.append(
-            "State the sensor's noise in dataset.yaml: the diagnosis needs it to distinguish structure from noise."
+            "State the scanner's noise in dataset.yaml: it is then compared with the noise that the scans themselves show."
+            if kind_of(diagnosis.dataset).scans
+            else "State the sensor's noise in dataset.yaml: the diagnosis needs it to distinguish structure from noise."
         )
     return found
 

@@ -187,6 +187,7 @@ BAD = {
     "joint_skale": "did you mean joint_scale",
     "pose_jitter": "no effect 'pose_jitter' that can be freed",
     "unattributed": "no effect 'unattributed' that can be freed",
+    "timing_belt:5": "one of your own needs --effects-module",
     "joint_scale:7": "joints 1 to 6",
     "joint_scale:0": "joints 1 to 6",
     "joint_scale:-1": "joints 1 to 6",

@@ -132,6 +132,7 @@ FAULTY = {
     "raise RuntimeError('no licence')": "does not run: RuntimeError: no licence",
     "def broken(": "does not run: SyntaxError",
     "x = 1": "defines no effect",
+    FILE.read_text().replace("(OneJoint, ", "("): "HoseTwist lacks from_mapping, target, to_mapping",
     FILE.read_text().replace("hose_twist", "joint_scale"): "another effect is called 'joint_scale'",
 }
 
@@ -145,6 +146,26 @@ def test_a_file_that_offers_no_effect_is_refused(text, tmp_path):
         registry.load_file(file)
     assert caught.value.exit_status == 2
     assert "mine.py" in str(caught.value) and FAULTY[text] in str(caught.value)
+
+
+WRONG_COLUMNS = {
+    "np.zeros((len(poses), robot.n_joints))": "(120, 6) and not (120, 6, 1): poses, joints, coefficients",
+    "np.full((len(poses), robot.n_joints, 1), np.nan)": "numbers that are not finite",
+}
+
+
+@pytest.mark.parametrize("columns", WRONG_COLUMNS)
+def test_columns_of_a_wrong_shape_are_a_fault_of_the_effect(diagnosed, tmp_path, columns):
+    """Calibration and diagnosis end with status 2 and one line that names the effect, its method and what is wrong with the columns."""
+    file = tmp_path / "mine.py"
+    file.write_text(FILE.read_text().replace("return B", f"return {columns}"))
+    own = ("-o", tmp_path / "out", "--effects-module", file)
+    for command in (("calibrate", "--effects", "hose_twist:4"), ("diagnose", "--quick")):
+        result = run(command[0], diagnosed / "dataset", *own, *command[1:])
+        assert result.exit_code == 2, result.output
+        (line,) = result.stderr.splitlines()
+        for words in ("'hose_twist'", "joint_basis", WRONG_COLUMNS[columns]):
+            assert words in line
 
 
 def test_a_file_that_is_missing_is_refused(tmp_path):

@@ -185,6 +185,15 @@ def test_an_arm_declared_in_standard_dh_is_written_in_standard_dh(tmp_path):
     )
 
 
+@pytest.mark.parametrize("options", [(), ("--convention", "standard-dh")])
+def test_a_csv_says_which_tables_for_people_have_its_transforms(tmp_path, options):
+    """The transforms of the other convention would put the arm elsewhere, so the advice repeats the convention that was asked for."""
+    path = tmp_path / "calibration.json"
+    calibrated(robot_of("vs060"), np.random.default_rng(1)).save(path)
+    result = CliRunner().invoke(cli, ["export", str(path), "-o", str(tmp_path / "dh.csv"), *options])
+    assert " ".join(("-o NAME.md", *options)) + "\n" in result.stdout
+
+
 def test_the_table_for_people_has_the_same_numbers_in_millimetres_and_degrees(tmp_path):
     """Each cell is that of the CSV, rounded."""
     calibration = calibrated(robot_of("vs060"), np.random.default_rng(1))

@@ -12,7 +12,7 @@ import pytest
 
 from scalar.diagnosis import Diagnosis, diagnose
 from scalar.report import render_report, words
-from scalar.report.advice import _in_controller
+from scalar.report.advice import _columns, _in_controller
 from tests.random_scene import make_scene
 
 
@@ -64,3 +64,12 @@ def test_no_parameter_is_entered_while_structure_of_unknown_cause_is_left() -> N
     unknown: Any = SimpleNamespace(verdict="unattributed", findings=())
     (item,) = _in_controller(unknown)
     assert item.sentences[0].startswith("Enter none") and "export" not in " ".join(item.sentences)
+
+
+@pytest.mark.parametrize("kind", ["line-laser", "probe"])
+def test_a_noise_that_is_not_stated_is_asked_for_as_what_it_serves(kind: str) -> None:
+    """Scans show their own noise, and the stated one is only compared with it; single contacts do not."""
+    dataset = make_scene(kind=kind, seed=1, poses_per_plane=4).dataset
+    unstated: Any = SimpleNamespace(dataset=replace(dataset, sensor=replace(dataset.sensor, noise=None)))
+    (sentence,) = (text for text in _columns(unstated) if "noise in dataset.yaml" in text)
+    assert ("compared with the noise that the scans themselves show" in sentence) == (kind == "line-laser")

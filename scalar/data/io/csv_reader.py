@@ -4,15 +4,21 @@ The fast parser takes a whole file at once. Only if it fails is the file read ag
 every fault and its row, or to accept what the fast parser does not (``+1.5``).
 """
 
+from __future__ import annotations
+
 import csv
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
 from scalar.data.located_table import NUMBER, Layout, Table, check_cells, did_you_mean, header_faults, shorten
 from scalar.errors import Fault, InvalidInput
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
@@ -56,7 +62,7 @@ def _parse_fast(raw: bytes, names: list[str], layout: Layout) -> dict[str, np.nd
     types = {name: pa.string() if name in layout.text else pa.float64() for name in names}
     try:
         table = pa_csv.read_csv(
-            pa.BufferReader(raw),
+            pa.BufferReader(_copied_by_arrow(raw)),
             read_options=pa_csv.ReadOptions(column_names=names, skip_rows=1),
             convert_options=pa_csv.ConvertOptions(
                 column_types=types, null_values=[], strings_can_be_null=False
@@ -70,6 +76,19 @@ def _parse_fast(raw: bytes, names: list[str], layout: Layout) -> dict[str, np.nd
         else np.array(np.from_dlpack(table[name].combine_chunks()))  # not to_numpy: that imports pandas
         for name in names
     }
+
+
+def _copied_by_arrow(raw: bytes) -> pa.Buffer:
+    """Return the bytes in memory of Arrow's own.
+
+    A thread of Arrow may release its input after the call has returned. To release memory of Python it has to wait for the interpreter, and if
+    that ends meanwhile, the whole process is aborted (exit status 134) although all its work is done.
+    """
+    import pyarrow as pa
+
+    stream = pa.BufferOutputStream()
+    stream.write(raw)
+    return stream.getvalue()
 
 
 def _line_numbers(raw: bytes) -> np.ndarray:
