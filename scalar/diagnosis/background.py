@@ -20,7 +20,9 @@ class Background:
     Attributes:
         residual: ``(N, m)``, without its components along the directions that the model explains.
         Q: ``(N m, F)``, a basis of these directions; orthonormal together with the rows of priors, which are not kept.
-        degrees_of_freedom: Degrees of freedom of the residual.
+        degrees_of_freedom: The sum of squares to expect of the residual if the noise is as the whitening assumes it and the parameters are drawn from
+            their priors: the number of measured rows less the parameters that the data determine and not the priors (MacKay, 1992).
+        n_live: Number of measured rows that are not zero for every model.
         R: ``(F, K)``: the Jacobian by the K free coordinates, rows of priors included, is ``Q R``.
         along: ``(F,)``, the components of the residual along Q before these were removed, rows of priors included.
         settings: Thresholds.
@@ -29,7 +31,8 @@ class Background:
 
     residual: Array
     Q: Array
-    degrees_of_freedom: int
+    degrees_of_freedom: float
+    n_live: int
     R: Array
     along: Array
     settings: ScoreTestSettings
@@ -61,11 +64,12 @@ class Background:
         along = Q.T @ residual
         rest = residual - Q @ along
         measured = n_poses * rows_per_pose
-        live = int(np.count_nonzero(np.any(jacobian != 0, axis=1)))
-        degrees_of_freedom = max(live - Q.shape[1], 1)
-        return cls(rest[:measured].reshape(n_poses, -1), Q[:measured], degrees_of_freedom, R, along, settings)
+        live = int(np.count_nonzero(np.any(jacobian[:measured] != 0, axis=1)))
+        explained = Q.shape[1] - float(np.sum(Q[measured:] ** 2))
+        rows = rest[:measured].reshape(n_poses, -1)
+        return cls(rows, Q[:measured], max(live - explained, 1.0), live, R, along, settings)
 
-    def without(self, removed: Array, coefficients: Array, n_priors: int) -> Background:
+    def without(self, removed: Array, coefficients: Array) -> Background:
         """Return the background of the model without some of its columns, by an update of Q instead of a new factorisation.
 
         The model has to be linear in the coefficients of these columns. With P the directions that the other columns do not span, in the coordinates
@@ -74,13 +78,12 @@ class Background:
         Args:
             removed: ``(K,)`` bool, the k columns to leave out.
             coefficients: ``(k,)``, their coefficients c.
-            n_priors: Number of rows of priors that are left out with them.
         """
         freed = self._spanned_by_these_alone(removed)
         gained = freed.T @ (self.along - self.R[:, removed] @ coefficients)
         released = self.Q @ freed
         residual = self.residual + (released @ gained).reshape(self.residual.shape)
-        degrees_of_freedom = max(self.degrees_of_freedom + freed.shape[1] - n_priors, 1)
+        degrees_of_freedom = self.degrees_of_freedom + float(np.sum(released**2))
         return replace(self, residual=residual, degrees_of_freedom=degrees_of_freedom, released=released)
 
     def _spanned_by_these_alone(self, removed: Array) -> Array:

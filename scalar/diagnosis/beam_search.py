@@ -63,7 +63,7 @@ class SearchElements:
     gram: Array
     projection: Array
     sum_of_squares: float
-    degrees_of_freedom: int
+    degrees_of_freedom: float
     n_candidates: int
     least_variance: float
 

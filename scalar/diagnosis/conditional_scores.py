@@ -121,21 +121,20 @@ def _background_without(
     state: FittedState, local: Array, prior_std: Array
 ) -> tuple[Background, Array, Array]:
     """Return what ``background_without`` does, without the free columns ``local`` ``(F,)`` bool with prior standard deviations ``(k,)``."""
-    background = without_columns(state.background(), state, local, prior_std)
+    background = without_columns(state.background(), state, local)
     measured = state.dataset.n_poses * state.residuals.measurement.rows_per_pose
     return background, whitened(state.whitening, state.linearised()[1][:measured, local]), prior_std
 
 
-def without_columns(background: Background, state: FittedState, local: Array, prior_std: Array) -> Background:
+def without_columns(background: Background, state: FittedState, local: Array) -> Background:
     """Return a background of a state without some of its free columns.
 
     Args:
         background: The background of the state, under any whitening.
         state: The state.
         local: ``(F,)`` bool, the k free columns that are left out.
-        prior_std: ``(k,)``, prior standard deviations of their coefficients, infinite for those without a prior.
     """
-    return background.without(local, state.model.vector[state.free][local], int(np.isfinite(prior_std).sum()))
+    return background.without(local, state.model.vector[state.free][local])
 
 
 def columns_of_effects(state: FittedState, indices: Sequence[int]) -> tuple[Array, Array]:

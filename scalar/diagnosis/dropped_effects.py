@@ -55,5 +55,5 @@ def without_minor_effects(state: FittedState) -> FittedState:
 
 def _explained(state: FittedState, plain: Background, indices: Sequence[int]) -> float:
     """Return by how much the squared residual of ``plain``, the background within scans, would grow without the effects ``indices``."""
-    local, prior_std = columns_of_effects(state, indices)
-    return without_columns(plain, state, local, prior_std).sum_of_squares - plain.sum_of_squares
+    local, _ = columns_of_effects(state, indices)
+    return without_columns(plain, state, local).sum_of_squares - plain.sum_of_squares

@@ -45,7 +45,7 @@ class WithoutFold:
             prior_std: ``(e,)``, prior standard deviations of their coefficients.
             groups: The indices of the columns of each group.
         """
-        background = without_columns(self.background, self.state, removed, prior_std[: int(removed.sum())])
+        background = without_columns(self.background, self.state, removed)
         projected = Projected.of(background, E, E.T @ E, prior_std)
         found = []
         for group in groups:

@@ -108,9 +108,9 @@ def evidence_of(state: FittedState, candidates: CandidateSet) -> float:
     """
     background = state.background_within_scans()
     n_rows = background.residual.size
-    n_live = background.degrees_of_freedom + background.Q.shape[1]  # rows that are not zero for every model
-    fit = -0.5 * background.sum_of_squares * n_live / background.degrees_of_freedom - n_rows * np.log(
-        state.residuals.measurement.sigma
+    fit = (
+        -0.5 * background.sum_of_squares * background.n_live / background.degrees_of_freedom
+        - n_rows * np.log(state.residuals.measurement.sigma)
     )
     gain_of_component = max((c.log_likelihood_gain for c in state.variance_components), default=0.0)
     n_coefficients = sum(len(effect.coefficients) for effect in state.effects)

@@ -62,8 +62,7 @@ def variance_components(
     """
     rows = background.residual
     # The fit absorbs a share of the variance; without this factor the estimate would be too small by that share.
-    n_live = background.degrees_of_freedom + background.Q.shape[1]  # rows that are not zero for every model
-    rows = rows * np.sqrt(n_live / background.degrees_of_freedom)
+    rows = rows * np.sqrt(background.n_live / background.degrees_of_freedom)
     found = []
     for name, D in directions(residuals, model):
         K = D @ np.swapaxes(D, 1, 2)
