@@ -102,6 +102,10 @@ def _finding(
     outside = [s for s in its_rivals if not any(s.effect.same_place(like) for like in confounded)]
     of_group = confidence(grounds_against(outside), effect.name)
     likely = max(own_confidence, of_group) >= settings.naming.least_confidence
+    # An effect that moves something against its load describes the structure that is there, but its cause cannot act so. The name could be right only
+    # if the coefficient had its sign by chance.
+    if effect.against_its_load(after.dataset.robot, after.dataset.known_poses):
+        own_confidence, likely = min(own_confidence, own.p_value), False
     return Finding(
         effect,
         own.p_value,

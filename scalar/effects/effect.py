@@ -24,6 +24,7 @@ from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
+    from scalar.geometry.robot import Robot
 
 GRAVITY = "gravity"
 """The name, in ``depends_on``, of the direction of gravity."""
@@ -204,6 +205,10 @@ class Effect(Described):
     def own_angle_joint(self) -> int | None:
         """Return the number of the joint, from 1, if the effect is an error of that joint's angle that depends on this angle alone; else None."""
         return None
+
+    def against_its_load(self, robot: Robot, poses: Poses) -> bool:
+        """Return whether its coefficients make something move against the load that moves it, as the cause that it names cannot."""
+        return False
 
     @property
     def is_change_in_time(self) -> bool:

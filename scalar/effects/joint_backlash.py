@@ -94,6 +94,16 @@ class JointBacklash(OneAxis, JointEffect):
         B[:, self.joint - 1, 0] = side
         return B
 
+    def against_its_load(self, robot: Robot, poses: Poses) -> bool:
+        """Return whether the joint rests on the upper side of its play, where its load would have to lift it.
+
+        The load is that of ``typical_torque``: `masses` may have been refined, and if all of them changed their sign, so would the coefficient.
+        """
+        if self.by != "torque":
+            return False
+        side = np.sign(self.torque(robot, poses.q))
+        return float(self.coefficients[0]) * float(side @ typical_torque(robot, poses.q, self.joint)) < 0
+
     def _last_move(self, poses: Poses) -> Array:
         return poses.columns.get(side_column(self.joint), np.zeros(len(poses)))
 

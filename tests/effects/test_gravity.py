@@ -141,3 +141,16 @@ def test_the_side_of_a_backlash_has_variations_by_the_masses():
     assert len(shares) == 1 + 2 * len(masses)
     assert max(shares) == 1.0
     assert 0.5 < min(shares) < 1.0
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("turned", [1.0, -1.0])
+def test_a_play_is_against_its_load_if_the_joint_rests_on_the_upper_side(name, turned):
+    """The sign of the coefficient decides, together with that of the masses; a side told by the approach has no load."""
+    robot, _, q = arm(name, 9)
+    poses = Poses(q, np.arange(len(q), dtype=float), {})
+    masses = tuple(turned * float(m) for m in typical_masses(robot, q, 2))
+    for size in (3e-4, -3e-4):
+        effect = JointBacklash(2, "torque", masses).with_coefficients([size])
+        assert effect.against_its_load(robot, poses) == (turned * size < 0)
+        assert not JointBacklash(2, "approach").with_coefficients([size]).against_its_load(robot, poses)
