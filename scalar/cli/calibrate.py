@@ -89,6 +89,7 @@ def calibrate(
     from scalar.estimation.calibrate import calibrate
     from scalar.estimation.result import load_calibration
     from scalar.estimation.transfer import carried
+    from scalar.report.calibration_residual import far_poses
     from scalar.report.output import write_calibration
 
     files = [(output / "calibration.json", json_of("calibration"))]
@@ -108,6 +109,8 @@ def calibrate(
         result = replace(result, summary={**result.summary, "effects_from": given.to_mapping()})
     write_calibration(result, data, output, with_page=with_report)
     say(describe_calibration(result))
+    for sentence in far_poses(result, data):
+        say(f"  {sentence}")
     say(f"written: {output / 'calibration.json'}{', report.html' if with_report else ''}")
 
 
@@ -117,6 +120,7 @@ def describe_calibration(calibration: Calibration) -> str:
     from scalar.estimation.misfit import lacks_something, may_lack_something
     from scalar.geometry.roll_pitch_yaw import rpy_from_rotation
     from scalar.geometry.standard_dh import in_rows
+    from scalar.report.calibration_residual import residual_in_words
     from scalar.report.unstated_noise import unstated_noise_in_words
 
     summary = calibration.summary
@@ -128,14 +132,15 @@ def describe_calibration(calibration: Calibration) -> str:
     lines += [f"  check the set-up: {suspicion['sentence']}" for suspicion in summary.get("setup", [])]
     misfit = summary.get("misfit")
     if misfit is not None and summary.get("misfit_p_value") is not None:
+        what = residual_in_words(summary)
         if lacks_something(summary):
             lines.append(
-                f"  apart from the scatter within poses, the residual is {misfit:.1f} times what the noise explains: "
+                f"  {what} is {misfit:.1f} times what the noise explains: "
                 "the model lacks something; try 'scalar diagnose'"
             )
         elif may_lack_something(summary):
             lines.append(
-                f"  apart from the scatter within poses, the residual is {misfit:.2f} times what the noise explains, which noise alone makes "
+                f"  {what} is {misfit:.2f} times what the noise explains, which noise alone makes "
                 f"with probability {summary['misfit_p_value']:.1g}: the model may lack something; 'scalar diagnose' looks for it"
             )
         else:

@@ -50,11 +50,16 @@ def no_posture(pose: int) -> Uncorrected:
 
 def cannot_take(pose: int, found: Correction, i: int) -> Uncorrected:
     """Return the record of a pose whose frame the calibrated arm cannot take."""
+    from scalar.estimation.correction import CorrectionSettings
+
     if found.position_error[i] > MM * 1e-3 or found.orientation_error[i] > 1e-6:
         off = f"the nearest is {found.position_error[i] / MM:.3g} mm and {found.orientation_error[i] / DEG:.3g} deg away"
     else:
         off = "only joint angles far from those given reach it"
-    why = f"the calibrated arm cannot take it ({_where(found, i)}: {off})"
+    # The end of the reach is a singularity too, and then the reach is the reason.
+    far = found.position_error[i] > CorrectionSettings().near_enough
+    where = "probably beyond its reach" if far else _where(found, i)
+    why = f"the calibrated arm cannot take it ({where}: {off})"
     return Uncorrected(pose, why, _EMPTY, "move the pose")
 
 

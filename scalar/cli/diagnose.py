@@ -109,6 +109,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     """Return what was found, in about ten lines."""
     from scalar.diagnosis.partial_residuals import FittedView
     from scalar.effects.command_line import named_effects
+    from scalar.effects.registry import module_of
     from scalar.estimation.misfit import lacks_something
     from scalar.report import words
     from scalar.report.few_poses import few_poses
@@ -159,7 +160,9 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     if d["effects"]:
         lines.append(f"  {words.CONFIDENCE}")
     if option := named_effects(finding.effect for finding in diagnosis.findings):
-        lines.append(f"  'scalar calibrate' estimates the same effects with --effects {option}")
+        modules = {module_of(finding.effect) for finding in diagnosis.findings} - {None}
+        own = "".join(f" --effects-module {module}.py" for module in sorted(map(str, modules)))
+        lines.append(f"  'scalar calibrate' estimates the same effects with --effects {option}{own}")
     lines.append(
         f"  error on held-out poses {before['held_out_rms_mm']:.4f} -> {after['held_out_rms_mm']:.4f} mm RMS; "
         f"noise alone would leave {d['residual']['floor_mm']:.4f} mm"

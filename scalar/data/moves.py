@@ -82,11 +82,21 @@ def moves(frame: pd.DataFrame, n_joints: int) -> dict[str, Array]:
         return {name: table[name].to_numpy(dtype=float) if name in table.columns else none for name in names}
     q = joint_angles(frame, n_joints)
     order = table["order"].to_numpy(dtype=float) if "order" in table.columns else np.arange(float(len(q)))
+    return moves_in_order(q, order, table["session"].to_numpy() if "session" in table.columns else None)
+
+
+def moves_in_order(q: Array, order: Array, session: Array | None = None) -> dict[str, Array]:
+    """Return the columns of the moves to poses, ``(N,)`` each.
+
+    Args:
+        q: ``(N, n)`` [rad, m].
+        order: ``(N,)``, in which the poses were taken.
+        session: ``(N,)``, to which each belongs; None for a single one.
+    """
     rows = np.argsort(order, kind="stable")
     known = ~_gaps(order[rows])
-    if "session" in table.columns:
-        session = table["session"].to_numpy()[rows]
-        known[1:] &= session[1:] == session[:-1]
+    if session is not None:
+        known[1:] &= session[rows][1:] == session[rows][:-1]
     step = np.zeros_like(q)
     step[rows[1:]] = np.where(known[1:, None], np.diff(q[rows], axis=0), 0.0)
     side = np.zeros_like(q)
@@ -94,7 +104,7 @@ def moves(frame: pd.DataFrame, n_joints: int) -> dict[str, Array]:
     wind_up = np.zeros((len(TRAVELS), *q.shape))
     for k, travel in enumerate(TRAVELS):
         wind_up[k, rows] = _wind_up(step[rows], known, travel)
-    return dict(zip(names, np.column_stack([step, side, *wind_up]).T, strict=True))
+    return dict(zip(move_columns(q.shape[1]), np.column_stack([step, side, *wind_up]).T, strict=True))
 
 
 def _gaps(order: Array) -> Array:

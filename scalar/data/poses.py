@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from scalar.data.moves import joint_angles, moves
+from scalar.data.moves import joint_angles, moves, moves_in_order
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
 
@@ -86,6 +86,8 @@ class Poses:
     def from_arrays(cls, q: ArrayLike, columns: Mapping[str, ArrayLike], n_joints: int) -> Poses:
         """Return poses to predict for, from arrays; without ``order`` they come after all poses that were measured.
 
+        An ``order`` with a number of its own for each pose also tells how each joint moved to it.
+
         Args:
             q: ``(N, n)`` [rad; m for a prismatic joint].
             columns: Columns of poses.csv by name, ``(N,)`` each, or one number for all poses; ``approach`` may be ``(N, n)``.
@@ -109,7 +111,8 @@ class Poses:
                 message = f"an array of shape {numbers.shape}; write one number, or ({len(angles)},)"
                 raise InvalidInput(Fault("poses", message, None, name))
         order = given.pop("order", np.full(len(angles), np.inf))
-        return cls(angles, order, given)
+        is_sequence = len(np.unique(order)) == len(order) > 1
+        return cls(angles, order, {**moves_in_order(angles, order), **given} if is_sequence else given)
 
     def __len__(self) -> int:
         """Return the number of poses."""

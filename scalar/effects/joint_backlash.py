@@ -29,7 +29,8 @@ LEAST_TORQUE = 0.01  # share of the most loaded joint's torque: the sign of a sm
 
 _NEEDS = {
     "approach": "; 'scalar correct' needs the direction of approach of each pose (column approach{})",
-    "moves": "; 'scalar correct' needs the poses in their order",
+    "moves": "; 'scalar correct' needs the poses in their order (column order) or the direction of approach of each (column approach{}), and leaves "
+    "the play out without them",
     "torque": "",
 }
 """What 'scalar correct' needs to know of the poses, for each value of ``by``."""
@@ -41,7 +42,7 @@ class JointBacklash(OneAxis, JointEffect):
 
     If the direction of approach is not recorded, it may be taken from the order of the poses, assuming that the arm moves directly from each pose to
     the next; a joint that stands still keeps the side of its last move. If the last move is unknown too, as for a pose that is predicted without
-    its order, s = 0.
+    its order and direction of approach, s = 0.
 
     Attributes:
         joint: From 1.
@@ -105,7 +106,10 @@ class JointBacklash(OneAxis, JointEffect):
         return float(self.coefficients[0]) * float(side @ typical_torque(robot, poses.q, self.joint)) < 0
 
     def _last_move(self, poses: Poses) -> Array:
-        return poses.columns.get(side_column(self.joint), np.zeros(len(poses)))
+        for column in (side_column(self.joint), f"approach{self.joint}"):
+            if column in poses.columns:
+                return np.sign(poses.columns[column])
+        return np.zeros(len(poses))
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the joint, what determines the side, and the first moments of mass if there are any."""

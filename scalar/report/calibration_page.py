@@ -8,6 +8,7 @@ from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
 from scalar.estimation.misfit import lacks_something, may_lack_something
 from scalar.estimation.result import Calibration
+from scalar.report.calibration_residual import far_poses, residual_in_words
 from scalar.report.lacking import lacking
 from scalar.report.parameter_table import convention_in_words, gauge_rows, parameter_tables
 from scalar.report.unstated_noise import exceeds_usual_noise, unstated_noise_in_words
@@ -32,7 +33,10 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
         "name": dataset.name,
         "about": " · ".join([*about, f"{calibration.summary['poses']} poses"]),
         "opening": [_what_it_is(workspace), _what_to_do(calibration)],
-        "setup": [suspicion["sentence"] for suspicion in calibration.summary.get("setup", [])],
+        "setup": [
+            *(suspicion["sentence"] for suspicion in calibration.summary.get("setup", [])),
+            *far_poses(calibration, dataset),
+        ],
         "workspace": workspace,
         "file": FILE,
         "convention": convention_in_words(dataset.robot),
@@ -57,15 +61,15 @@ def _what_it_is(workspace: dict[str, Any] | None) -> str:
 
 
 def _what_to_do(calibration: Calibration) -> str:
-    misfit = calibration.summary.get("misfit")
+    misfit, what = calibration.summary.get("misfit"), residual_in_words(calibration.summary)
     if lacks_something(calibration.summary):
         return (
-            f"Run 'scalar diagnose' before you rely on that: apart from the scatter within poses, the residual is {misfit:.1f} times what the "
+            f"Run 'scalar diagnose' before you rely on that: {what} is {misfit:.1f} times what the "
             "noise explains, so the model lacks something, which may cause larger errors at other poses."
         )
     if may_lack_something(calibration.summary):
         return (
-            f"Run 'scalar diagnose' to be sure: apart from the scatter within poses, the residual is {misfit:.2f} times what the noise explains, "
+            f"Run 'scalar diagnose' to be sure: {what} is {misfit:.2f} times what the noise explains, "
             f"which noise alone makes with probability {calibration.summary['misfit_p_value']:.1g}, so the model may lack something."
         )
     if exceeds_usual_noise(calibration):
