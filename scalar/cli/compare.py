@@ -133,9 +133,9 @@ def describe_comparison(comparison: Comparison) -> list[str]:
     )
     shift, turn = comparison.campaign["sensor_shift_mm"], comparison.campaign.get("sensor_turn_deg")
     turned = "" if turn is None else f" and {turn:.3f} deg"
-    lines.append(
-        f"the sensor's place on the flange differs by {shift:.3f} mm{turned}: of the campaigns, not of the arm"
-    )
+    kinds = comparison.campaign.get("sensor_kinds")
+    why = f"A has a {kinds[0]} and B a {kinds[1]}" if kinds else "of the campaigns, not of the arm"
+    lines.append(f"the sensor's place on the flange differs by {shift:.3f} mm{turned}: {why}")
     return lines + _not_compared(comparison)
 
 

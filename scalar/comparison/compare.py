@@ -44,7 +44,7 @@ class Comparison:
         by_chance: Root mean square [m] of that distance for an arm that did not change, by both covariances.
         disjoint_terms: Effects that both contain, but with no coefficient in common; compared by the positions that they make.
         not_compared: ``{name: reason}`` of the parameters that were not compared.
-        campaign: What differs but is not of the arm: the sensor's place on the flange [mm, deg], and the names of the arms.
+        campaign: What differs but is not of the arm: the sensor's place on the flange [mm, deg] and its kind, and the names of the arms.
         misfits: For A and B, the ratio of residual to noise, and its p-value.
         effects: The effects of A and of B, as ``--effects`` of `scalar calibrate` takes them.
         same_effects: The values of ``--effects`` for calibrating A and B again so that each contains the arm's effects found in either.
@@ -182,11 +182,14 @@ def _candidates(arm: ArmParameters) -> list[Candidate]:
 
 
 def _campaign(a: Calibration, b: Calibration) -> dict[str, Any]:
-    """Return how the sensor's place on the flange differs, and the names of the arms where they differ."""
+    """Return how the sensor's place on the flange differs, and the kinds of sensors and the names of the arms where they differ."""
     T = np.linalg.inv(a.model.T_flange_sensor) @ b.model.T_flange_sensor
     campaign: dict[str, Any] = {"sensor_shift_mm": float(np.linalg.norm(T[:3, 3]) / MM)}
     if a.observes_orientation and b.observes_orientation:
         campaign["sensor_turn_deg"] = float(rotation_angle(T[None, :3, :3])[0] / DEG)
+    kinds = [one.sensor["kind"] for one in (a, b)]
+    if kinds[0] != kinds[1]:
+        campaign["sensor_kinds"] = kinds
     if a.model.nominal.name != b.model.nominal.name:
         campaign["names"] = [a.model.nominal.name, b.model.nominal.name]
     return campaign

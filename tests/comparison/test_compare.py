@@ -172,3 +172,13 @@ def test_candidates_that_respond_alike_are_named_together():
     assert [change.candidate.name for change in changes] == ["1"]
     assert [rival.name for rival in changes[0].rivals] == ["3"]
     assert rest == pytest.approx(1.0)
+
+
+def test_two_kinds_of_sensors_are_said_to_be_two(before):
+    """Another instrument sits at another place, which is no displacement of the first."""
+    assert "sensor_kinds" not in compare(before, before).campaign
+    assert before.sensor["kind"] != "probe"
+    found = compare(before, replace(before, sensor={**before.sensor, "kind": "probe"}))
+    assert found.campaign["sensor_kinds"] == [before.sensor["kind"], "probe"]
+    lines = describe_comparison(found)
+    assert any(f"A has a {before.sensor['kind']} and B a probe" in line for line in lines)
