@@ -83,7 +83,8 @@ def test_why_nothing_is_corrected_is_said(decided_by, words):
         disagreement=None,
         unconfirmed=(),
     )
-    diagnosis: Any = SimpleNamespace(shipped=shipped, outer=None, halves=None, findings=())
+    cleaned = SimpleNamespace(dataset=make_scene().dataset)
+    diagnosis: Any = SimpleNamespace(shipped=shipped, outer=None, halves=None, findings=(), cleaned=cleaned)
     text = " ".join(shipped_sentences(diagnosis))
     assert "findings only" in text and all(word in text for word in words)
 

@@ -162,7 +162,11 @@ def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(judged_effects, name, stand_in)
     after: Any = SimpleNamespace(
-        effects=(own.effect,), settings=DEFAULTS, model=None, refitted=lambda *_: after
+        effects=(own.effect,),
+        settings=DEFAULTS,
+        model=None,
+        refitted=lambda *_: after,
+        dataset=SimpleNamespace(robot=None, known_poses=None),
     )
     (finding,) = judged_effects.findings_of(Explained(None, None, after, after, None), None)  # type: ignore[arg-type]
     assert finding.confounded_with == (near,)
