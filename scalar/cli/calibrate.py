@@ -185,7 +185,8 @@ def describe_calibration(calibration: Calibration) -> str:
     for effect, names in zip(model.effects, model.effect_names, strict=True):
         for name, unit, value in zip(names, effect.coefficient_units, effect.coefficients, strict=True):
             error = f" +- {std[name]:.2g}" if name in std else " (fixed)"
-            lines.append(f"  effect {name}: {value:.4g}{error} {unit}")
+            degrees = f" ({value / DEG:.4g} deg)" if unit == "rad" else ""
+            lines.append(f"  effect {name}: {value:.4g}{error} {unit}{degrees}")
         for joint, stiffness, error in effect.stiffness([std.get(name) for name in names]):
             known = (
                 f"more than {error:.2g}"

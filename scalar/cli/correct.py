@@ -65,7 +65,8 @@ def correct(
     \b
       pose,q1..qn         nominal joint angles: the real flange goes where the nominal arm has it
       pose,x,y,z,rx,ry,rz  frames of the sensor in the base frame, as `scalar predict` writes them; with q1..qn
-                          beside them, these give the posture, else it is chosen near that of the row before.
+                          beside them, these give the posture, else it is chosen near that of the row before
+                          (in the first row, near the middle of the limits).
                           In place of rx,ry,rz: roll,pitch,yaw, or a quaternion qw,qx,qy,qz
 
     The calibration determines the pose of the sensor. The pose of another tool on the flange is known no better than before: teach it again.

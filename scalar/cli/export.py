@@ -104,7 +104,10 @@ def export(
         raise InvalidInput(Fault(str(output), f"the end of the name says what to write: {known}"))
     if form == ".urdf" and urdf is None:
         raise InvalidInput(
-            Fault(str(output), "a URDF is made from that of the nominal arm; give it as --urdf")
+            Fault(
+                str(output),
+                "a URDF is made from that of the nominal arm; give it as --urdf, or write a DH table: -o parameters.csv",
+            )
         )
     if form != ".urdf" and (urdf or base or tip or sensor_link):
         message = "--urdf, --base, --tip and --sensor-link are for a .urdf; leave them out, or write a .urdf"

@@ -74,8 +74,12 @@ def init(
             Fault("--base, --tip", "name links of a URDF; give --urdf FILE too, or leave them out")
         )
     if (dh is None) != (convention is None):
+        missing = "--convention" if convention is None else "--dh"
         raise InvalidInput(
-            Fault("--convention", "belongs to --dh; give both: modified-dh is Craig's, standard-dh the other")
+            Fault(
+                missing,
+                "is missing; --dh and --convention belong together: modified-dh is Craig's, standard-dh the other",
+            )
         )
     from scalar.data.blank_dataset import write_blank_dataset
     from scalar.data.sensor_formats import sensor_formats

@@ -87,7 +87,7 @@ def plan_by_error(
             "Together they need base, sensor and target to stand as they stood",
         )
     others = ", ".join(f"{n}: {e / MM:.4f}" for n, e in result.curve if n != count)
-    lines.append(f"  by number of {more}poses, at most [mm]: {others}")
+    lines.append(f"  expected error by number of {more}poses, or less [mm]: {others}")
     return result, info, lines
 
 

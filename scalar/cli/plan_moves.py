@@ -24,7 +24,7 @@ def moved(q: Array, prismatic: Sequence[int]) -> str:
         if part.shape[1]:
             total = float(part.max(axis=1).sum() / size)
             parts.append(
-                f"{total:.0f} {what} of the farthest joint in all, {total / max(len(part), 1):.0f} {what} each"
+                f"{total / max(len(part), 1):.0f} {what} from pose to pose, {total:.0f} {what} in all, by the joint that moves farthest each time"
             )
     return "; ".join(parts)
 

@@ -55,9 +55,9 @@ def predict(
     a whole number, and the optional columns of poses.csv. The output has pose,x,y,z,rx,ry,rz [m, rotation vector in
     rad], the frame of the sensor in that of the base. With --std it also
     has the standard deviations [m, rad] of a shift and of a small rotation in the base frame. They are the uncertainty that
-    the calibration contributes; repeatability is not included. Fixed parameters are taken as exact. A probe, or a single tracker target
-    without measured orientation, does not determine its rotation
-    on the flange: rx,ry,rz are then those of its declared mount, and have no standard deviation.
+    the calibration contributes; repeatability is not included. Fixed parameters are taken as exact. Probes, and tracker targets
+    without measured orientation, do not determine their rotation
+    on the flange: rx,ry,rz are then those of the declared mount, and have no standard deviation.
 
     Neither a laser tracker, whose place is unknown, nor planes that are not declared `known` show where the base stands. Frames are then right
     relative to one another, but their common place in the base frame follows from the parameters that were fixed (gauge in

@@ -72,7 +72,8 @@ def read_pose_table(
     if table is not None:
         own.to_si(table)
         # Only `pose` is unique: several poses to predict for may have the same order.
-        check_poses(table, description, faults, unique=("pose",))
+        # An effect of one joint needs the approach of that joint alone.
+        check_poses(table, description, faults, unique=("pose",), all_joints=False)
         suspect_joint_angles(table, description, faults)
     if faults or table is None:
         raise InvalidInput(faults)

@@ -45,9 +45,21 @@ def poses_layout(description: Description) -> Layout:
 
 
 def check_poses(
-    poses: Table, description: Description, faults: list[Fault], unique: tuple[str, ...] = ("pose", "order")
+    poses: Table,
+    description: Description,
+    faults: list[Fault],
+    unique: tuple[str, ...] = ("pose", "order"),
+    all_joints: bool = True,
 ) -> None:
-    """Add the faults in the cells of poses.csv, units aside; no value may stand twice in a column of `unique`."""
+    """Add the faults in the cells of poses.csv, units aside.
+
+    Args:
+        poses: The table.
+        description: Of the dataset.
+        faults: To which faults are added.
+        unique: Columns in which no value may stand twice.
+        all_joints: Whether columns that there are for each joint, such as ``approach1..n``, have to be there for all joints or for none.
+    """
     if poses.whole and poses.n_rows == 0:
         faults.append(Fault(poses.file, "there is no pose; write one row for each pose"))
     for name in unique:
@@ -64,7 +76,8 @@ def check_poses(
             lambda i, v=values: f"neither -1 nor 1 ({v[i]:g}); write the sign of the arrival",
         )
     version_2 = description.is_version_2
-    for stem in ("approach", COMMANDED, TORQUE) if version_2 else ("approach",):
+    stems = ("approach", COMMANDED, TORQUE) if version_2 else ("approach",)
+    for stem in stems if all_joints else ():
         names = [f"{stem}{i + 1}" for i in range(description.n_joints)]
         for name in names if any(name in poses.columns for name in names) else ():
             if name not in poses.columns:

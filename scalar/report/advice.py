@@ -119,7 +119,12 @@ def _in_controller(diagnosis: Diagnosis) -> list[Item]:
     if diagnosis.verdict == UNATTRIBUTED:
         return [Item("In the controller", (UNKNOWN_CAUSE,))]
     asked = [finding.effect.in_controller for finding in by_importance(diagnosis.findings)]
-    end = ", effects included." if diagnosis.calibration_after.model.effects else "."
+    end = "."
+    if diagnosis.calibration_after.model.effects:
+        end = (
+            ", effects included. If the controller takes lengths and angles, and nothing corrects the effects, those of before.json usually err "
+            "less: export that file."
+        )
     return [Item("In the controller", (GEOMETRY + end, *dict.fromkeys(filter(None, asked))))]
 
 

@@ -36,7 +36,7 @@ def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[s
         sentences.append(
             f"On poses that took no part in the diagnosis ({len(outer.answers)} runs, each without a part of the poses) the error is "
             f"{_with_spread(after)} mm RMS, and {_with_spread(before)} mm without effects; at the worst it is {number(after['unseen_max_mm'])} mm. "
-            "Errors of this size are to be expected at poses like the measured ones."
+            "Errors of this size are to be expected of measurements at poses like these; the noise of the measurement is included."
         )
     if outer.failed:
         sentences.append(

@@ -46,6 +46,16 @@ def test_predicted_frames_are_taken_back_to_joints(given, program):
         np.testing.assert_allclose(table[JOINTS], joints[JOINTS], atol=1e-5)
 
 
+def test_the_approach_of_the_joint_that_needs_it_suffices(program):
+    """Play of joint 2 asks for approach2; the other joints need no column, and what is given for them changes nothing."""
+    table = pd.read_csv(program / "targets.csv")
+    others = [name for name in table.columns if name.startswith("approach") and name != "approach2"]
+    assert others
+    first = corrected(program, "targets.csv")
+    table.drop(columns=others).to_csv(program / "few.csv", index=False, float_format="%.17g")
+    np.testing.assert_allclose(corrected(program, "few.csv")[JOINTS], first[JOINTS], atol=1e-9)
+
+
 @pytest.mark.parametrize(
     "change, options, words",
     [
