@@ -121,6 +121,7 @@ def describe_calibration(calibration: Calibration) -> str:
     from scalar.geometry.roll_pitch_yaw import rpy_from_rotation
     from scalar.geometry.standard_dh import in_rows
     from scalar.report.calibration_residual import residual_in_words
+    from scalar.report.parameter_table import gauge_rows
     from scalar.report.unstated_noise import unstated_noise_in_words
 
     summary = calibration.summary
@@ -200,7 +201,8 @@ def describe_calibration(calibration: Calibration) -> str:
         lines.append(
             f"  kept near the data sheet, because these poses hardly determine them: {', '.join(map(shown, near))}"
         )
-    if calibration.gauge:
-        lines.append(f"  fixed, because the data do not determine them ({len(calibration.gauge)}):")
-        lines += [f"    {shown(entry['held'])}: {shown(entry['reason'])}" for entry in calibration.gauge]
+    fixed = gauge_rows(calibration) if standard else calibration.gauge
+    if fixed:
+        lines.append(f"  fixed, because the data do not determine them ({len(fixed)}):")
+        lines += [f"    {entry['held']}: {entry['reason']}" for entry in fixed]
     return "\n".join(lines)

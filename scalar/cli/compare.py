@@ -248,6 +248,8 @@ def _title(comparison: Comparison, name: str) -> str:
         if own
     }
     named = _named(comparison, name)
+    if kind in _KINDS and not named[-1].isdigit():  # of the base
+        return f"{_KINDS[kind]} {named}"
     return (
         f"joint {named[len(kind) + 1 :]}, {_KINDS[kind]} {named}"
         if kind in _KINDS

@@ -59,6 +59,9 @@ def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
     names = _list_folder(path, faults)
     if names is None:
         return None
+    if DESCRIPTION not in names and (inside := _inside(path, names)):
+        faults.append(inside)
+        return None
     description = Description(None, {})
     if DESCRIPTION in names:
         try:
@@ -128,6 +131,15 @@ def _list_folder(path: Path, faults: list[Fault]) -> list[str] | None:
         faults.append(Fault(str(path), f"the folder is empty; {advice}"))
         return None
     return names
+
+
+def _inside(path: Path, names: list[str]) -> Fault | None:
+    """Return the fault that names the one folder inside this one that holds a dataset; None if there is none, or several."""
+    inside = [name for name in names if (path / name / DESCRIPTION).is_file()]
+    if len(inside) != 1:
+        return None
+    message = f"the file is missing here, and is in a folder inside; give {str(path / inside[0])!r}"
+    return Fault(DESCRIPTION, message)
 
 
 def _missing(file: str, names: list[str]) -> Fault:

@@ -5,7 +5,7 @@ Files are read in `scalar.data.io.csv_reader` and `scalar.data.io.parquet_reader
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import partial
@@ -37,6 +37,7 @@ class Layout:
         integers: columns that hold integers.
         extras: whether further numeric columns are kept.
         blank: columns of numbers in which a cell may be empty; NaN then stands for it.
+        other_names: names under which columns are known elsewhere, and how they are called here; a fault of the former suggests the latter.
         refuse: returns what is wrong with a column of that name, or None.
     """
 
@@ -47,6 +48,7 @@ class Layout:
     extras: bool = False
     refuse: Callable[[str], str | None] = lambda _: None
     blank: frozenset[str] = frozenset()
+    other_names: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass
@@ -133,9 +135,9 @@ def header_faults(file: str, names: list[str], layout: Layout, row: int | None =
         elif name in unknown and (message := layout.refuse(name)):
             faults.append(Fault(file, message, row, name))
         elif name in unknown and not layout.extras:
-            message = (
-                f"an unknown column; {did_you_mean(name, known)}the columns are {wanted}; remove or rename it"
-            )
+            elsewhere = layout.other_names.get(name.lower())
+            hint = f"did you mean {elsewhere!r}? " if elsewhere else did_you_mean(name, known)
+            message = f"an unknown column; {hint}the columns are {wanted}; remove or rename it"
             faults.append(Fault(file, message, row, name))
     for name in layout.required:
         if name not in names:

@@ -9,7 +9,7 @@ products above 1 then means that the data determine that direction better than i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -56,6 +56,8 @@ class SearchElements:
         degrees_of_freedom: Degrees of freedom of that residual.
         n_candidates: Number of candidates among which each element is chosen; its logarithm is subtracted from the evidence for each element.
         least_variance: Least variance of the residual that any set is assumed to leave [noise variances].
+        largest: ``(e,)``, largest plausible coefficient of each column [prior standard deviations], infinite for those without a prior.
+        excluded: Indices of elements that no set may have.
     """
 
     columns: Sequence[Array]
@@ -66,9 +68,45 @@ class SearchElements:
     degrees_of_freedom: float
     n_candidates: int
     least_variance: float
+    largest: Array
+    excluded: frozenset[int] = frozenset()
 
     def best(self) -> tuple[int, ...]:
-        """Return the indices of the elements of the set with the most evidence, ascending; empty if no element adds evidence."""
+        """Return the indices of the elements of the plausible set with the most evidence, ascending; empty if no element adds evidence.
+
+        A set is plausible if all its coefficients are. Large effects that are missing may be imitated by an implausibly large coefficient: a range
+        scale of -1 shrinks all scans to a point, and leaves no residual whatever its cause. Elements with such coefficients are therefore excluded,
+        and the search is repeated.
+        """
+        search = self
+        while True:
+            found = search._best_of_all()
+            implausible = search._implausible(found)
+            if not implausible:
+                return found
+            search = replace(search, excluded=search.excluded | implausible)
+
+    def _implausible(self, elements: tuple[int, ...]) -> frozenset[int]:
+        """Return those elements of a set that have an implausibly large coefficient."""
+        where = self._where(elements)
+        gram = self.gram[np.ix_(where, where)] + np.eye(len(where))
+        coefficients = (
+            dict(
+                zip(
+                    where.tolist(),
+                    linalg.solve(gram, self.projection[where], assume_a="pos").tolist(),
+                    strict=True,
+                )
+            )
+            if len(where)
+            else {}
+        )
+        return frozenset(
+            p for p in elements if any(abs(coefficients[k]) > self.largest[k] for k in self.columns[p])
+        )
+
+    def _best_of_all(self) -> tuple[int, ...]:
+        """Return the indices of the elements of the set with the most evidence, ascending, whether plausible or not."""
         beam = self.subsets([()])
         best = beam[0]
         for _ in range(MOST_ELEMENTS):
@@ -180,7 +218,7 @@ class SearchElements:
             elements: Indices of the elements of the set.
             most: Largest number of sets.
         """
-        evidence[list(elements)] = -np.inf
+        evidence[[*elements, *self.excluded]] = -np.inf
         found: dict[int, tuple[int, ...]] = {}
         for k in np.argsort(-evidence, kind="stable"):
             if evidence[k] == -np.inf or len(found) == most:

@@ -172,8 +172,11 @@ class _ElementRows:
         observable = np.sum(E * E, axis=0) > settings.unobservable_share * squares
         E = E * np.where(observable, in_prior_units(background, squares, self.prior_std), 0.0)
         gram, projection = E.T @ E, E.T @ background.residual.ravel()
+        largest = np.where(
+            np.isfinite(self.prior_std), state.settings.selection.plausible_coefficient, np.inf
+        )
         return SearchElements(self.columns, self.family, gram, projection, background.sum_of_squares, background.degrees_of_freedom,
-                      max(self.rows.candidates.total, 1), settings.least_remainder)  # fmt: skip
+                      max(self.rows.candidates.total, 1), settings.least_remainder, largest)  # fmt: skip
 
 
 def _changes_at(

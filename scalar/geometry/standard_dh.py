@@ -18,6 +18,7 @@ from scalar.geometry.se3 import Array, transform_from_rotation_vector
 
 AFTER_THE_JOINT = ("a", "alpha", "beta")
 """Parameters of joint i + 1 in modified DH that stand in row i of a standard-DH table."""
+OF_THE_BASE = "of the base"
 _NAME = re.compile(rf"\b({'|'.join(GEOMETRY)})_(\d+)\b")
 
 
@@ -93,12 +94,17 @@ def without_beta(robot: Robot) -> Robot:
 def in_rows(text: str, robot: Robot) -> str:
     """Return a text in which parameters are named by the rows of the table that the arm was read from: ``a 1`` instead of ``a_2`` for standard DH.
 
-    These names are written with a space, the model's own with an underscore, so that neither is taken for the other. Row 0 stands for
-    what precedes the table's first row.
+    These names are written with a space, the model's own with an underscore, so that neither is taken for the other. What precedes the table's first
+    row is part of the base.
     """
 
     def row(found: re.Match[str]) -> str:
         kind, joint = found[1], int(found[2])
-        return f"{kind} {joint - (robot.standard_dh and kind in AFTER_THE_JOINT)}"
+        return in_row(kind, joint - (robot.standard_dh and kind in AFTER_THE_JOINT))
 
     return _NAME.sub(row, text)
+
+
+def in_row(kind: str, row: int) -> str:
+    """Return the name of a parameter of a row, from 1; row 0 is what precedes the table's first row."""
+    return f"{kind} {row}" if row else f"{kind} {OF_THE_BASE}"

@@ -18,6 +18,14 @@ _LENGTHS = {"m": 1.0, "mm": MM}
 _ANGLES = {"rad": 1.0, "deg": DEG}
 _PARAMETERS = {"a": _LENGTHS, "alpha": _ANGLES, "d": _LENGTHS, "theta": _ANGLES}
 _LIMITS = ("lower", "upper")
+_OTHER_LIMITS = {
+    "min": "lower",
+    "low": "lower",
+    "qmin": "lower",
+    "max": "upper",
+    "high": "upper",
+    "qmax": "upper",
+}
 _TYPE, _NUMBER = "type", "joint"
 _TYPES = ("revolute", "prismatic")
 
@@ -41,7 +49,19 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
     faults: list[Fault] = []
     known = (*sorted(columns), _TYPE, _NUMBER)
     limits_columns = frozenset(column for column in columns if column.startswith(_LIMITS))
-    layout = Layout((), known, text=frozenset({_TYPE}), integers=frozenset({_NUMBER}), blank=limits_columns)
+    elsewhere = {
+        f"{other}_{unit}": f"{key}_{unit}"
+        for other, key in _OTHER_LIMITS.items()
+        for unit in _ANGLES | _LENGTHS
+    }
+    layout = Layout(
+        (),
+        known,
+        text=frozenset({_TYPE}),
+        integers=frozenset({_NUMBER}),
+        blank=limits_columns,
+        other_names=elsewhere,
+    )
     table = read_csv(path, layout, faults)
     if table is None or faults:
         raise InvalidInput(faults)

@@ -65,7 +65,7 @@ def _what_to_do(calibration: Calibration) -> str:
     if lacks_something(calibration.summary):
         return (
             f"Run 'scalar diagnose' before you rely on that: {what} is {misfit:.1f} times what the "
-            "noise explains, so the model lacks something, which may cause larger errors at other poses."
+            "noise explains, so the model lacks something, and at other poses the arm may err by more than that band."
         )
     if may_lack_something(calibration.summary):
         return (

@@ -20,11 +20,13 @@ from scalar.evaluate import rotation_vector_near
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.roll_pitch_yaw import rpy_from_rotation
 from scalar.geometry.se3 import Array, log_so3
-from scalar.geometry.standard_dh import AFTER_THE_JOINT, in_rows
+from scalar.geometry.standard_dh import AFTER_THE_JOINT, in_row, in_rows
 from scalar.report.words import UNKNOWN
 from scalar.units import DEG, MM
 
 _BEYOND_CHANCE = 1.96  # standard errors: chance alone exceeds them one time in twenty
+LAST_ROW = "part of the flange: only their combination with the sensor's place on it is determined"
+"""Why a and alpha of the last row of a standard-DH table are not calibrated."""
 DATA_SHEET, STATED = "data sheet", "stated"
 _RPY = "roll pitch yaw: Rz(yaw) Ry(pitch) Rx(roll)"
 _LEAST_DECIMALS, _MOST_DECIMALS = 3, 6
@@ -57,9 +59,12 @@ def convention_in_words(robot: Robot) -> str:
 
 
 def gauge_rows(calibration: Calibration) -> list[dict[str, Any]]:
-    """Return what was fixed, why, and what it is confounded with, named by the rows of the robot's own table."""
+    """Return what was fixed, why, and what it is confounded with, named by the rows of the robot's own table.
+
+    a and alpha of the last row of a standard-DH table are part of the flange and no parameters of the model; they come last.
+    """
     nominal = calibration.model.nominal
-    return [
+    rows = [
         {
             "held": in_rows(entry["held"], nominal),
             "reason": in_rows(entry["reason"], nominal),
@@ -67,6 +72,10 @@ def gauge_rows(calibration: Calibration) -> list[dict[str, Any]]:
         }
         for entry in calibration.gauge
     ]
+    if nominal.standard_dh:
+        n = nominal.n_joints
+        rows.append({"held": f"a {n}, alpha {n}", "reason": LAST_ROW, "moves_with": []})
+    return rows
 
 
 Entry = tuple[str, float | None, float, float | None, str]
@@ -92,7 +101,7 @@ def _geometry(calibration: Calibration) -> Iterator[tuple[str, str, float | None
             found += added / unit
             error = None if error is None else float(error) / unit
             remark = "fixed" if error is None else "near data sheet" if name in near else ""
-            yield kind, f"{kind} {row}", stated, found, error, remark
+            yield kind, in_row(kind, row), stated, found, error, remark
 
 
 def _freed_by_effects(calibration: Calibration) -> dict[str, tuple[float, float | None]]:

@@ -187,6 +187,8 @@ def test_a_robot_from_a_table(units, factor, tmp_path):
             "call the column a_mm in place of a_m",
         ),
         ("joint,a_mm,alpha_deg,d_mm,theta_deg\n2,0,0,0,0\n1,0,0,0,0\n", "base to flange"),
+        ("a_mm,alpha_deg,d_mm,theta_deg,Min_deg,max_deg\n400,90,300,0,-90,90\n", "did you mean 'lower_deg'?"),
+        ("a_mm,alpha_deg,d_mm,theta_deg,min_deg,max_deg\n400,90,300,0,-90,90\n", "did you mean 'upper_deg'?"),
     ],
 )
 def test_a_table_at_fault_is_refused(text, word, tmp_path):

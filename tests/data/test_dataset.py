@@ -207,3 +207,15 @@ def test_a_number_that_is_not_finite_is_not_written(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="not finite"):
         write_dataset(tmp_path / "d", mapping=description(), **content)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_holds_the_dataset_is_told_from_it(tmp_path: Path) -> None:
+    """`scalar simulate -o sim` writes sim/dataset; whoever gives `sim` is told so, once, and nothing else of the folder is called missing."""
+    mapping = description()
+    write_dataset(tmp_path / "sim" / "dataset", mapping=mapping, **tables())
+    (tmp_path / "sim" / "truth").mkdir()
+    with pytest.raises(InvalidInput) as refused:
+        read_dataset(tmp_path / "sim")
+    assert [fault.message for fault in refused.value.faults] == [
+        f"the file is missing here, and is in a folder inside; give {str(tmp_path / 'sim' / 'dataset')!r}"
+    ]

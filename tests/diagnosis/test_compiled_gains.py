@@ -35,7 +35,10 @@ def elements_of(rng, widths):
     ends = np.cumsum([0, *widths])
     gram, projection, rows = products(rng, ends[-1])
     columns = [np.arange(*ends_of_one) for ends_of_one in pairwise(ends)]
-    return SearchElements(columns, np.arange(len(widths)), gram, projection, 1e4, rows, len(widths), 1e-6)
+    largest = np.full(len(gram), np.inf)
+    return SearchElements(
+        columns, np.arange(len(widths)), gram, projection, 1e4, rows, len(widths), 1e-6, largest
+    )
 
 
 @needs_library

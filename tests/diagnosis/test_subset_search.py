@@ -17,8 +17,9 @@ from tests.effects.injected import Flaws, make_cell
 def elements_of(E: np.ndarray, r: np.ndarray, widths: list[int]) -> SearchElements:
     """Return elements with columns of these widths, in units of priors and noise."""
     columns = np.split(np.arange(E.shape[1]), np.cumsum(widths)[:-1])
+    largest = np.full(E.shape[1], 10.0)
     return SearchElements(
-        columns, np.arange(len(widths)), E.T @ E, E.T @ r, float(r @ r), len(r), len(widths), 0.2
+        columns, np.arange(len(widths)), E.T @ E, E.T @ r, float(r @ r), len(r), len(widths), 0.2, largest
     )
 
 
@@ -88,6 +89,18 @@ def test_an_exchange_leaves_a_set_that_imitates():
     E = 50 * np.column_stack([np.where(halves, true, 0.3 * true), np.where(halves, 0.3 * true, true), true])
     elements = elements_of(E, E[:, 2] + rng.normal(size=200), [1, 1, 1])
     assert elements.exchanged(subset(elements, (0, 1))).elements == (2,)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_an_implausibly_large_coefficient_explains_nothing(seed):
+    """An element that points along the whole residual, as a range scale does, is left out if its coefficient would be too large for an effect."""
+    _, E, r = drawn(seed)
+    shrinking = E @ np.linalg.lstsq(E, r)[0] / 50
+    for factor, wanted in ((1.0, False), (10.0, True)):  # coefficients of 50 and 5 prior standard deviations
+        elements = elements_of(
+            30 * np.column_stack([E, factor * shrinking]), 30 * r, [1, 2, 3, 1, 2, 1, 2, 1, 1]
+        )
+        assert (8 in elements.best()) == wanted
 
 
 def state_of(flaws: Flaws, seed: int, **options: object) -> FittedState:

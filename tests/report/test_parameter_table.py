@@ -12,6 +12,7 @@ from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.estimation.result import load_calibration
 from scalar.geometry.robot import Robot
 from scalar.geometry.roll_pitch_yaw import rotation_from_rpy
+from scalar.geometry.standard_dh import in_rows
 from scalar.report.parameter_table import _fixed, _signed, gauge_rows, parameter_tables
 from tests.calibrated_arms import T_SENSOR, calibrated
 
@@ -87,10 +88,20 @@ def test_what_was_fixed_is_named_by_the_same_rows() -> None:
         made = replace(
             calibrated(robot, np.random.default_rng(0)), gauge=(entry,), summary={"poses": 9, "points": 9}
         )
-        assert gauge_rows(made) == [dict(zip(("held", "reason", "moves_with"), rows, strict=True))]
+        first, *others = gauge_rows(made)
+        assert first == dict(zip(("held", "reason", "moves_with"), rows, strict=True))
+        of_flange = [f"a {len(ROWS)}, alpha {len(ROWS)}"] if convention == "standard-dh" else []
+        assert [row["held"] for row in others] == of_flange
         lines = describe_calibration(made)
+        assert all(f"{held}: part of the flange" in lines for held in of_flange)
         assert ("standard-DH table of dataset.yaml" in lines) == (convention == "standard-dh")
         assert ("a 2: moves with" in lines) == (convention == "standard-dh")
+
+
+def test_what_precedes_the_first_row_is_named_as_part_of_the_base() -> None:
+    """A standard-DH table has no row 0."""
+    robot = Robot.from_mapping({"name": "arm", "convention": "standard-dh", "joints": ROWS})
+    assert in_rows("a_1 and d_1, alpha_2", robot) == "a of the base and d 1, alpha 1"
 
 
 def test_a_saved_calibration_knows_its_table(tmp_path) -> None:
