@@ -13,6 +13,7 @@ from scalar.cli.group import cli
 from scalar.cli.options import PATH
 from scalar.cli.simulator import simulator
 from scalar.cli.terminal import say
+from scalar.units import DEG, MM
 
 _SEEDS = 10_000
 """A seed is drawn below this number if none is given. Arbitrary: small, so that a seed is quick to retype."""
@@ -94,7 +95,17 @@ def told(secret: Mapping[str, Any], found: list[Mapping[str, Any]], verdict: str
     else:
         outcome = f"the diagnosis has not named it; its verdict is `{verdict}`"
     title = words.title(secret["name"], secret["target"])
-    return f"the secret was: {title}, of size {secret['size']:.3g} {secret['unit']}; {outcome}"
+    return f"the secret was: {title}, {_size(secret)}; {outcome}"
+
+
+def _size(secret: Mapping[str, Any]) -> str:
+    """Return how large a secret is, in the units of the diagnosis; of a compliance the largest deflection."""
+    size, unit = secret["size"], secret["unit"]
+    deflections = [secret.get("largest_tilt_rad", 0.0), *secret.get("largest_deflection_rad", {}).values()]
+    if max(deflections) > 0:
+        return f"up to {max(deflections) / DEG:.2g} deg, with {size:.3g} {unit}"
+    divisor, shown = {"rad": (DEG, "deg"), "m": (MM, "mm")}.get(unit, (1.0, unit))
+    return f"of size {size / divisor:.3g} {shown}"
 
 
 def _same_place(found: Mapping[str, Any], secret: Mapping[str, Any]) -> bool:

@@ -25,7 +25,7 @@ from scalar.geometry.se3 import Array
 N_POSES = 300
 _NULL = 1e-7  # share of the largest singular value: a combination with a smaller one moves nothing
 _NOT_ESTIMATED = 1e-12  # share of the largest variance: neither calibration estimated a function with less
-_INCOMPARABLE = 1e-6  # norm of a parameter's column of Q, at most 1: if it is smaller, no comparable function depends on the parameter
+_INCOMPARABLE = 1e-6  # norm of a parameter's column of Q in the estimated functions, at most 1: if it is smaller, none of them depends on it
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,9 +62,10 @@ def invariants(arm: ArmParameters) -> Invariants:
     variance = Q @ (arm.covariance * np.outer(scale, scale)) @ Q.T
     values, vectors = np.linalg.eigh(variance)
     estimated = values > _NOT_ESTIMATED * values.max(initial=0.0)
-    whiten = (vectors[:, estimated] / np.sqrt(values[estimated])).T
-    response = whiten @ Q
-    comparable = np.linalg.norm(Q, axis=0) > _INCOMPARABLE
+    functions = vectors[:, estimated].T @ Q
+    response = functions / np.sqrt(values[estimated])[:, None]
+    # A parameter that both calibrations fixed to choose a frame may still move predictions a little, if an effect tilts that frame.
+    comparable = np.linalg.norm(functions, axis=0) > _INCOMPARABLE
     comparable &= ~arm.fixed_in_both
     return Invariants(response @ (arm.difference * scale), response * (comparable * scale))
 
@@ -100,9 +101,19 @@ def displacements(a: Model, b: Model) -> Array:
 def _pose_columns(model: Model, poses: Poses) -> Array:
     """Return the derivatives ``(6 K, P)`` of K poses by the parameters, with motions of base and sensor projected out.
 
-    A radian counts as a metre, and nearly parallel axes as exactly parallel.
+    A radian counts as a metre, and nearly parallel axes as exactly parallel. The derivatives by the geometry are those of the model without effects:
+    an effect that bends the base makes the choice of a frame, which is arbitrary, move poses a little.
     """
-    kinematics = kinematics_at(replace(model, robot=with_parallel_axes(model.robot)), poses)
+    parallel = replace(model, robot=with_parallel_axes(model.robot))
+    with_effects, rigid = (_screws_of_arm(one, poses) for one in (parallel, replace(parallel, effects=())))
+    geometry = model.blocks["geometry"]
+    with_effects[:, geometry] = rigid[:, geometry]
+    return with_effects
+
+
+def _screws_of_arm(model: Model, poses: Poses) -> Array:
+    """Return the derivatives ``(6 K, P)`` of K poses by the parameters of a model, with motions of base and sensor projected out."""
+    kinematics = kinematics_at(model, poses)
     T = kinematics.T_base_sensor
     eye = np.broadcast_to(np.eye(6), (len(T), 6, 6))
     nuisance = np.concatenate([eye, change_frame(T, eye)], axis=2).reshape(-1, 12)

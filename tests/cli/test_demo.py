@@ -78,3 +78,23 @@ SLIP = {"name": "sensor_slip", "target": {"at": {"order": 70, "time": 1.0}}, "si
 def test_the_answer_is_judged_by_kind_and_place(secret, found, words):
     """The last line distinguishes the right answer, the right kind at another place, another kind, and no answer."""
     assert words in told(secret, [{"name": name, "target": target} for name, target in found], "no_effect")
+
+
+@pytest.mark.parametrize(
+    ("secret", "size"),
+    [
+        (HARMONIC, "of size 0.0172 deg;"),
+        (SLIP, "of size 2 mm;"),
+        (
+            SAG | {"largest_deflection_rad": {"joint2": 1e-3, "joint3": 4e-4}},
+            "up to 0.057 deg, with 1e-05 rad/(N m);",
+        ),
+        (
+            {"name": "joint_scale", "target": {"joint": 1}, "size": 1e-3, "unit": "rad/rad"},
+            "of size 0.001 rad/rad;",
+        ),
+    ],
+)
+def test_the_secret_is_told_in_the_units_of_the_diagnosis(secret, size):
+    """Angles are in degrees, lengths in millimetres, and of a compliance the largest deflection is told."""
+    assert size in told(secret, [], "no_effect")
