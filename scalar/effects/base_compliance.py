@@ -72,10 +72,10 @@ class BaseCompliance(BaseEffect):
         index = np.array(self.frames) - 1
         across = tangent_basis(robot.down[None])[0]
         if self.alike:
-            w = np.swapaxes(moments[:, index].reshape(len(poses), -1, 3), 1, 2)
+            w = np.swapaxes(moments[:, index].reshape(len(poses), len(self.coefficient_units), 3), 1, 2)
             return np.concatenate([w, np.zeros_like(w)], axis=1)
         by_axis = np.einsum("nfax,tx->nfat", moments[:, index], across)
-        w = (by_axis[..., None] * across).reshape(len(poses), -1, 3)
+        w = (by_axis[..., None] * across).reshape(len(poses), len(self.coefficient_units), 3)
         w = np.swapaxes(w, 1, 2)
         return np.concatenate([w, np.zeros_like(w)], axis=1)
 

@@ -32,6 +32,8 @@ def checked_basis(effect: Effect, nominal: Robot, poses: Poses) -> Array | None:
         method, shape, axes = effect.sensor_screws, (N, 6, k), "poses, components, coefficients"
     else:
         return None
+    if not N:  # an effect, which may be a user's own, need not cope with no poses at all
+        return np.zeros(shape)
     basis = method(nominal, poses)
     if np.shape(basis) != shape:
         found = f"has the shape {np.shape(basis)} and not {shape}: {axes}"

@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scalar.data.poses import Poses
 from scalar.effects.places import PointEffect
 from scalar.effects.range_error import RangeError
+from scalar.estimation.displacement import kinematics_at
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.sensors import measure
@@ -63,6 +65,16 @@ def test_columns_are_derivatives_of_the_exact_model(which, axis):
     )
     effect = every_effect(cell.dataset, np.random.default_rng(which))[which]
     compare(*model_with(cell.dataset, (effect,), which))
+
+
+@pytest.mark.parametrize("which", range(COUNT))
+def test_no_poses_have_no_columns(which):
+    """At none of no poses does an effect fail: `scalar correct` looks at the poses that it did not reach, of which there may be none."""
+    cell = make_cell(seed=3, poses_per_plane=6, points_per_scan=6, columns=optional_columns)
+    effect = every_effect(cell.dataset, np.random.default_rng(which))[which]
+    _, model = model_with(cell.dataset, (effect,), which)
+    none = Poses.from_frame(cell.dataset.poses.iloc[:0], 6, order_is_row=True)
+    assert kinematics_at(model, none).T_base_sensor.shape == (0, 4, 4)
 
 
 def test_columns_of_many_effects_at_once():
