@@ -76,6 +76,8 @@ def compare(
 
 def describe_comparison(comparison: Comparison) -> list[str]:
     """Return lines on what changed, for the terminal."""
+    from scalar.estimation.random_poses import RECORDS_IN_WORDS
+
     lines: list[str] = []
     for letter, (ratio, p) in zip("AB", comparison.misfits, strict=True):
         if p < _MISFIT:
@@ -127,9 +129,10 @@ def describe_comparison(comparison: Comparison) -> list[str]:
     lines += _unchanged_effects(comparison)
     lines += [line for effect in comparison.disjoint_terms for line in _by_positions(effect)]
     apart = comparison.positions_apart
+    at = f", at {RECORDS_IN_WORDS}" if any(e.needs_records for e in comparison.arm.model.effects) else ""
     lines.append(
         f"predicted positions differ by {apart.rms / MM:.3f} mm RMS, at most {apart.largest / MM:.3f} mm, after the best "
-        f"fit of base and sensor; chance alone would make {comparison.by_chance / MM:.3f} mm"
+        f"fit of base and sensor{at}; chance alone would make {comparison.by_chance / MM:.3f} mm"
     )
     shift, turn = comparison.campaign["sensor_shift_mm"], comparison.campaign.get("sensor_turn_deg")
     turned = "" if turn is None else f" and {turn:.3f} deg"

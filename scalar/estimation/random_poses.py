@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from scalar.data.formats import PAYLOAD, TORQUE
 from scalar.data.poses import Poses
 from scalar.estimation.model import Model
 from scalar.geometry.se3 import Array
@@ -11,10 +12,13 @@ from scalar.geometry.se3 import Array
 _SEED = 0
 _UNBOUNDED = 4 * np.pi  # rad: a joint whose limit lies beyond two turns counts as unlimited
 _TEMPERATURE = (10.0, 30.0)  # deg C: the range in a workshop
+_TORQUE, _PAYLOAD = 100.0, 5.0  # N m and kg: largest ones, of an arm that carries some 10 kg
+RECORDS_IN_WORDS = f"torques of up to {_TORQUE:g} N m and payloads of up to {_PAYLOAD:g} kg"
+"""What ``random_poses`` assumes of columns that only a measured pose has."""
 
 
 def random_poses(model: Model, count: int) -> Poses:
-    """Return poses with uniform joint angles, and with columns that effects may need: directions of approach, a temperature.
+    """Return poses with uniform joint angles, and with columns that effects may need: directions of approach, a temperature, torques, a payload.
 
     Args:
         model: The model of the arm; only its nominal limits are used.
@@ -24,6 +28,9 @@ def random_poses(model: Model, count: int) -> Poses:
     limits = model.nominal.limits
     q = rng.uniform(limits[:, 0], limits[:, 1], (count, len(limits)))
     columns = {"approach": rng.choice([-1.0, 1.0], q.shape), "temperature": rng.uniform(*_TEMPERATURE, count)}
+    torques = rng.uniform(-_TORQUE, _TORQUE, q.shape)
+    columns |= {f"{TORQUE}{j + 1}": column for j, column in enumerate(torques.T)}
+    columns[PAYLOAD[0]] = rng.uniform(0.0, _PAYLOAD, count)
     return Poses.from_arrays(q, columns, q.shape[1])
 
 

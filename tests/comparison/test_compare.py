@@ -14,7 +14,10 @@ from scalar.data.io.plain_yaml import load_yaml
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.payload_deflection import PayloadDeflection
 from scalar.effects.pose_lag import PoseLag
+from scalar.effects.torque_compliance import TorqueCompliance
+from scalar.estimation.random_poses import RECORDS_IN_WORDS
 from scalar.geometry.robot import GEOMETRY, Robot
 from tests.calibrated_arms import calibrated
 from tests.robot_configs import ROBOT_CONFIGS
@@ -159,6 +162,20 @@ def test_a_base_that_bends_makes_no_frame_a_change(moved, before):
     assert {change.candidate.name for change in found.changes} == {*moved} - {*FRAMES}
     assert {"a_1", "alpha_1", "d_1", "theta_1"} <= set(found.not_compared)
     assert all(np.all(np.abs(change.value) < 2e-3) for change in found.changes)
+
+
+@pytest.mark.parametrize("effect", [TorqueCompliance, PayloadDeflection])
+def test_deflections_under_recorded_loads_are_compared(effect, before):
+    """Their torques and payloads are known at measured poses only; before, two calibrations with such an effect could not be compared."""
+    soft = with_errors(
+        replace(
+            before,
+            model=replace(before.model, effects=(effect((2, 3), coefficients=np.array([1e-5, 2e-5])),)),
+        )
+    )
+    same, softer = compare(soft, soft), compare(soft, changed(soft, **{soft.model.effect_names[0][0]: 5e-4}))
+    assert not same.changed and [c.candidate.name for c in softer.changes] == [effect.name]
+    assert f"at {RECORDS_IN_WORDS}" in "\n".join(describe_comparison(same))
 
 
 def test_an_effect_of_one_campaign_is_left_out(before):
