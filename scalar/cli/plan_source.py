@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from scalar.estimation.result import Calibration
     from scalar.geometry.robot import Robot
 
+_SAME_ARM = 1e-3  # m or rad: nominal tables of one arm may be rounded, and differ by less
 _TARGET_OFFSET = (
     0.1  # m, of a tracker's target from the flange along x and along z, assumed for an arm of the library
 )
@@ -78,6 +79,13 @@ def calibration_near(near: Path | None, after: Path | None, arm: Robot) -> Calib
     theirs = calibration.model.robot.n_joints
     if theirs != arm.n_joints:
         message = f"it calibrates an arm of {theirs} joints, and '{arm.name}' has {arm.n_joints}; give a calibration of this arm"
+        raise InvalidInput(Fault(str(path), message))
+    nominal = calibration.model.nominal
+    off = abs(nominal.geometry - arm.geometry).ravel()
+    if off.max() > _SAME_ARM:
+        k = int(off.argmax())
+        values = f"{nominal.geometry.ravel()[k]:.6g} there and {arm.geometry.ravel()[k]:.6g} in the table of '{arm.name}'"
+        message = f"it calibrates another arm: nominal {arm.parameter_names[k]} is {values}; give a calibration of this arm"
         raise InvalidInput(Fault(str(path), message))
     return calibration
 
