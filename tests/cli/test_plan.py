@@ -296,18 +296,3 @@ def test_an_empty_dataset_of_init_says_what_is_missing(tmp_path):
     result = run("plan", tmp_path / "cell", "--after", tmp_path / "diagnosis.json", "-o", tmp_path / "plan")
     assert result.exit_code == 2
     assert "--after needs the folder of the dataset that was diagnosed" in result.stderr.splitlines()[-1]
-
-
-def test_a_calibration_of_another_arm_is_refused(laser, tmp_path):
-    """The arm that was calibrated has to be the one that is planned for; a table with rounded numbers is still that of the same arm."""
-    _, folder = laser
-    calibration = calibrate(read_dataset(folder))
-    nominal = calibration.model.nominal
-    for step, status in ((4e-4, 0), (2e-3, 2)):
-        other = nominal.with_geometry(nominal.geometry + step)
-        near = tmp_path / f"calibration-{status}.json"
-        replace(calibration, model=replace(calibration.model, nominal=other)).save(near)
-        given = ("--poses", 3, "--candidates", 100, "--no-collisions", "-o", tmp_path / f"plan-{status}")
-        result = run("plan", folder, "--near", near, *given)
-        assert result.exit_code == status, result.output
-        assert status == 0 or "it calibrates another arm: nominal" in result.stderr
