@@ -66,7 +66,13 @@ def calibrate(
     dataset = with_target_motion(dataset)
     fixed_effects = (*fixed_effects, *measured_effects(dataset, (*effects, *fixed_effects)))
     try:
-        prepared = prepare(dataset, fix, settings, lean_on_priors=dataset.robot.tolerance is not None)
+        prepared = prepare(
+            dataset,
+            fix,
+            settings,
+            lean_on_priors=dataset.robot.tolerance is not None,
+            effects_follow=bool(effects or fixed_effects),
+        )
         found, residuals = fit_all(dataset, prepared, effects, fixed_effects, settings)
         distances = residuals.pose_distances(found.model)
         if explain and np.median(distances) > MOST_LEFT:

@@ -52,9 +52,9 @@ def fit_near_data_sheet(
         initial: The initial estimate.
         free: ``(P,)`` bool, the parameters to fit.
         settings: Thresholds.
-        effects_follow: Whether effects are selected afterwards, from the residual of this fit. A large residual gives the priors much weight, and
-            they would keep the geometry from adapting to the effect that causes it. No priors are used then if every direction would be well
-            determined with the noise alone.
+        effects_follow: Whether effects are added to the model afterwards. A large residual gives the priors much weight, and they would keep the
+            geometry from adapting to the effect that causes it. No priors are used then if every direction would be well determined with the
+            noise alone.
         near_optimum: Whether ``initial`` is already an optimum with other priors; Gauss-Newton steps from there save most of the time.
     """
     rules = settings.identifiability

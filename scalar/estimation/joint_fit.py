@@ -10,7 +10,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.effects.effect import Effect
 from scalar.errors import NotConverged
-from scalar.estimation.data_sheet_priors import misfit_ratio
+from scalar.estimation.data_sheet_priors import fit_near_data_sheet, misfit_ratio
 from scalar.estimation.initial_estimate import COARSE
 from scalar.estimation.least_squares import Fit, covariance_and_step, fit
 from scalar.estimation.model import Model
@@ -52,8 +52,10 @@ def fit_all(
         residuals = Residuals.of(dataset, model).reweighted(model)
         free &= ~unobservable_coefficients(residuals, model, free, settings.fit.unseen_share)
         check_effects(dataset, residuals.measurement, int(free.sum()))
-    found = fit(residuals, model, free, tolerance=COARSE)
-    return fit_from(dataset, found.model, free, residuals, settings)
+    model = fit(residuals, model, free, tolerance=COARSE).model
+    if model.effects:  # the coarse fit had no effects, and their errors decided how much its priors weigh
+        model = fit_near_data_sheet(residuals, model.rebased(), free, settings, near_optimum=True)
+    return fit_from(dataset, model, free, residuals, settings)
 
 
 def fit_from(
@@ -110,6 +112,9 @@ def unobservable_coefficients(
 ) -> Array:
     """Return which free coefficients of effects ``(P,)`` act as combinations of the parameters and coefficients before them.
 
+    The measurements alone decide. Priors of the geometry would make a gain of the range observable, which no measurement distinguishes from the size
+    of the arm: it would then take up what the priors are wrong by.
+
     Args:
         residuals: Of the dataset.
         model: Where the columns are taken.
@@ -118,6 +123,7 @@ def unobservable_coefficients(
             of the column.
     """
     J = residuals.linearise(model)[1]
+    J = J[: len(J) - len(model.priors)]  # the rows of priors are the last
     where = model.blocks["effects"]
     columns = np.flatnonzero(free)
     # The triangular factor has the same lengths and angles as the columns, and as few rows as there are columns.

@@ -67,7 +67,7 @@ def prepare(
         settings: Thresholds.
         lean_on_priors: Whether priors from the data sheet may determine directions that these poses do not determine at all. The standard errors
             of a calibration show it. A diagnosis corrects nothing then, because an effect may stand for an error of the geometry.
-        effects_follow: Whether effects are selected from the residual of the coarse fit. The effects that it still contains must then
+        effects_follow: Whether effects are added to the model after the coarse fit. Their errors, which its residual still contains, must then
             not increase the weight of the priors.
 
     Raises:

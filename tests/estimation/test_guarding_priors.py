@@ -124,7 +124,7 @@ def test_a_coefficient_that_all_else_explains_is_fixed(left, fixed):
     first, other = np.linalg.qr(np.random.default_rng(0).standard_normal((30, 2)))[0].T
     J = np.column_stack([first, first + left * other])
     residuals: Any = SimpleNamespace(linearise=lambda model: (None, J))
-    model: Any = SimpleNamespace(blocks={"effects": slice(1, 2)})
+    model: Any = SimpleNamespace(blocks={"effects": slice(1, 2)}, priors=())
     found = unobservable_coefficients(residuals, model, np.ones(2, dtype=bool), DEFAULTS.fit.unseen_share)
     assert list(found) == [False, fixed]
 
