@@ -209,11 +209,15 @@ def test_intervals_hold_what_was_drawn():
     sets = pd.DataFrame(
         columns
         | {"row": "60 poses", "after_over_floor": rng.lognormal(0, 0.3, 400), "after_over_before": 1.0}
+        | {"after_over_told": np.where(np.arange(400) < 300, 2.0, np.nan), "told_over_floor": np.nan}
     )
     for row in rate_table(sets).to_dict("records"):
         assert row["low"] <= row["share"] <= row["high"] and row["low"] < 0.36 and row["high"] > 0.24
     middle = ratios(sets).query("ratio == 'after_over_floor' and quantile == 0.5").iloc[0]
     assert middle["low"] <= 1.0 <= middle["high"] and middle["high"] - middle["low"] < 0.15
+    told = ratios(sets).query("ratio == 'after_over_told'")
+    assert (told["value"] == 2.0).all() and (told["sets"] == 300).all()
+    assert "told_over_floor" not in set(ratios(sets)["ratio"])
 
 
 def test_answers_are_counted_by_what_they_state():
@@ -243,5 +247,7 @@ def test_a_small_run_is_scored():
     assert again["position_after_mm"].tolist() == sets["position_after_mm"].tolist()[1:]
     numbers, tables = summarise_trials(sets, {"seed": 7, "sealed_after": "0" * 40})
     assert numbers["design"]["seed"] == 7 and numbers["design"]["sealed_after"] == "0" * 40
+    ratio = tables["ratios"].query("ratio == 'told_over_floor' and row == 'all' and quantile == 0.5")
+    assert len(ratio) == sets["position_told_mm"].notna().any()
     assert numbers["sets"] == 2 and set(tables["table"]["row"]) == {*sets["row"], "all"}
     assert json.dumps(numbers)

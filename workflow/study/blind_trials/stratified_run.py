@@ -2,7 +2,7 @@
 
 The *floor* is the noise-limited error: that of a calibration by the rigid model of the same scene, with the same poses and draws of noise, but
 without what was injected, without bent target planes, a distorting lens and effects of edges. It would be reached by a fit that knows all causes and
-need not estimate them.
+need not estimate them. The error of a fit that is told the causes and estimates them is given as well (``study.blind_trials.told``).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from scalar.errors import ScalarError
 from scalar.estimation.calibrate import calibrate
 from study.blind_trials.run import answered, errors
 from study.blind_trials.stratified_design import FACTORS, Design, Trial
+from study.blind_trials.told import told_error
 from study.common.in_memory import dataset_in_memory
 from study.common.scene_config import scene_config
 
@@ -45,7 +46,8 @@ TRIAL_COLUMNS = {
     "position_before_mm": "mean position error over the evaluation poses, base aligned, without the effects found",
     "position_after_mm": "the same with the effects found",
     "position_floor_mm": "the noise-limited error over the same poses",
-    "simulate_s": "processor time of simulating both scenes and of calibrating the floor",
+    "position_told_mm": "the error over the same poses of a calibration that is told the causes; none if one is no effect of the catalogue",
+    "simulate_s": "processor time of simulating both scenes and of calibrating the floor and with the causes told",
     "diagnose_s": "processor time of the diagnosis",
 }
 
@@ -85,7 +87,7 @@ def run_trial(design: Design, trial: Trial, root: Path) -> dict[str, Any]:
         truth = truth_of(simulated)
         row |= {f"{key}_truth": json.dumps(truth[key]) for key in ("scanner", "surface")}
         row |= {"injected": json.dumps(truth["injected"])}
-        row |= noise_limited_error(floor)
+        row |= noise_limited_error(floor) | told_error(simulated, truth)
         row["simulate_s"] = process_time() - start
         start = process_time()
         answer = answered(dataset_in_memory(simulated), [], simulated.truth_poses)

@@ -84,7 +84,8 @@ def trial_score(
         found: The entries ``effects`` of diagnosis.json.
         unobservable: The entries ``unobservable`` of diagnosis.json.
         errors: ``before``, ``after`` and ``floor``, mean position errors [mm] over the same unseen poses, base aligned; None without an answer. The
-            floor is the noise-limited error, which ``study.blind_trials.stratified_run`` defines.
+            floor is the noise-limited error, which ``study.blind_trials.stratified_run`` defines. ``told``, which may be left out, is the error of a
+            calibration that is told the causes.
 
     Returns:
         These entries, True or False unless stated otherwise:
@@ -100,6 +101,7 @@ def trial_score(
         - ``flaw_unseen``: scanner or surface have systematic errors, and no entry describes them.
         - ``worse``, ``much_worse``: ``after_over_before`` exceeds ``WORSE`` or ``MUCH_WORSE``.
         - ``after_over_before``, ``after_over_floor``: ratios of the errors, infinite without an answer.
+        - ``after_over_told``, ``told_over_floor``: the same, NaN where there is no calibration that is told the causes.
     """
     injected = truth["injected"]
     wrong = [
@@ -114,6 +116,7 @@ def trial_score(
     missed = nothing_said or any(
         not n and not h for n, h, i in zip(named, hidden, injected, strict=True) if i not in no_name
     )
+    told = errors.get("told") is not None
     sure = [e for e in wrong if (e.get("confidence") or 0.0) >= SURE]
     return {
         "clean": not not_acceptable and all(named),
@@ -133,6 +136,8 @@ def trial_score(
         "much_worse": _ratio(errors, "after", "before") > MUCH_WORSE,
         "after_over_before": _ratio(errors, "after", "before"),
         "after_over_floor": _ratio(errors, "after", "floor"),
+        "after_over_told": _ratio(errors, "after", "told") if told else float("nan"),
+        "told_over_floor": _ratio(errors, "told", "floor") if told else float("nan"),
     }
 
 

@@ -29,7 +29,7 @@ RATES = (
     "clean", "missed", "wrong", "wrong_sure", "wrong_noise", "unattributed", "sure_structure", "fair", "flaw_unseen", "worse",
     "much_worse", "failed",
 )  # fmt: skip
-RATIOS = ("after_over_floor", "after_over_before")
+RATIOS = ("after_over_floor", "after_over_before", "after_over_told", "told_over_floor")
 QUANTILES = (0.5, 0.95, 1.0)
 BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 1.0)  # edges of the bins of the stated confidence
 DRAWS, SEED = 1000, 20_261_122  # number of draws of the bootstrap, and their seed
@@ -50,19 +50,33 @@ def rate_table(scored: pd.DataFrame) -> pd.DataFrame:
 
 
 def ratios(scored: pd.DataFrame) -> pd.DataFrame:
-    """Return quantiles over the sets of the ratios ``RATIOS``, a row for each kind of set, ratio and quantile, with bootstrap intervals."""
+    """Return quantiles over the sets of the ratios ``RATIOS``, a row for each kind of set, ratio and quantile, with bootstrap intervals.
+
+    Sets in which a ratio is not defined (NaN) do not count to it; a ratio that is defined in no set of a kind has no row there.
+    """
     rows = []
     rng = np.random.default_rng(SEED)
     for row, group in _groups(scored):
         for ratio in RATIOS:
             values = group[ratio].to_numpy(dtype=float)
+            values = values[~np.isnan(values)]
+            if not len(values):
+                continue
             drawn = values[rng.integers(len(values), size=(DRAWS, len(values)))]
             for q in QUANTILES:
                 low, high = np.quantile(np.quantile(drawn, q, axis=1, method="higher"), [0.5 - LEVEL / 2, 0.5 + LEVEL / 2],
                                         method="nearest")  # fmt: skip
                 value = float(np.quantile(values, q, method="higher"))
                 rows.append(
-                    {"row": row, "ratio": ratio, "quantile": q, "value": value, "low": low, "high": high}
+                    {
+                        "row": row,
+                        "ratio": ratio,
+                        "sets": len(values),
+                        "quantile": q,
+                        "value": value,
+                        "low": low,
+                        "high": high,
+                    }
                 )
     return pd.DataFrame(rows)
 
@@ -100,7 +114,7 @@ def scored(sets: pd.DataFrame) -> pd.DataFrame:
     rows = []
     simulated: Any = sets[sets["status"] != "not_simulated"]
     for row in simulated.to_dict("records"):
-        errors = {when: _number(row[f"position_{when}_mm"]) for when in ("before", "after", "floor")}
+        errors = {when: _number(row[f"position_{when}_mm"]) for when in ("before", "after", "floor", "told")}
         found, unobservable = json.loads(row["found"]), json.loads(row["unobservable"])
         score = trial_score(truth_in(row), found, unobservable, errors)
         rows.append({**row, **score, "failed": row["status"] != "diagnosed"})
