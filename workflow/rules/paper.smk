@@ -17,6 +17,7 @@ if f"{HEADLINE}/figures/workspace.svg" in SCENE_FIGURES:
     PAPER_FIGURES["headline/correlation.svg"] = f"{HEADLINE}/figures/correlation.svg"
 
 PAPER_NUMBERS["linear_estimate"] = f"{HEADLINE}/linear_estimate.json"
+PAPER_NUMBERS["other_arms"] = f"{HEADLINE}/identifiability/other_arms.json"
 if "sequential" in config:
     PAPER_NUMBERS["sequential"] = f"{SEQUENTIAL_DIR}/numbers.json"
     PAPER_FIGURES["sequential/sequential.svg"] = f"{SEQUENTIAL_DIR}/figures/sequential.svg"
