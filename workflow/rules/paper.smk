@@ -54,6 +54,8 @@ if (STRATIFIED_SUMMARIES / "numbers.json").exists():
         *sorted((STRATIFIED_SUMMARIES / "exams").glob("*.csv"), key=lambda path: int(path.stem)),
     ]
 
+EXAM_RECORDS = [path.with_suffix(".json") for path in STRATIFIED_REPORTED[1:]]
+
 LEANING_SUMMARY = PAPER / "summaries/leaning_walls/numbers.json"
 if LEANING_SUMMARY.exists():
     PAPER_NUMBERS["leaning_walls"] = local(LEANING_SUMMARY)
@@ -212,6 +214,7 @@ rule gather_numbers:
         judged=resource("judged_claims.csv"),
         trials=[local(path) for path in TRIALS_REPORTED],
         stratified=[local(path) for path in STRATIFIED_REPORTED],
+        exams=[local(path) for path in EXAM_RECORDS],
         ratios=local(STRATIFIED_SUMMARIES / "ratios.csv") if STRATIFIED_REPORTED else [],
         modules=modules(
             "study.paper.numbers", "study.paper.parts", "study.paper.trials", "study.common.tables"

@@ -12,6 +12,7 @@ with logged(snakemake.log):
     from study.paper.parts import compared, conventions, settings, setup, stated
     from study.paper.trials import reported_stratified, reported_trials, with_ratios
 
+    WORST = "worst_after_over_before"
     given = snakemake.input
     parts = {
         name: json.loads(Path(place).read_text(encoding="utf-8"))
@@ -29,6 +30,10 @@ with logged(snakemake.log):
     if given.stratified:
         now, *earlier = map(read_table, given.stratified)
         parts["stratified"] |= with_ratios(reported_stratified(now), read_table(given.ratios))
-        parts["stratified"]["earlier"] = [{"all": reported_stratified(table)["all"]} for table in earlier]
+        exams = [json.loads(Path(path).read_text(encoding="utf-8")) for path in given.exams]
+        parts["stratified"]["earlier"] = [
+            {"all": reported_stratified(table)["all"], WORST: exam[WORST]}
+            for table, exam in zip(earlier, exams, strict=True)
+        ]
     parts["compared"] = compared(parts)
     write_json(snakemake.output[0], {"draft": snakemake.params.draft} | gather(parts))
