@@ -48,7 +48,11 @@ use rule gather_numbers as gather_fresh_numbers with:
         exams=[local(path) for path in EXAM_RECORDS],
         ratios=local(STRATIFIED_SUMMARIES / "ratios.csv") if STRATIFIED_REPORTED else [],
         modules=modules(
-            "study.paper.numbers", "study.paper.parts", "study.paper.trials", "study.common.tables"
+            "study.paper.numbers",
+            "study.paper.measured_rivals",
+            "study.paper.parts",
+            "study.paper.trials",
+            "study.common.tables",
         ),
     output:
         f"{RESULTS}/everything/numbers.json",

@@ -217,7 +217,11 @@ rule gather_numbers:
         exams=[local(path) for path in EXAM_RECORDS],
         ratios=local(STRATIFIED_SUMMARIES / "ratios.csv") if STRATIFIED_REPORTED else [],
         modules=modules(
-            "study.paper.numbers", "study.paper.parts", "study.paper.trials", "study.common.tables"
+            "study.paper.numbers",
+            "study.paper.measured_rivals",
+            "study.paper.parts",
+            "study.paper.trials",
+            "study.common.tables",
         ),
     output:
         f"{RESULTS}/paper/numbers.json",

@@ -8,6 +8,7 @@ with logged(snakemake.log):
 
     from scalar.data.io.atomic import write_json
     from study.common.tables import read_table
+    from study.paper.measured_rivals import counts
     from study.paper.numbers import gather
     from study.paper.parts import compared, conventions, settings, setup, stated
     from study.paper.trials import reported_stratified, reported_trials, with_ratios
@@ -35,5 +36,7 @@ with logged(snakemake.log):
             {"all": reported_stratified(table)["all"], WORST: exam[WORST]}
             for table, exam in zip(earlier, exams, strict=True)
         ]
+    if "measured_rivals" in parts:
+        parts["measured_rivals"] |= counts(parts["measured_rivals"]["sets"])
     parts["compared"] = compared(parts)
     write_json(snakemake.output[0], {"draft": snakemake.params.draft} | gather(parts))
