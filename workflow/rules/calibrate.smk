@@ -63,3 +63,26 @@ rule tabulate_identifiability:
         "Finding what the poses of {wildcards.study} {wildcards.case} determine"
     script:
         "../scripts/tabulate_identifiability.py"
+
+
+rule tabulate_other_arms:
+    input:
+        scene=local(config_path(STUDIES["headline"]["scene"])),
+        modules=modules("study.headline.other_arms", "study.common.tables"),
+    output:
+        table=report(
+            f"{HEADLINE}/identifiability/other_arms.csv",
+            caption="../report/other_arms.rst",
+            category="Identifiability",
+            labels={"study": "headline", "shows": "what other six-axis arms need"},
+        ),
+        numbers=f"{HEADLINE}/identifiability/other_arms.json",
+    log:
+        f"{RESULTS}/logs/tabulate_other_arms.log",
+    conda:
+        ENVIRONMENT
+    threads: 1
+    message:
+        "Finding what three planes determine of other arms"
+    script:
+        "../scripts/tabulate_other_arms.py"

@@ -10,6 +10,7 @@ rule judge_claims:
         headline=f"{HEADLINE}/summary.csv",
         planes=f"{HEADLINE}/planes.csv",
         singular_values=f"{HEADLINE}/identifiability/{FIRST_CASE.name}/singular_values.csv",
+        arms=f"{HEADLINE}/identifiability/other_arms.csv",
         sequential=f"{SEQUENTIAL_DIR}/summary.csv" if "sequential" in config else [],
         sweeps=expand(f"{SWEEP_DIR}/{{sweep}}/summary.csv", sweep=CLAIMED_SWEEPS),
         modules=modules("study.claims.numbers", "study.common.tables"),

@@ -45,9 +45,14 @@ use rule gather_numbers as gather_fresh_numbers with:
         judged=resource("judged_claims.csv"),
         trials=[f"{TRIALS_DIR}/summaries/{path.name}" for path in TRIALS_REPORTED],
         stratified=[local(path) for path in STRATIFIED_REPORTED],
+        exams=[local(path) for path in EXAM_RECORDS],
         ratios=local(STRATIFIED_SUMMARIES / "ratios.csv") if STRATIFIED_REPORTED else [],
         modules=modules(
-            "study.paper.numbers", "study.paper.parts", "study.paper.trials", "study.common.tables"
+            "study.paper.numbers",
+            "study.paper.measured_rivals",
+            "study.paper.parts",
+            "study.paper.trials",
+            "study.common.tables",
         ),
     output:
         f"{RESULTS}/everything/numbers.json",

@@ -17,6 +17,7 @@ if f"{HEADLINE}/figures/workspace.svg" in SCENE_FIGURES:
     PAPER_FIGURES["headline/correlation.svg"] = f"{HEADLINE}/figures/correlation.svg"
 
 PAPER_NUMBERS["linear_estimate"] = f"{HEADLINE}/linear_estimate.json"
+PAPER_NUMBERS["other_arms"] = f"{HEADLINE}/identifiability/other_arms.json"
 if "sequential" in config:
     PAPER_NUMBERS["sequential"] = f"{SEQUENTIAL_DIR}/numbers.json"
     PAPER_FIGURES["sequential/sequential.svg"] = f"{SEQUENTIAL_DIR}/figures/sequential.svg"
@@ -52,6 +53,8 @@ if (STRATIFIED_SUMMARIES / "numbers.json").exists():
         STRATIFIED_SUMMARIES / "table.csv",
         *sorted((STRATIFIED_SUMMARIES / "exams").glob("*.csv"), key=lambda path: int(path.stem)),
     ]
+
+EXAM_RECORDS = [path.with_suffix(".json") for path in STRATIFIED_REPORTED[1:]]
 
 LEANING_SUMMARY = PAPER / "summaries/leaning_walls/numbers.json"
 if LEANING_SUMMARY.exists():
@@ -211,9 +214,14 @@ rule gather_numbers:
         judged=resource("judged_claims.csv"),
         trials=[local(path) for path in TRIALS_REPORTED],
         stratified=[local(path) for path in STRATIFIED_REPORTED],
+        exams=[local(path) for path in EXAM_RECORDS],
         ratios=local(STRATIFIED_SUMMARIES / "ratios.csv") if STRATIFIED_REPORTED else [],
         modules=modules(
-            "study.paper.numbers", "study.paper.parts", "study.paper.trials", "study.common.tables"
+            "study.paper.numbers",
+            "study.paper.measured_rivals",
+            "study.paper.parts",
+            "study.paper.trials",
+            "study.common.tables",
         ),
     output:
         f"{RESULTS}/paper/numbers.json",

@@ -8,10 +8,12 @@ with logged(snakemake.log):
 
     from scalar.data.io.atomic import write_json
     from study.common.tables import read_table
+    from study.paper.measured_rivals import counts
     from study.paper.numbers import gather
     from study.paper.parts import compared, conventions, settings, setup, stated
     from study.paper.trials import reported_stratified, reported_trials, with_ratios
 
+    WORST = "worst_after_over_before"
     given = snakemake.input
     parts = {
         name: json.loads(Path(place).read_text(encoding="utf-8"))
@@ -29,6 +31,12 @@ with logged(snakemake.log):
     if given.stratified:
         now, *earlier = map(read_table, given.stratified)
         parts["stratified"] |= with_ratios(reported_stratified(now), read_table(given.ratios))
-        parts["stratified"]["earlier"] = [{"all": reported_stratified(table)["all"]} for table in earlier]
+        exams = [json.loads(Path(path).read_text(encoding="utf-8")) for path in given.exams]
+        parts["stratified"]["earlier"] = [
+            {"all": reported_stratified(table)["all"], WORST: exam[WORST]}
+            for table, exam in zip(earlier, exams, strict=True)
+        ]
+    if "measured_rivals" in parts:
+        parts["measured_rivals"] |= counts(parts["measured_rivals"]["sets"])
     parts["compared"] = compared(parts)
     write_json(snakemake.output[0], {"draft": snakemake.params.draft} | gather(parts))

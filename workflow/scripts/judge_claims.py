@@ -22,6 +22,7 @@ with logged(snakemake.log):
         headline=of_case(read_table(given.headline), params.case),
         planes=of_case(read_table(given.planes), params.case),
         singular_values=read_table(given.singular_values),
+        arms=read_table(given.arms),
         sequential=read_table(given.sequential) if given.sequential else None,
         sweeps={name: read_table(path) for name, path in zip(params.sweeps, given.sweeps, strict=True)},
         seconds=seconds,

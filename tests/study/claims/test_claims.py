@@ -67,6 +67,8 @@ def banded(value, low, high, least=None, most=None, **rest):
         ("at_once", 1.0, banded(MOST - STEP, 1, 1), DIFFERS),
         ("count", 7.0, Found("", 7.0), CONFIRMED),
         ("count", 7.0, Found("", 8.0), FAILS),
+        ("most", 0.5, Found("", 0.5 + STEP), CONFIRMED),
+        ("most", 0.5, Found("", 0.5), FAILS),
         ("duration", 15.0, Found("proposed", 15.0 - STEP), CONFIRMED),
         ("duration", 15.0, Found("proposed", 15.0), FAILS),
         ("duration", 15.0, Found("proposed", np.nan), ABSENT),

@@ -25,6 +25,7 @@ class Results:
         headline: summary.csv of the main study.
         planes: planes.csv.
         singular_values: singular_values.csv.
+        arms: other_arms.csv.
         sequential: summary.csv of the comparison with sequential calibration.
         sweeps: ``{name of a sweep: its summary.csv}``.
         seconds: ``{way to calibrate: wall time of a whole calibration [s]}``.
@@ -33,6 +34,7 @@ class Results:
     headline: Any = None
     planes: Any = None
     singular_values: Any = None
+    arms: Any = None
     sequential: Any = None
     sweeps: Mapping[str, Any] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)
@@ -73,6 +75,8 @@ def answers_of(claim: Mapping[str, Any], results: Results) -> list[Found]:
     if source == "singular_values" and results.singular_values is not None:
         null = results.singular_values["null"]
         return [Found("", float(null.sum()) if claim["quantity"] == "zero" else float(len(null)), seeds=1)]
+    if source == "arms" and results.arms is not None:
+        return [Found("", float(results.arms["same_set"].mean()), seeds=1)]
     if source == "sequential" and results.sequential is not None:
         return _of_sequential(claim, results.sequential)
     if source == "benchmark":

@@ -12,6 +12,7 @@ values found (``answers``) are judged for each *way* to calibrate: a method, or 
   less than the share ``MOST`` of the fits succeeds, and at best differs if any fit fails.
 - ``within``, ``fails``, ``at_once``: a share of the seeds. It is confirmed from ``MOST`` on, does not hold below one half, and differs in between;
   ``at_once`` also differs if a case other than the first has a share below ``MOST``.
+- ``most``: a share of the arms. It is confirmed above one half, else it does not hold.
 - ``count``: it is confirmed if the numbers are equal, else it does not hold.
 - ``duration``: it is confirmed if a fit takes less time, else it does not hold; without a measured time it is ``ABSENT``.
 
@@ -69,6 +70,9 @@ def _judge(rule: str, published: float, found: Found) -> tuple[str, str]:
     if rule == "count":
         same = found.value == published
         return (CONFIRMED, "the same count") if same else (FAILS, f"we count {found.value:g}")
+    if rule == "most":
+        verdict = CONFIRMED if found.value > 0.5 else FAILS
+        return verdict, f"{_percent(found.value)} of the six-axis arms of our library"
     if rule == "duration" and not 0 < found.value < np.inf:
         return ABSENT, "no time was measured"
     if (

@@ -66,8 +66,8 @@ AXES = {
     "missing": Axis("poses of a plane missing [%]", (0.0, 40.0, 70.0, 85.0, 95.0, 100.0), 0.0,
                     spoil=lambda d, v, rng: _missing_poses(d, v / 100, rng)),
     "noise": Axis("stated over true noise", (0.1, 0.3, 1.0, 3.0, 10.0), 1.0, spoil=_stated_noise),
-    "tilt": Axis("plane guesses tilted [°]", (1.0, 15.0, 30.0, 45.0), 1.0,
+    "tilt": Axis("tilt of the initial planes [°]", (1.0, 15.0, 30.0, 45.0), 1.0,
                  overrides=lambda v: {"plane_guess.tilt_deg": v}),
-    "offset": Axis("plane guesses off [mm]", (10.0, 100.0, 200.0, 300.0), 10.0,
+    "offset": Axis("offset of the initial planes [mm]", (10.0, 100.0, 200.0, 300.0), 10.0,
                    overrides=lambda v: {"plane_guess.offset_m": v * MM}),
 }  # fmt: skip

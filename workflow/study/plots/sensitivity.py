@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from study.plots.setting_labels import label_of
 from study.plots.style import LINE, OURS, OURS_LIGHT, new_figure, styled
 
 NAMING = (OURS, "what is refused, named, or named where")
@@ -36,10 +37,7 @@ def draw_sensitivity(table: pd.DataFrame, most: int = 30) -> Figure:
             )
             ax.barh(place, any_change - naming, left=naming, color=OTHER[0], height=0.75)
             ax.barh(place, naming, color=NAMING[0], hatch="///", edgecolor="white", linewidth=0, height=0.75)
-        labels = [
-            f"{row['setting'].removeprefix('estimation.').replace('_', ' ').replace('.', ': ')}  ({row['sets']})"
-            for row in shown.to_dict("records")
-        ]
+        labels = [f"{label_of(row['setting'])}  ({row['sets']})" for row in shown.to_dict("records")]
         ax.set_yticks(place, labels, fontsize=7)
         ax.axvline(0, color=LINE, linewidth=0.8)
         ax.set_xlim(-105, 105)
