@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from study.blind_trials.statistics import clustered_interval, wilson
 from study.common.tables import read_table
 from study.paper.reported import TABLES
-from study.paper.trials import reported_stratified, reported_trials, with_ratios
+from study.paper.trials import STRATIFIED_RATIOS, reported_stratified, reported_trials, with_ratios
 
 from scalar.effects.registry import known
 
@@ -114,11 +114,14 @@ def test_each_row_of_the_exam_has_its_error_over_the_floor():
     rates = reported_stratified(read_table(folder / "table.csv"))
     ratios = read_table(folder / "ratios.csv")
     found = with_ratios(rates, ratios)
-    assert [{k: v for k, v in row.items() if k != "after_over_floor"} for row in found["rows"]] == rates[
-        "rows"
-    ]
+    without = [{k: v for k, v in row.items() if k not in STRATIFIED_RATIOS} for row in found["rows"]]
+    assert without == rates["rows"]
     every = [row["after_over_floor"] for row in (*found["rows"], found["all"])]
     assert all(0 < one["median"] <= one["p95"] <= one["greatest"] for one in every)
     assert max(one["greatest"] for one in every[:-1]) == every[-1]["greatest"]
     of_row = ratios[(ratios["row"] == found["rows"][0]["row"]) & (ratios["ratio"] == "after_over_floor")]
-    assert list(of_row["value"]) == list(every[0].values())
+    assert list(of_row["value"]) == [every[0][key] for key in ("median", "p95", "greatest")]
+    nameless = ratios[(ratios["row"] == "unknown cause") & ratios["ratio"].isin(STRATIFIED_RATIOS[1:])]
+    assert nameless.empty and all(
+        "after_over_told" not in row for row in found["rows"] if row["row"] == "unknown cause"
+    )

@@ -195,20 +195,30 @@ def reported_stratified(table: pd.DataFrame) -> dict[str, Any]:
     return {"rows": rows, "all": _rates("all", together)}
 
 
+STRATIFIED_RATIOS = ("after_over_floor", "after_over_told", "told_over_floor")  # that the paper reports
+
+
 def with_ratios(reported: Mapping[str, Any], ratios: pd.DataFrame) -> dict[str, Any]:
-    """Return what ``reported_stratified`` returns, with quantiles of the ratio of the error after the correction to the noise floor added.
+    """Return what ``reported_stratified`` returns, with quantiles of the ratios ``STRATIFIED_RATIOS`` of errors added.
+
+    A row has no entry for a ratio that is defined in none of its sets, as where every cause is without a name.
 
     Args:
         reported: What ``reported_stratified`` returns: ``rows`` and ``all``.
-        ratios: The table of the summaries with columns ``row, ratio, quantile, value``.
+        ratios: The table of the summaries with columns ``row, ratio, quantile, value``, and perhaps ``sets``.
     """
-    after: Any = ratios[ratios["ratio"] == "after_over_floor"].pivot(
-        index="row", columns="quantile", values="value"
-    )
 
     def with_quantiles(rates: Mapping[str, Any]) -> dict[str, Any]:
-        values = [float(after.loc[rates["row"], quantile]) for quantile in QUANTILES]
-        return {**rates, "after_over_floor": dict(zip(("median", "p95", "greatest"), values, strict=True))}
+        row: Any = ratios[ratios["row"] == rates["row"]]
+        found = dict(rates)
+        for ratio in STRATIFIED_RATIOS:
+            some = row[row["ratio"] == ratio].set_index("quantile")
+            if len(some):
+                values = [float(some.loc[quantile, "value"]) for quantile in QUANTILES]
+                found[ratio] = dict(zip(("median", "p95", "greatest"), values, strict=True))
+                if "sets" in some:
+                    found[ratio]["sets"] = int(some["sets"].iloc[0])
+        return found
 
     return {"rows": [with_quantiles(row) for row in reported["rows"]], "all": with_quantiles(reported["all"])}
 
