@@ -13,7 +13,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.errors import Fault, InvalidInput
-from scalar.estimation.setup.alternatives import THETA, Alternative, alternatives
+from scalar.estimation.setup.alternatives import THETA, ZERO_STEP, Alternative, alternatives
 from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
 from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
 from scalar.geometry.robot import Robot
@@ -110,9 +110,7 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
         and look.turn <= turn + CLEARLY_NEARER
         and look.shift <= max(shift + CLEARLY_NEARER_SHIFT, TIMES_NEARER * shift)
     ]
-    return tuple(
-        _suspicion(dataset, alternative, before, trial, one_of=len(likely)) for alternative, trial in likely
-    )
+    return tuple(_suspicion(alternative, before, trial, one_of=len(likely)) for alternative, trial in likely)
 
 
 def _explaining(
@@ -137,7 +135,9 @@ def _explaining(
         if found and look.turn > found[0][0].turn + CLEARLY_NEARER:
             break
         trial = full_fit(alternative.dataset)
-        if trial is not None and _explains(look, alternative, trial, as_it_is, before):
+        if trial is None or _is_as_described(alternative, trial):
+            continue
+        if _explains(look, alternative, trial, as_it_is, before):
             found.append((look, alternative, trial))
     return found
 
@@ -168,18 +168,31 @@ def _explains(
     )
 
 
+def _is_as_described(alternative: Alternative, trial: Trial) -> bool:
+    """Return whether the fit of another zero has returned to the zero as described: to where its own fit would have converged.
+
+    The set-up as described may have no fit of its own, because fewer parameters were found to be determined at its initial estimate.
+    """
+    return alternative.joint is not None and abs(_zero_moved(alternative, trial)) < ZERO_STEP / 2
+
+
+def _zero_moved(alternative: Alternative, trial: Trial) -> float:
+    """Return how far the fitted zero of an alternative's joint is from the one as described [rad], within half a turn."""
+    j = (alternative.joint or 0) - 1
+    described = alternative.dataset.robot.geometry[THETA, j] - alternative.zero
+    angle = trial.model.robot.geometry[THETA, j] - described
+    return float(np.arctan2(np.sin(angle), np.cos(angle)))
+
+
 def _residual(trial: Trial | None, look: Look) -> float | None:
     rms = look.rms if trial is None else min(trial.rms, look.rms)
     return float(rms) if np.isfinite(rms) else None
 
 
-def _suspicion(
-    dataset: Dataset, alternative: Alternative, before: float | None, trial: Trial, *, one_of: int
-) -> Suspicion:
+def _suspicion(alternative: Alternative, before: float | None, trial: Trial, *, one_of: int) -> Suspicion:
     """Return the suspicion for an alternative that explains the data.
 
     Args:
-        dataset: As described.
         alternative: The other reading.
         before: Residual of the set-up as described [m], or None if it could not be fitted.
         trial: The fit of the alternative.
@@ -187,9 +200,7 @@ def _suspicion(
     """
     says, changed, robot = alternative.says, alternative.changed, alternative.dataset.robot
     if alternative.joint is not None:
-        j = alternative.joint - 1
-        angle = trial.model.robot.geometry[THETA, j] - dataset.robot.geometry[THETA, j]
-        angle = float(np.arctan2(np.sin(angle), np.cos(angle)))
+        angle = _zero_moved(alternative, trial)
         says = f"the zero of joint {alternative.joint} is off by {angle / DEG:.1f} degrees"
     figures = f"the residual is {trial.rms / MM:.2g} mm {changed}"
     if before is not None and before > trial.rms / FALLS_TO:
