@@ -20,13 +20,15 @@ _BY_JOINT = re.compile(rf"(q|{COMMANDED}|{TORQUE})([1-9][0-9]*)")
 
 @dataclass(frozen=True)
 class Column:
-    """How a column of the dataset is made: ``sign * value + offset`` of the value in the file, in the file's unit, converted to SI.
+    """How a column of the dataset is made: ``sign * (value + plus) + offset``, in the file's unit, converted to SI.
 
     Attributes:
         reference: the column of the file.
         to_si: converts from the file's unit to SI.
         sign: 1 or -1.
         offset: in the file's unit.
+        plus: a second column of the file, in the same unit, that is added to the first; None if there is none. Controllers that show a joint against
+            the horizontal need it.
         names: for text, ``{value in the file: value in the dataset}``; None if all values are kept.
         unit: the file's unit; empty if the column has none.
     """
@@ -35,6 +37,7 @@ class Column:
     to_si: Callable[[Any], Any]
     sign: float = 1.0
     offset: float = 0.0
+    plus: Reference | None = None
     names: Mapping[str, str] | None = None
     unit: str = ""
 

@@ -216,11 +216,12 @@ def _column(
     elif unit is not None and unit not in units:
         hint = did_you_mean(unit, list(units))
         given.fault((*path, "unit"), f"unknown ({shorten(unit)}); {hint}write one of {', '.join(units)}")
-    for key in ("sign", "offset"):
+    for key in ("sign", "offset", "plus"):
         if key in entry and not JOINT.fullmatch(name):
             given.fault((*path, key), "only joints have one; remove this key")
     if "names" in entry and name not in TEXT_COLUMNS:
         given.fault((*path, "names"), f"only {', '.join(TEXT_COLUMNS)} have names; remove this key")
     to_si = units.get(unit or "", lambda value: value)
     offset, names = float(entry.get("offset", 0.0)), entry.get("names")
-    return Column(entry["column"], to_si, float(entry.get("sign", 1)), offset, names, unit or "")
+    sign, plus = float(entry.get("sign", 1)), entry.get("plus")
+    return Column(entry["column"], to_si, sign, offset, plus, names, unit or "")

@@ -119,6 +119,9 @@ def _read_columns(
             else:
                 read = {"pose": raw.pose_numbers, "time": raw.seconds}.get(name, raw.numbers)
                 values, empty[name] = read(column.reference, faults)
+                if column.plus is not None:
+                    added, none_added = read(column.plus, faults)
+                    values, empty[name] = values + added, empty[name] | none_added
                 columns[name] = column.to_si(column.sign * values + column.offset)
         except InvalidInput as error:
             faults += error.faults

@@ -44,6 +44,23 @@ def test_sign_and_offset_of_a_joint(tmp_path):
     np.testing.assert_allclose(data.q[:, 1], np.radians(90 - numbers()[:, 1]), atol=1e-15)
 
 
+def test_a_joint_that_is_shown_against_the_horizontal_is_a_sum(tmp_path):
+    """A joint angle is ``sign * (value + plus) + offset``; a row in which the second column is empty has no measurement of the joint."""
+    mapping = tracker_mapping()
+    name = mapping["poses"]["columns"]["q2"]["column"]
+    mapping["poses"]["columns"]["q3"] |= {"plus": name, "sign": -1, "offset": 10}
+    data = imported(tmp_path, mapping, write_table(tmp_path / "a.csv", cells()))
+    np.testing.assert_allclose(data.q[:, 2], np.radians(10 - (numbers()[:, 2] + numbers()[:, 1])), atol=1e-15)
+
+
+def test_a_second_column_that_the_file_lacks_is_named(tmp_path):
+    """A column that is to be added has to be there, as the first one has."""
+    mapping = tracker_mapping()
+    mapping["poses"]["columns"]["q3"]["plus"] = "J22"
+    table = write_table(tmp_path / "a.csv", cells())
+    refused(tmp_path, run(tmp_path, mapping, table), "J22")
+
+
 def test_rows_without_a_measurement_are_left_out_where_asked_and_refused_otherwise(tmp_path):
     """An empty cell, or a text that the mapping calls missing, is no measurement; other rows keep their numbers."""
     rows = cells()
