@@ -159,7 +159,9 @@ def _replaced(
         left, now = trial.background_whitened_by(state.whitening), state.background()
         lost = 0.5 * now.degrees_of_freedom * np.log(left.sum_of_squares / now.sum_of_squares)
         explains = (
-            lost <= allowance + 1e-9 or entry is recorded or (entry is best and better and entry.dof < own.dof)
+            lost <= allowance + 1e-9
+            or entry is recorded
+            or (entry is best and better and entry.dof < own.dof)
         )
         if explains and trial.is_plausible and no_worse(held_out_errors(state), held_out_errors(trial)):
             return trial
