@@ -29,9 +29,9 @@ from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, c
 from scalar.estimation.joint_fit import fit_from
 from scalar.estimation.least_squares import Fit
 from scalar.estimation.prepare import Prepared
+from scalar.estimation.ran_away import ran_away
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.estimation.result import Calibration
-from scalar.estimation.setup.ran_away import ran_away
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT
 

@@ -124,7 +124,10 @@ def _replaced(
     """Return the state in which another candidate takes an effect's place, or None.
 
     The candidate has to explain the same part of the residual clearly better. If it is a further term of another effect of the state, it need only
-    explain it about as well, because an explanation with one cause less is more probable.
+    explain it about as well, because an explanation with one cause less is more probable. Where a change in time has a form that follows a recorded
+    column instead (growth with the temperature in place of a warm-up by the clock), that form need only have more evidence. The search for the time
+    constant favours the warm-up, since the constant counts as a coefficient only afterwards; and only growth with the temperature holds in another
+    campaign.
 
     Args:
         state: The state with the effect.
@@ -144,8 +147,9 @@ def _replaced(
         ),
         None,
     )
+    recorded = next((r for r in ranking if _follows_a_record(r, own)), None)
     better = best.effect.label != own.effect.label and best.evidence > own.evidence + margin
-    for entry in (best if better else None, joining):
+    for entry in (best if better else None, recorded, joining):
         if entry is None:
             continue
         allowance = 0.0 if entry is not joining else _joining_margin(own, entry, settings)
@@ -154,10 +158,25 @@ def _replaced(
         # Both fits are compared under the same whitening, because the larger variance component of a worse fit would hide that it is worse.
         left, now = trial.background_whitened_by(state.whitening), state.background()
         lost = 0.5 * now.degrees_of_freedom * np.log(left.sum_of_squares / now.sum_of_squares)
-        explains = lost <= allowance + 1e-9 or (entry is best and better and entry.dof < own.dof)
+        explains = (
+            lost <= allowance + 1e-9
+            or entry is recorded
+            or (entry is best and better and entry.dof < own.dof)
+        )
         if explains and trial.is_plausible and no_worse(held_out_errors(state), held_out_errors(trial)):
             return trial
     return None
+
+
+def _follows_a_record(entry: Scored, own: Scored) -> bool:
+    """Return whether an effect changes with the clock, and a candidate is the form of it that follows a recorded column and has more evidence."""
+    return (
+        entry.other_parts is None
+        and entry.effect.same_place(own.effect)
+        and own.effect.is_change_in_time
+        and not entry.effect.is_change_in_time
+        and entry.evidence > own.evidence
+    )
 
 
 def _joining_margin(own: Scored, entry: Scored, settings: SelectionSettings) -> float:

@@ -29,7 +29,7 @@ from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorSettings
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT, Suspicion
-from scalar.estimation.sufficiency import TooManyUnknowns
+from scalar.estimation.sufficiency import FitFailed, TooManyUnknowns
 
 
 def calibrate(
@@ -127,8 +127,9 @@ def _explain(error: InvalidInput | Undetermined, dataset: Dataset, settings: Est
         InvalidInput: Its set-up is described wrongly, or single poses contradict the rest.
         Undetermined: So many poses contradict each other that none can be trusted.
     """
-    guess_contradicted = isinstance(error, InvalidInput) and any(
-        (fault.column or "").startswith("planes.") for fault in error.faults
+    guess_contradicted = isinstance(error, FitFailed) or (
+        isinstance(error, InvalidInput)
+        and any((fault.column or "").startswith("planes.") for fault in error.faults)
     )
     if isinstance(error, Undetermined) or guess_contradicted:
         refuse_wrong_setup(dataset)

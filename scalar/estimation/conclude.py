@@ -13,12 +13,12 @@ from scalar.estimation.least_squares import Decomposed, Fit
 from scalar.estimation.misfit import misfit, unexplained_shift
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
+from scalar.estimation.ran_away import ran_away
 from scalar.estimation.reporting import reporting, sensor_mapping
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.plausibility import implausible
-from scalar.estimation.setup.ran_away import ran_away
 from scalar.geometry.se3 import Array
 from scalar.sensors.pose_noise import ROTATION_NOISE
 

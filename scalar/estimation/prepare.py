@@ -13,9 +13,11 @@ from scalar.estimation.data_sheet_priors import fit_near_data_sheet
 from scalar.estimation.identifiability import Identifiability, analyse
 from scalar.estimation.initial_estimate import InitialEstimate, estimate_initially
 from scalar.estimation.model import Model
+from scalar.estimation.ran_away import ran_away
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS, EstimationSettings
 from scalar.estimation.sufficiency import (
+    FitFailed,
     check_data,
     check_guess,
     check_lines,
@@ -108,8 +110,14 @@ def prepare(
             lean_on_priors,
             effects_follow,
         )
-    check_guess(coarse, guess, settings.sufficiency)
-    check_span(residuals, coarse, settings.sufficiency)
+    try:
+        check_guess(coarse, guess, settings.sufficiency)
+        check_span(residuals, coarse, settings.sufficiency)
+    except (InvalidInput, Undetermined) as error:
+        # A fit that failed, or in which the arm collapsed until all planes are one, shows nothing of the planes.
+        if residuals.rms(coarse) > settings.sufficiency.gross_error or ran_away(coarse, settings.fit):
+            raise FitFailed() from error
+        raise
     return Prepared(residuals, initial, coarse, identifiability, free)
 
 

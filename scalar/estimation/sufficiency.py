@@ -241,6 +241,18 @@ def check_setup(
         )  # fmt: skip
 
 
+class FitFailed(Undetermined):
+    """The geometry ended so far from dataset.yaml that the fit says nothing of the planes."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            [
+                "no fit stays near the arm and the planes that dataset.yaml describes: no single sign, zero, unit, label or convention explains it; "
+                "check several of them, the table of joints, and whether the angles and labels of poses.csv and the measurements belong together"
+            ]
+        )
+
+
 class TooManyUnknowns(Undetermined):
     """With the effects asked for, a fit has as many unknowns as equations or more. Errors in the set-up are not searched for then."""
 

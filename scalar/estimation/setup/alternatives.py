@@ -16,13 +16,13 @@ from scalar.data.dataset import Dataset
 from scalar.geometry.robot import GEOMETRY, Robot, link_end
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import standard_table
-from scalar.units import DEG
+from scalar.units import DEG, MM
 
 ZERO_STEP = (
     30 * DEG
 )  # between the zeros of a joint that are tried: from half of it away, a fit still converges
 LENGTH_UNITS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0, "feet": 304.8}
-"""Units that are mistaken for millimetres, each with its size in millimetres."""
+"""Units that are mistaken for millimetres or metres, each with its size in millimetres."""
 GRAD = 0.9 * DEG
 LEAST_TURNS = 4 * np.pi  # rad: only if a joint goes through more are its angles tried as degrees
 A, ALPHA, D, THETA, BETA = range(len(GEOMETRY))
@@ -34,7 +34,7 @@ class Alternative:
 
     Attributes:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
-            ``shifted_poses`` or ``mirrored``.
+            ``shifted_poses``, ``mirrored`` or ``coupled_joints``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
         says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.
         changed: Under which change the residual was computed, for the message: ``with its sign changed``.
@@ -186,7 +186,12 @@ def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
     file = "scans.csv" if dataset.planes else "points.csv"
     if len(dataset.points):
         for unit, factor in LENGTH_UNITS.items():
-            for name, scale in ((unit, factor), (f"millimetres where {unit} are meant", 1.0 / factor)):
+            as_metres = ((unit, factor * MM),) if factor * MM < 1.0 else ()
+            for name, scale in (
+                (unit, factor),
+                (f"millimetres where {unit} are meant", 1.0 / factor),
+                *as_metres,
+            ):
                 yield Alternative(
                     "length_unit",
                     file,

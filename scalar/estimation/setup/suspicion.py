@@ -5,6 +5,7 @@ Nothing is corrected automatically. What is found is reported in one sentence wi
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +15,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.setup.alternatives import THETA, ZERO_STEP, Alternative, alternatives
+from scalar.estimation.setup.coupled_joints import coupled_joints
 from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
 from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
 from scalar.geometry.robot import Robot
@@ -94,7 +96,8 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     before = _residual(full_fit(dataset), as_it_is)
     found: list[tuple[Look, Alternative, Trial]] = []
     for count in range(1, MOST_SIGNS + 1):
-        tried = alternatives(dataset) if count == 1 else several_signs(dataset, count)
+        single = itertools.chain(alternatives(dataset), coupled_joints(dataset))
+        tried = single if count == 1 else several_signs(dataset, count)
         found += _explaining(tried, as_it_is, before)
         if count > 1 and any(look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in found):
             break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then

@@ -13,8 +13,8 @@ from scalar.estimation.initial_estimate import COARSE, proposals, sensor_and_tar
 from scalar.estimation.least_squares import fit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import prepare
+from scalar.estimation.ran_away import ran_away
 from scalar.estimation.residuals import Residuals
-from scalar.estimation.setup.ran_away import ran_away
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array, log_so3
 from scalar.sensors import measure
