@@ -36,6 +36,9 @@ with logged(snakemake.log):
             {"all": reported_stratified(table)["all"], WORST: exam[WORST]}
             for table, exam in zip(earlier, exams, strict=True)
         ]
+        parts["stratified"]["earlier_larger"] = sum(
+            exam[WORST] > parts["stratified"][WORST] for exam in exams
+        )
     if "measured_rivals" in parts:
         parts["measured_rivals"] |= counts(parts["measured_rivals"]["sets"])
     parts["compared"] = compared(parts)

@@ -12,6 +12,8 @@ def half(diagnosis, process=1.0, network=1.0, within=1.0):
         "gaussian_process_mm": process,
         "network_mm": network,
         "geometry_within_mm": 1.0,
+        "gaussian_process_within_mm": 1.0,
+        "network_within_mm": 1.0,
         "diagnosis_within_mm": within,
     }
 
@@ -27,6 +29,7 @@ def test_halves_are_counted_by_a_stated_factor():
     assert counts(sets) == {
         "halves": 4,
         "ahead": 1,
+        "ahead_within": 0,
         "behind": 2,
         "harmful": 1,
         "harmful_within": 0,

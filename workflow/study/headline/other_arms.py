@@ -84,8 +84,8 @@ def arms_numbers(table: pd.DataFrame) -> dict[str, Any]:
     common = set.intersection(*(set(held.split()) for held in table["held"]))
     return {
         "arms": len(table),
-        "makers": int(table["maker"].nunique()),
-        "same_set": int(table["same_set"].sum()),
+        "makers": len(set(table["maker"])),
+        "same_set": sum(map(bool, table["same_set"])),
         "others": len(others),
         "others_makers": sorted(set(others["maker"])),
         "others_hold_also": sorted({name for held in others["held"] for name in held.split()} - common),

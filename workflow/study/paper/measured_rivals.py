@@ -14,8 +14,8 @@ def counts(sets: Mapping[str, Any]) -> dict[str, int]:
     """Return the number of halves, and of those in which predictions at unseen poses are better or worse by a factor of more than ``WORSE``.
 
     ``ahead``: the diagnosis has a smaller error than every learner; ``behind``: a larger one than the best learner; ``harmful`` and
-    ``learned_harmful``: the diagnosis, or a learner, has a larger error than geometry alone; ``harmful_within``: the diagnosis at
-    poses within the ranges of the joints that were learned from.
+    ``learned_harmful``: the diagnosis, or a learner, has a larger error than geometry alone; ``*_within``: at poses within
+    the ranges of the joints that were learned from.
 
     Args:
         sets: ``sets`` of the summary that benchmarks/diagnosis/measured.py writes.
@@ -25,12 +25,13 @@ def counts(sets: Mapping[str, Any]) -> dict[str, int]:
     def count(which: Any) -> int:
         return sum(map(bool, map(which, halves)))
 
-    def best(half: Mapping[str, float]) -> float:
-        return min(half[f"{name}_mm"] for name in LEARNERS)
+    def best(half: Mapping[str, float], where: str = "") -> float:
+        return min(half[f"{name}{where}_mm"] for name in LEARNERS)
 
     return {
         "halves": len(halves),
         "ahead": count(lambda half: WORSE * half["diagnosis_mm"] < best(half)),
+        "ahead_within": count(lambda half: WORSE * half["diagnosis_within_mm"] < best(half, "_within")),
         "behind": count(lambda half: half["diagnosis_mm"] > WORSE * best(half)),
         "harmful": count(lambda half: half["diagnosis_mm"] > WORSE * half["geometry_mm"]),
         "harmful_within": count(

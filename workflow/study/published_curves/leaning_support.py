@@ -129,17 +129,18 @@ def _numbers(table: pd.DataFrame, fits: pd.DataFrame, usual: int, every: int) ->
     behind = dict(zip(left_out["explanation"], left_out["behind"], strict=True))
     upright: Any = table[(table["way"] == WITH_LEFT_OUT) & (table["lean_deg"] == 0)]
     behind |= dict(zip(upright["explanation"], upright["behind"], strict=True))
-    noise: Any = fits[(fits["sweep"] == "noise") & (fits["status"] == CONVERGED) & (fits["lean_deg"] > 0)]
+    noise: Any = fits[(fits["sweep"] == "noise") & (fits["status"] == CONVERGED)]
     quiet = noise[noise["value"] == noise["value"].min()]
-    medians = [float(m) for m in quiet.groupby(["method", "lean_deg"])["position_mean_mm"].median()]
+    medians: Any = quiet.groupby(["lean_deg", "method"])["position_mean_mm"].median()
+    ends = medians.groupby("lean_deg").agg(["min", "max"]).reindex(leans)
     leaning = [float(b) for b in table.loc[table["lean_deg"] > 0, "behind"]]
     return {
         "seeds": len(set(fits["seed"])),
         "least_behind_leaning": min(leaning, default=None),
-        "smallest_noise_position_mean_mm": {
-            "least": min(medians, default=None),
-            "most": max(medians, default=None),
-        },
+        "smallest_noise": [
+            {"position_mean_least_mm": float(least), "position_mean_most_mm": float(most)}
+            for least, most in ends.to_numpy()
+        ],
         "runs": usual,
         "runs_with_those_left_out": every,
         "fits": len(fits),
