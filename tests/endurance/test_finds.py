@@ -92,6 +92,11 @@ def test_a_position_that_is_no_number_is_no_stop():
     stops = find_stops(times, positions)
     assert [stop.q.tolist() for stop in stops] == [[0.0, 0.0], [1.0, 1.0], [1.0, 1.0]]
     assert find_stops(times, np.full((60, 2), np.nan)) == []
+    signalling = np.frombuffer(np.uint64(0x7FF0000000000001).tobytes(), dtype=float)[
+        0
+    ]  # raises the flag of invalid operations
+    positions[30] = signalling
+    assert len(find_stops(times, positions)) == len(stops)
 
 
 def test_references_that_no_file_may_hold_are_refused():
