@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from scalar.data.declared import PlaneGuess, Sensor
+from scalar.data.sensor_formats import sensor_formats
 from scalar.estimation.identifiability import analyse
 from scalar.estimation.prepare import candidate_mask
 from scalar.geometry.robot import Robot
@@ -75,7 +76,8 @@ def _workcell(arm: LibraryArm, robot: Robot, T_flange_sensor: Array) -> Workcell
         PlaneGuess("wall_x", np.array([1.0, 0.0, 0.0]), wall),
         PlaneGuess("wall_y", np.array([0.0, 1.0, 0.0]), wall),
     )
-    return Workcell.of(robot, Sensor("line-laser", T_flange_sensor, _NOISE), planes)
+    scanner = next(kind for kind, format in sensor_formats().items() if format.scans)
+    return Workcell.of(robot, Sensor(scanner, T_flange_sensor, _NOISE), planes)
 
 
 def arms_numbers(table: pd.DataFrame) -> dict[str, Any]:
