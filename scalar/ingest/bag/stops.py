@@ -62,9 +62,8 @@ def _until(positions: Array, i: int, still: float) -> int:
     size = 64
     while True:
         part = positions[i : i + size]
-        with np.errstate(
-            invalid="ignore"
-        ):  # a damaged recording may hold a signalling NaN, which counts as a move like any other
+        # A damaged recording may hold a signalling NaN, which counts as a move like any other.
+        with np.errstate(invalid="ignore"):
             span = np.maximum.accumulate(part, axis=0) - np.minimum.accumulate(part, axis=0)
         moved = np.flatnonzero(~(span <= still).all(axis=1))
         if len(moved):
