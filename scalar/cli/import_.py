@@ -47,7 +47,7 @@ def import_(
     scanner, and explains each key.
 
     \b
-    A table with a whole profile in each row (Keyence LJ), the heads of its columns being x, is mapped so:
+    Map a table with a whole profile in each row and x in the headers of its columns (Keyence LJ) like this:
       points:
         files: [{name: LJ_profiles.csv}]
         text: {separator: ",", decimal: ".", missing: ["-99.9999"]}

@@ -1,6 +1,6 @@
 """Tables in which each column is a whole profile: they become tables with a row for each point.
 
-One column states x, and every column after it has the values of z of one profile. The head of such a column names its profile (``P001``).
+One column states x, and every column after it has the values of z of one profile. The header of such a column names its profile (``P001``).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class ColumnProfiles:
 def points_of_columns(table: RawTable, where: ColumnProfiles) -> RawTable:
     """Return the points of a table of profiles, a row each.
 
-    Its columns are ``@x``, ``@z``, ``@row`` (which profile of the file, from 1) and, where every profile's head has a number of its own,
+    Its columns are ``@x``, ``@z``, ``@row`` (which profile of the file, from 1) and, where every profile's header has a number of its own,
     ``@head_number``.
 
     Raises:
@@ -41,8 +41,8 @@ def points_of_columns(table: RawTable, where: ColumnProfiles) -> RawTable:
         message = f"no column after {shorten(str(where.x))}; each of them is a profile, and points.column_profiles names the column of x before"
         raise InvalidInput(Fault(table.file, message))
     n, m = len(table.lines), len(values)
-    heads = table.names or tuple(str(k + 1) for k in range(len(table.cells)))
-    numbers = [last_number(heads[k]) for k in values]
+    headers = table.names or tuple(str(k + 1) for k in range(len(table.cells)))
+    numbers = [last_number(headers[k]) for k in values]
     columns = {
         X: np.tile(table.cells[first - 1], m),
         Z: np.concatenate([table.cells[k] for k in values]),

@@ -76,18 +76,18 @@ def read_gocator(file: str, raw: bytes) -> RawTable:
             Fault(file, f"no section {_UNIFORM} or {_RAW}; export profiles, not surfaces or images")
         )
     end = next((i for i in range(start, len(rows)) if rows[i] and rows[i][0].strip() == _END), len(rows))
-    head = next((i for i in range(start + 1, end) if rows[i] and rows[i][0].strip() == "Frame"), None)
-    if head is None:
+    header = next((i for i in range(start + 1, end) if rows[i] and rows[i][0].strip() == "Frame"), None)
+    if header is None:
         raise InvalidInput(
             Fault(
                 file, f"the section {section} has no row that begins with Frame; export it again", start + 1
             )
         )
-    names = [cell.strip() for cell in rows[head]]
+    names = [cell.strip() for cell in rows[header]]
     data = [k for k, name in enumerate(names) if NUMBER.fullmatch(name)]
     axis = names.index("Axis") if "Axis" in names else None
     frames: dict[int, dict[str, tuple[int, np.ndarray]]] = {}
-    for i in range(head + 1, end):
+    for i in range(header + 1, end):
         cells = [cell.strip() for cell in rows[i]]
         if not any(cells):
             continue
@@ -110,6 +110,6 @@ def read_gocator(file: str, raw: bytes) -> RawTable:
         x = axes["X"][1] if section == _RAW else np.array([float(names[k]) for k in data])
         parts.append(np.column_stack([np.full(len(z), frame), x, z, np.full(len(z), line)]))
     if not parts:
-        raise InvalidInput(Fault(file, f"the section {section} has no frames; record some", head + 1))
+        raise InvalidInput(Fault(file, f"the section {section} has no frames; record some", header + 1))
     table = np.concatenate(parts)
     return RawTable(file, ("frame", "x", "z"), tuple(table[:, :3].T.copy()), table[:, 3].astype(np.int64))

@@ -20,11 +20,10 @@ ROW = "@row"
 POSE, ROW_OF_POSE = "@pose", "@row_of_pose"
 """The columns that say to which pose a row belongs and which of its rows it is, both from 1, where each pose has the same number of rows."""
 HEAD_NUMBER = "@head_number"
-"""The column that holds the number in the head of a profile's column, where each column of a file is a profile."""
+"""The column that holds the number in the header of a profile's column, where each column of a file is a profile."""
 MOST_COLUMNS = 10_000  # of a foreign table: a profile in a row has up to some thousand values
-_MOST_ROWS = (
-    0.8  # of all: where so many have the same number of cells, and the head has fewer, the head is a title
-)
+# If this share of the rows has the same number of cells, and the first row has fewer, the first row is a title and not a header.
+_MOST_ROWS = 0.8
 _TIME_OF_DAY = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?")
 _HALF_A_DAY = 43_200.0  # s
 _MAX_WRONG = 10  # most cells of one column that are listed as not being numbers
@@ -162,7 +161,7 @@ class RawTable:
     def _cells(self, reference: Reference) -> np.ndarray:
         if reference == HEAD_NUMBER and HEAD_NUMBER not in (self.names or ()):
             message = (
-                f"{HEAD_NUMBER} needs points.column_profiles, and a number of its own in the head of every profile; where both files have the poses "
+                f"{HEAD_NUMBER} needs points.column_profiles, and a number of its own in the header of every profile; where both files have the poses "
                 f"in the same order, write {ROW} in both blocks"
             )
             raise InvalidInput(Fault(self.file, message))
@@ -199,7 +198,7 @@ class RawTable:
 
 
 def last_number(text: str) -> int | None:
-    """Return the last whole number in a text, as in the name of a file or the head of a column; None if there is none."""
+    """Return the last whole number in a text, as in the name of a file or the header of a column; None if there is none."""
     numbers = re.findall("[0-9]+", text)
     return int(numbers[-1]) if numbers else None
 

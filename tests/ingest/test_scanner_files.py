@@ -95,7 +95,7 @@ def test_profiles_of_opencv(folder):
 @pytest.mark.parametrize("uniform", [True, False])
 def test_recordings_of_a_gocator(folder, uniform):
     """Sections have a header; frames are rows of z under columns of x, or rows of x and rows of z."""
-    head = "Frame,Source,Time,Encoder,Z Encoder,Inputs,Exposure,Y,Axis"
+    header = "Frame,Source,Time,Encoder,Z Encoder,Inputs,Exposure,Y,Axis"
     columns = ",".join(f"{x:.4f}" if uniform else str(i) for i, x in enumerate(X))
     rows = []
     for k in range(POSES):
@@ -117,7 +117,7 @@ def test_recordings_of_a_gocator(folder, uniform):
         section,
         "Frame Count,Column Count,X Offset,Y Offset,Z Offset",
         f"{POSES},{len(X)},0,0,0",
-        f"{head},{columns}",
+        f"{header},{columns}",
     ]
     (folder / "scan.csv").write_text("\n".join([*text, *rows, "End"]) + "\n", encoding="utf-8")
     mapping = points_block("scan.csv", "pose: {column: frame}")
@@ -206,16 +206,16 @@ ROWS = ROWS.replace("column: z,", "column: '@z',").replace(
 )
 
 
-def rows_of_profiles(heads):
+def rows_of_profiles(headers):
     """Return a table with a profile in each row, semicolons and decimal commas; the first two values of each profile are marked as not measured."""
     lines = [
         f"{11 + k};{20.5 + k};-99,9999;-99,9999;" + ";".join(f"{z}" for z in Z[k, 2:]) for k in range(POSES)
     ]
-    return "\n".join([";".join(["No.", "T", *heads]), *lines]).replace(".", ",").replace("No,", "No.") + "\n"
+    return "\n".join([";".join(["No.", "T", *headers]), *lines]).replace(".", ",").replace("No,", "No.") + "\n"
 
 
 def test_a_profile_in_each_row(folder):
-    """The heads of the columns state x; the file may have other separators than that of the poses."""
+    """The headers of the columns state x; the file may have other separators than that of the poses."""
     (folder / "LJ.csv").write_text(rows_of_profiles([f"{x}" for x in X]), encoding="utf-8")
     status, said, dataset = imported(folder, ROWS)
     assert status == 0, said
@@ -223,13 +223,13 @@ def test_a_profile_in_each_row(folder):
     assert f"LJ.csv: {2 * POSES} points in {POSES} rows left out" in said
 
 
-@pytest.mark.parametrize("heads", [[f"{i + 1}" for i in range(25)], [f"V{i}" for i in range(25)]])
-def test_profiles_in_rows_whose_heads_do_not_state_x(folder, heads):
+@pytest.mark.parametrize("headers", [[f"{i + 1}" for i in range(25)], [f"V{i}" for i in range(25)]])
+def test_profiles_in_rows_whose_headers_do_not_state_x(folder, headers):
     """Heads that count the values, or name them, are not taken for x; first_x and step say where the values are."""
-    (folder / "LJ.csv").write_text(rows_of_profiles(heads), encoding="utf-8")
+    (folder / "LJ.csv").write_text(rows_of_profiles(headers), encoding="utf-8")
     status, said, _ = imported(folder, ROWS)
     assert status == 2 and "first_x" in said and "step" in said
-    where = f"row_profiles: {{first_column: '{heads[0]}', first_x: -30, step: 2.5}}"
+    where = f"row_profiles: {{first_column: '{headers[0]}', first_x: -30, step: 2.5}}"
     status, said, dataset = imported(folder, ROWS.replace("row_profiles: {}", where))
     assert status == 0, said
     check(dataset, lost=2)
@@ -241,21 +241,21 @@ def test_profiles_in_rows_whose_heads_do_not_state_x(folder, heads):
 COLUMNS = ROWS.replace("row_profiles: {}", "column_profiles: {x: 'X/mm'}")
 
 
-def columns_of_profiles(heads):
+def columns_of_profiles(headers):
     """Return a table with a profile in each column, after a count of the values and their x; the first two values of each are not measured."""
     rows = [[f"{x}", *("-99.9999" if i < 2 else f"{z}" for z in Z[:, i])] for i, x in enumerate(X)]
     lines = [";".join([f"{i}", *row]) for i, row in enumerate(rows)]
-    return "\n".join([";".join(["i", "X/mm", *heads]), *lines]).replace(".", ",") + "\n"
+    return "\n".join([";".join(["i", "X/mm", *headers]), *lines]).replace(".", ",") + "\n"
 
 
 @pytest.mark.parametrize(("first", "where"), [(11, "@head_number"), (1, "@row")])
 def test_a_profile_in_each_column(folder, first, where):
-    """One column states x, and all after it are profiles: they are numbered by their heads, or counted."""
+    """One column states x, and all after it are profiles: they are numbered by their headers, or counted."""
     mapping = COLUMNS.replace("No.", f"'{where}'")
     if where == "@row":
         mapping = mapping.replace("column: id", f"column: '{where}'")
-    heads = [f"scan 2 P{first + k:03d}" for k in range(POSES)]
-    (folder / "LJ.csv").write_text(columns_of_profiles(heads), encoding="utf-8")
+    headers = [f"scan 2 P{first + k:03d}" for k in range(POSES)]
+    (folder / "LJ.csv").write_text(columns_of_profiles(headers), encoding="utf-8")
     status, said, dataset = imported(folder, mapping)
     assert status == 0, said
     check(dataset, lost=2)
@@ -263,7 +263,7 @@ def test_a_profile_in_each_column(folder, first, where):
 
 
 def test_heads_that_number_no_profile_are_refused(folder):
-    """Where the number is the same in all heads, no profile is taken for another's."""
+    """Where the number is the same in all headers, no profile is taken for another's."""
     (folder / "LJ.csv").write_text(
         columns_of_profiles([f"{'x' * k}_2026" for k in range(POSES)]), encoding="utf-8"
     )
