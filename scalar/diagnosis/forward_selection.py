@@ -102,7 +102,7 @@ def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedSt
 
 
 def _has_enough_evidence(entry: Scored, others: Sequence[Effect], settings: SelectionSettings) -> bool:
-    """Return whether an effect may join others or stay with them: it needs more evidence where another of them yields to the same load."""
+    """Return whether an effect may join others or stay with them: it needs more evidence if one of the others is caused by the same load."""
     return entry.evidence > settings.same_load_margin or not _of_same_load(others, entry.effect)
 
 
