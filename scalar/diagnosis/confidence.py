@@ -65,10 +65,10 @@ def confidence(grounds: Grounds, name: str) -> float:
         grounds: The grounds of the answer.
         name: The name that the answer gives.
     """
-    return predicted(features(grounds), name, _coefficients()[grounds.kind])
+    return logistic_probability(features(grounds), name, _coefficients()[grounds.kind])
 
 
-def predicted(values: Mapping[str, float], name: str, fitted: Mapping[str, Any]) -> float:
+def logistic_probability(values: Mapping[str, float], name: str, fitted: Mapping[str, Any]) -> float:
     """Return the probability that a fitted logistic regression gives.
 
     Args:

@@ -14,7 +14,7 @@ from scipy.special import expit
 from study.confidence.answers import HALVES
 from study.confidence.fit import FEATURES, KINDS, fitted, regression, summary, with_confidence
 
-from scalar.diagnosis.confidence import COEFFICIENTS, confidence, features, predicted
+from scalar.diagnosis.confidence import COEFFICIENTS, confidence, features, logistic_probability
 from scalar.diagnosis.grounds import FinalResiduals, Grounds, log_odds
 
 SUMMARIES = Path(__file__).parents[2] / "paper/summaries/confidence"
@@ -87,7 +87,7 @@ def test_grounds_outside_the_trials_count_as_the_nearest_in_them(grounds, name):
     nearest = {
         name: min(max(values[name], entry["from"]), entry["to"]) for name, entry in tried["features"].items()
     }
-    assert predicted(values, name, tried) == predicted(nearest, name, tried)
+    assert logistic_probability(values, name, tried) == logistic_probability(nearest, name, tried)
 
 
 def test_a_regression_finds_the_coefficients_of_simulated_answers():
@@ -122,7 +122,8 @@ def test_a_name_that_is_wrong_more_often_has_less_confidence():
     found = regression(X, right, given_names, 1.0)
     grounds_alike = dict.fromkeys(FEATURES, 0.0)
     chance = {
-        name: predicted(grounds_alike, name, found) for name in ("often right", "never given", "often wrong")
+        name: logistic_probability(grounds_alike, name, found)
+        for name in ("often right", "never given", "often wrong")
     }
     assert chance["often right"] == pytest.approx(0.9, abs=0.01)
     assert chance["often wrong"] == pytest.approx(0.6, abs=0.01)
@@ -139,8 +140,8 @@ def test_the_shipped_coefficients_are_those_that_the_committed_answers_give(answ
     """A new fit gives the same probabilities to 1e-3, and so do the fits to each half of the answers, applied to the other half."""
     again, shipped = fitted(answers), json.loads(SHIPPED.read_text(encoding="utf-8"))
     for row in answers.to_dict("records"):
-        chance = predicted(row, row["name"], shipped[row["kind"]])
-        assert predicted(row, row["name"], again[row["kind"]]) == pytest.approx(chance, abs=1e-3)
+        chance = logistic_probability(row, row["name"], shipped[row["kind"]])
+        assert logistic_probability(row, row["name"], again[row["kind"]]) == pytest.approx(chance, abs=1e-3)
     np.testing.assert_allclose(with_confidence(answers)["confidence"], answers["confidence"], atol=1e-3)
 
 

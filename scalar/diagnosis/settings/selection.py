@@ -96,7 +96,8 @@ class SelectionSettings:
     )
     same_load_margin: float = setting(
         7.0, "nats", "a second effect of the same load (the arm's weight bends joints and base) needs more log evidence than this",
-        "odds of 1,000 to 1: a second such effect also explains what is left because the first is not modelled exactly. In simulated trials of up to 60 poses, none of 8 such second effects was right",
+        "odds of 1,000 to 1: a second such effect also explains what is left because the first is not modelled exactly. In simulated trials "
+        "of up to 60 poses, none of 8 such second effects was right",
     )  # fmt: skip
     confounded_margin: float = setting(
         5.0,

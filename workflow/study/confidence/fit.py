@@ -15,7 +15,7 @@ import pandas as pd
 from scipy.optimize import minimize
 from scipy.special import expit
 
-from scalar.diagnosis.confidence import features, predicted
+from scalar.diagnosis.confidence import features, logistic_probability
 from scalar.diagnosis.grounds import COMPONENT, EFFECT, STRUCTURE, FinalResiduals, Grounds
 from scalar.geometry.se3 import Array
 from study.blind_trials.score import SURE
@@ -47,7 +47,7 @@ _LEAST_STD = 1e-9  # a feature with a smaller standard deviation counts as const
 
 
 def fitted(answers: pd.DataFrame) -> dict[str, Any]:
-    """Return ``{kind: coefficients}``, as ``scalar.diagnosis.confidence.predicted`` takes them.
+    """Return ``{kind: coefficients}``, as ``scalar.diagnosis.confidence.logistic_probability`` takes them.
 
     Answers of which several probably describe one cause (``repeated`` above 1, ``scalar.diagnosis.repeated_changes``) are left out: their
     confidence is divided by that number.
@@ -113,7 +113,7 @@ def with_confidence(answers: pd.DataFrame) -> pd.DataFrame:
     some: Any = answers
     by_half = {half: fitted(some[some["half"] != half]) for half in HALVES}
     stated = [
-        predicted(
+        logistic_probability(
             {str(key): value for key, value in row.items()}, row["name"], by_half[row["half"]][row["kind"]]
         )
         / row["repeated"]
