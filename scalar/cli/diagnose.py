@@ -113,7 +113,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     from scalar.estimation.misfit import lacks_something
     from scalar.report import words
     from scalar.report.few_poses import few_poses
-    from scalar.report.lacking import cause_of_excess
+    from scalar.report.excess_residual import cause_of_excess
     from scalar.report.scale_words import scale_in_words
     from scalar.report.shipped_words import shipped_sentences
     from scalar.report.unseen_words import unseen_sentences

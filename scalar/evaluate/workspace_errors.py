@@ -6,7 +6,7 @@ standard normal. Every workcell measures the place of its base and of the sensor
 shift of the sensor that fit best are removed from both terms. The remaining errors are those that no such measurement corrects.
 
 The band covers the random errors of the measurements, and the error of the scale where no length is known (``unknown_scale``). Errors that the
-calibration's model lacks enter only as one distance, ``lacking``, by which the arm is taken to be off at every pose.
+calibration's model lacks enter only as one distance, ``excess``, by which the arm is taken to be off at every pose.
 """
 
 from __future__ import annotations
@@ -50,13 +50,13 @@ class WorkspaceErrors:
         position: ``(N, 3)`` [m], the sensor's origin in the base frame, by the calibration.
         errors: ``{name of the model: (N, 3)}`` [m], the estimated error of each model in the base frame.
         deviations: ``(N, 3, K)`` [m], K independent deviations of these estimates, of one standard deviation each.
-        lacking: Root mean square distance [m] by which the arm is off at every pose because of errors that the calibration's model lacks.
+        excess: Root mean square distance [m] by which the arm is off at every pose because of errors that the calibration's model lacks.
     """
 
     position: Array
     errors: Mapping[str, Array]
     deviations: Array
-    lacking: float = 0.0
+    excess: float = 0.0
 
     @cached_property
     def _chance(self) -> Array:
@@ -66,7 +66,7 @@ class WorkspaceErrors:
 
     def sizes(self, model: str) -> Array:
         """Return R draws of the size of a model's error at every pose ``(R, N)`` [m]; they vary as the covariance says."""
-        return np.hypot(np.linalg.norm(self.errors[model] + self._chance, axis=2), self.lacking)
+        return np.hypot(np.linalg.norm(self.errors[model] + self._chance, axis=2), self.excess)
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Banded:
 
 
 def errors_within_limits(
-    estimate: Calibration, models: Mapping[str, Model], seen: Poses, lacking: float = 0.0
+    estimate: Calibration, models: Mapping[str, Model], seen: Poses, excess: float = 0.0
 ) -> WorkspaceErrors | None:
     """Return the position errors of the data sheet and of models at random poses within the joint limits.
 
@@ -101,17 +101,17 @@ def errors_within_limits(
         models: The models that are judged in addition to the data sheet, by name.
         seen: The measured poses. A joint without limits keeps to the range that it has in them; other columns, such as the
             temperature, take values from them.
-        lacking: As in ``WorkspaceErrors``.
+        excess: As in ``WorkspaceErrors``.
     """
     robot = estimate.model.nominal
     count = int(np.clip(_MOST_DERIVATIVES // len(estimate.model.names), _LEAST_POSES, _MOST_POSES))
     poses = poses_within_limits(limits_or_measured_ranges(robot.limits, seen.q), seen, count, _SEED)
     nominal = replace(estimate.model, robot=robot, effects=())
-    return workspace_errors(estimate, {NOMINAL: nominal, **models}, poses, lacking)
+    return workspace_errors(estimate, {NOMINAL: nominal, **models}, poses, excess)
 
 
 def workspace_errors(
-    calibration: Calibration, models: Mapping[str, Model], poses: Poses, lacking: float = 0.0
+    calibration: Calibration, models: Mapping[str, Model], poses: Poses, excess: float = 0.0
 ) -> WorkspaceErrors | None:
     """Return the position errors of models against a calibration as the best estimate of the arm; None if it has no covariance.
 
@@ -119,7 +119,7 @@ def workspace_errors(
         calibration: The estimate, with its covariance.
         models: The models to judge, by name.
         poses: The poses at which they are compared.
-        lacking: As in ``WorkspaceErrors``.
+        excess: As in ``WorkspaceErrors``.
     """
     estimate = kinematics_at(calibration.model, poses)
     of_poses = pose_deviations(calibration.model, estimate, calibration.free, calibration.covariance)
@@ -136,7 +136,7 @@ def workspace_errors(
     errors = {
         name: aligned_errors(kinematics_at(model, poses).T_base_sensor, T) for name, model in models.items()
     }
-    return WorkspaceErrors(T[:, :3, 3], errors, deviations, lacking)
+    return WorkspaceErrors(T[:, :3, 3], errors, deviations, excess)
 
 
 def aligned_errors(T_model: Array, T_hat: Array) -> Array:

@@ -9,7 +9,7 @@ from scalar.data.poses import Poses
 from scalar.estimation.misfit import lacks_something, may_lack_something
 from scalar.estimation.result import Calibration
 from scalar.report.calibration_residual import far_poses, residual_in_words
-from scalar.report.lacking import lacking
+from scalar.report.excess_residual import excess_distance
 from scalar.report.parameter_table import convention_in_words, gauge_rows, parameter_tables
 from scalar.report.unstated_noise import exceeds_usual_noise, unstated_noise_in_words
 from scalar.report.words import capital
@@ -27,7 +27,7 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
         dataset: The dataset from which it was estimated.
     """
     seen = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
-    workspace = workspace_section(calibration, None, seen, FILE, lacking(calibration))
+    workspace = workspace_section(calibration, None, seen, FILE, excess_distance(calibration))
     about = [f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints", kind_of(dataset).words]
     return {
         "name": dataset.name,
@@ -53,8 +53,8 @@ def _what_it_is(workspace: dict[str, Any] | None) -> str:
         f"By the data sheet, the arm errs by {before['value']} on average over its workspace (95 % band {before['band']}); by {FILE}, it errs by "
         f"{after['value']} ({after['band']})"
         + (
-            f", of which {workspace['lacking']} are what the residual has beyond the noise."
-            if workspace["lacking"]
+            f", of which {workspace['excess']} are what the residual has beyond the noise."
+            if workspace["excess"]
             else "."
         )
     )

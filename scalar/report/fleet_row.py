@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scalar.errors import ScalarError, printable
 from scalar.evaluate.workspace_errors import NOMINAL, Banded, errors_within_limits
-from scalar.report.lacking import lacking_after
+from scalar.report.excess_residual import excess_distance_after
 from scalar.report.words import title
 from scalar.units import MM
 
@@ -65,7 +65,7 @@ def _over_workspace(diagnosis: Diagnosis) -> dict[str, float]:
     """Return the mean errors [mm] over the workspace of the data sheet and of the shipped model; empty if the fit has no covariance."""
     after = diagnosis.calibration_after
     seen = diagnosis.after.residuals.poses
-    errors = errors_within_limits(after, {SHIPPED: after.model}, seen, lacking_after(diagnosis))
+    errors = errors_within_limits(after, {SHIPPED: after.model}, seen, excess_distance_after(diagnosis))
     if errors is None:
         return {}
     data_sheet, shipped = (Banded.of(errors.sizes(model).mean(axis=1)) for model in (NOMINAL, SHIPPED))

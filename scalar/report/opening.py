@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 from scalar.effects.picture import Map, Profile
 from scalar.estimation.misfit import lacks_something
 from scalar.report import words
+from scalar.report.excess_residual import cause_of_excess
 from scalar.report.few_poses import few_poses
 from scalar.report.further_poses import answer_on
-from scalar.report.lacking import cause_of_excess
 from scalar.report.noise_card import SURE, noise_advice, noise_clause, noise_size
 
 if TYPE_CHECKING:

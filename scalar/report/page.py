@@ -14,7 +14,7 @@ from scalar.effects.picture import Map, Profile
 from scalar.report import further_poses, shipped_words, unseen_words, words
 from scalar.report.advice import advice
 from scalar.report.beyond_ranges import error_left_open
-from scalar.report.lacking import lacking_after
+from scalar.report.excess_residual import excess_distance_after
 from scalar.report.noise_card import noise_card
 from scalar.report.opening import opening
 from scalar.report.own_noise import own_noise
@@ -140,7 +140,7 @@ def _workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
     before, after = diagnosis.calibration_before.model, diagnosis.calibration_after
     seen = diagnosis.after.residuals.poses
     without_effects = before if after.model.effects else None
-    section = workspace_section(after, without_effects, seen, SHIPPED, lacking_after(diagnosis))
+    section = workspace_section(after, without_effects, seen, SHIPPED, excess_distance_after(diagnosis))
     if section is None or diagnosis.shipped.without_effects or (more := error_left_open(diagnosis)) is None:
         return section
     return section | {"left_open": words.length(more.error)}

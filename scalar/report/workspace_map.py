@@ -35,7 +35,7 @@ _LEAST_ERROR = 1e-9  # m: smaller errors are rounding, and no picture is drawn
 
 
 def workspace_section(
-    judged: Calibration, without_effects: Model | None, seen: Poses, file: str, lacking: float = 0.0
+    judged: Calibration, without_effects: Model | None, seen: Poses, file: str, excess: float = 0.0
 ) -> dict[str, Any] | None:
     """Return the table and the pictures of the errors over the workspace, or None if there is no covariance, or no error.
 
@@ -44,11 +44,11 @@ def workspace_section(
         without_effects: The model without effects, if it is another one; or None.
         seen: The measured poses.
         file: File name of the calibration, for the texts.
-        lacking: Root mean square distance [m] by which the arm is off at every pose because of errors that the model does not contain.
+        excess: Root mean square distance [m] by which the residual exceeds the noise; it is counted as an error at every pose (``excess_residual``).
     """
     robot = judged.model.nominal
     models = {**({} if without_effects is None else {WITHOUT_EFFECTS: without_effects}), file: judged.model}
-    errors = errors_within_limits(judged, models, seen, lacking)
+    errors = errors_within_limits(judged, models, seen, excess)
     if errors is None:
         return None
     sizes = {model: errors.sizes(model) for model in errors.errors}
@@ -68,7 +68,7 @@ def workspace_section(
             for model, draws in sizes.items()
         ],
         "poses": len(errors.position),
-        "lacking": f"{number(lacking / MM)} mm" if lacking else "",
+        "excess": f"{number(excess / MM)} mm" if excess else "",
         "left_open": "",
         "scale": scale_in_words(judged),
         "pictures": [*pictures, _draw_reach(side, before, after, file)],

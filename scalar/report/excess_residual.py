@@ -1,4 +1,4 @@
-"""How far an arm is off because of errors that its model does not contain, in addition to what the covariance of its calibration states.
+"""The excess of the residual over the noise, which errors outside the model cause: the covariance of a calibration does not cover it.
 
 The residual of an incomplete model exceeds the noise. The excess at the measured poses, as a distance, is counted in every error over the
 workspace. Where a diagnosis names it as a random error of whole poses or scans, it is no error of the model: that error is reported on its own.
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
 
 
-def lacking(calibration: Calibration) -> float:
+def excess_distance(calibration: Calibration) -> float:
     """Return the root mean square distance [m] by which the residual of a calibration exceeds the noise; zero unless it clearly does."""
     summary = calibration.summary
     return float(summary.get("misfit_shift_m", 0.0)) if lacks_something(summary) else 0.0
 
 
-def lacking_after(diagnosis: Diagnosis) -> float:
+def excess_distance_after(diagnosis: Diagnosis) -> float:
     """Return the same distance [m] for ``after.json``; zero if the diagnosis names the excess as a random error.
 
     If poses are weighted by a variance component, the weighted residual no longer shows the excess. If the component is not confirmed as a random
@@ -33,7 +33,7 @@ def lacking_after(diagnosis: Diagnosis) -> float:
     if named and not shipped.without_effects:
         return 0.0
     if shipped.fit != BY_COMPONENT:
-        return lacking(diagnosis.calibration_after)
+        return excess_distance(diagnosis.calibration_after)
     state = shipped.choice.state
     return unexplained_shift(state.residuals, state.model, misfit(state.residuals, state.model, state.free))
 

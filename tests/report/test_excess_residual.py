@@ -14,8 +14,8 @@ from scalar.diagnosis.diagnose import diagnose
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
 from scalar.evaluate.workspace_errors import aligned_errors
+from scalar.report.excess_residual import excess_distance_after
 from scalar.report.fleet_row import row_of
-from scalar.report.lacking import lacking_after
 from scalar.report.page import page
 from tests.diagnosis.test_patterns_are_no_noise import loose_mount
 from tests.diagnosis.unnamed_causes import unnamed
@@ -37,7 +37,7 @@ def test_an_excess_that_nothing_explains_is_said_and_counted(few: Diagnosis) -> 
     assert "because of something that these data do not name" in told["opening"][0]
     for text in (*told["opening"], describe_diagnosis(few)):
         assert "nothing that the model lacks" not in text
-    assert told["workspace"]["lacking"] == f"{summary['misfit_shift_m'] * 1e3:.4f} mm"
+    assert told["workspace"]["excess"] == f"{summary['misfit_shift_m'] * 1e3:.4f} mm"
     stated = float(told["workspace"]["rows"][-1]["mean"]["value"].removesuffix(" mm"))
     assert stated > summary["misfit_shift_m"] * 1e3
     assert row_of(few)["after_error_mm"] == pytest.approx(stated, abs=1e-4)
@@ -68,11 +68,11 @@ def test_a_random_error_that_is_not_confirmed_is_counted() -> None:
     counts the scatter, which the weights hide from the fit."""
     cell = make_cell(Flaws(jitter=2e-4), seed=6, poses_per_plane=25)
     found = diagnose(cell.dataset, outer_folds=0)
-    assert found.shipped.fit == BY_COMPONENT and found.reported_noise and lacking_after(found) == 0.0
+    assert found.shipped.fit == BY_COMPONENT and found.reported_noise and excess_distance_after(found) == 0.0
     assert found.calibration_after.summary["misfit"] < 1.15
     doubted = replace(found, noise=())
     assert not doubted.reported_noise
-    shift = lacking_after(doubted)
+    shift = excess_distance_after(doubted)
     assert 5e-5 < shift < 1e-3
     assert float(page(doubted)["workspace"]["rows"][-1]["mean"]["value"].removesuffix(" mm")) > shift * 1e3
 
@@ -86,6 +86,6 @@ def test_a_random_error_that_is_named_is_not_counted() -> None:
         shipped=SimpleNamespace(without_effects=False, fit="equal_weights"),
         calibration_after=SimpleNamespace(summary=summary),
     )
-    assert lacking_after(named) == 0.0
+    assert excess_distance_after(named) == 0.0
     named.reported_noise = ()
-    assert lacking_after(named) == 1e-4
+    assert excess_distance_after(named) == 1e-4
