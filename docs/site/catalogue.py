@@ -13,7 +13,7 @@ from typing import Any
 from scalar.data.dataset import Dataset, read_dataset
 from scalar.data.io.plain_yaml import load_yaml
 from scalar.effects.effect import Effect
-from scalar.effects.registry import found
+from scalar.effects.registry import kind_named
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = "configs/scenes/injected.yaml"  # the workcell of the pages; what is injected is replaced
@@ -126,4 +126,4 @@ def simulated(shown: Shown, **changes: Any) -> Dataset:
 def effect_of(shown: Shown, dataset: Dataset) -> Effect:
     """Return the effect of a page, for a dataset of its scene, its coefficients zero."""
     name, *words = shown.words.split(":")
-    return found(name).parsed(dataset, words)[0]
+    return kind_named(name).parsed(dataset, words)[0]

@@ -31,13 +31,13 @@ from scalar.cli import (  # noqa: E402, F401
     validate,
 )
 from scalar.cli.group import cli  # noqa: E402
-from scalar.cli.terminal import accept_every_name  # noqa: E402
+from scalar.cli.terminal import escape_unencodable  # noqa: E402
 
 _TERMINATED = 128 + signal.SIGTERM  # the exit status that a shell gives a process ended by this signal
 
 
 def main() -> None:
     """Run the command line. On SIGTERM, as on an interruption, half-written files are removed."""
-    accept_every_name()
+    escape_unencodable()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(_TERMINATED))
     cli(prog_name="scalar")

@@ -12,8 +12,8 @@ import click
 
 from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
-from scalar.cli.options import COMMANDED, EFFECTS_MODULE, OUTPUT, PATH, keep, listed, load_effects
-from scalar.cli.outputs import FORCE, json_of, page, refuse_foreign
+from scalar.cli.options import COMMANDED, EFFECTS_MODULE, OUTPUT, PATH, load_effects, lock_output, split_names
+from scalar.cli.outputs import FORCE, is_report, json_of, refuse_foreign
 from scalar.cli.terminal import say
 from scalar.units import DEG, MM
 
@@ -93,9 +93,9 @@ def calibrate(
     from scalar.report.output import write_calibration
 
     files = [(output / "calibration.json", json_of("calibration"))]
-    files += [(output / "report.html", page)] if with_report else []
+    files += [(output / "report.html", is_report)] if with_report else []
     refuse_foreign(files, force)
-    keep(output)
+    lock_output(output)
     load_effects(effects_modules)
     data = read_dataset(dataset)
     data = data.commanded() if commanded else data
@@ -103,7 +103,7 @@ def calibrate(
     given = carried(load_calibration(effects_from).model, data) if effects_from else None
     with corrected_description(dataset, output), progress("calibrating"):
         result = calibrate(
-            data, effects=wanted, fixed_effects=given.effects if given else (), fix=listed(hold)
+            data, effects=wanted, fixed_effects=given.effects if given else (), fix=split_names(hold)
         )
     if given:
         result = replace(result, summary={**result.summary, "effects_from": given.to_mapping()})

@@ -68,15 +68,15 @@ def demo(output: Path | None, seed: int | None) -> None:
     say(f"\n{describe_diagnosis(result)}")
     say(f"\nreport: {output / 'diagnosis' / 'report.html'} (opens in a browser, offline)")
     for secret in simulated.truth["effects"]:
-        say(told(secret, result.to_mapping()["effects"], result.verdict))
+        say(reveal(secret, result.to_mapping()["effects"], result.verdict))
     say(
         "next: `scalar diagnose` on this dataset tests the findings on poses that took no part in the diagnosis;"
     )
     say("  `scalar init --help` says how to begin a dataset of your own")
 
 
-def told(secret: Mapping[str, Any], found: list[Mapping[str, Any]], verdict: str) -> str:
-    """Return what the secret was, and whether the diagnosis has named it.
+def reveal(secret: Mapping[str, Any], found: list[Mapping[str, Any]], verdict: str) -> str:
+    """Return a sentence on what the secret was, and whether the diagnosis has named it.
 
     Args:
         secret: An entry of ``effects`` in truth.json.

@@ -11,8 +11,8 @@ import click
 
 from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
-from scalar.cli.options import COMMANDED, EFFECTS_MODULE, OUTPUT, PATH, keep, load_effects
-from scalar.cli.outputs import FORCE, json_of, page, refuse_foreign
+from scalar.cli.options import COMMANDED, EFFECTS_MODULE, OUTPUT, PATH, load_effects, lock_output
+from scalar.cli.outputs import FORCE, is_report, json_of, refuse_foreign
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
 
@@ -84,7 +84,7 @@ def diagnose(
     from scalar.diagnosis.settings import DEFAULTS
     from scalar.report.output import write_diagnosis
 
-    keep(output)
+    lock_output(output)
     load_effects(effects_modules)
     folds = 0 if quick else DEFAULTS.hold_out.folds
     if batch:
@@ -93,7 +93,7 @@ def diagnose(
         ctx.exit(diagnose_fleet(datasets, output, folds, effects_modules))
     (dataset,) = datasets
     calibrations = [(output / name, json_of("calibration")) for name in ("before.json", "after.json")]
-    others = [(output / "diagnosis.json", json_of("diagnosis")), (output / "report.html", page)]
+    others = [(output / "diagnosis.json", json_of("diagnosis")), (output / "report.html", is_report)]
     refuse_foreign([*calibrations, *others], force)
     data = read_dataset(dataset)
     data = data.commanded() if commanded else data
@@ -112,8 +112,8 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     from scalar.effects.registry import module_of
     from scalar.estimation.misfit import lacks_something
     from scalar.report import words
-    from scalar.report.few_poses import few_poses
     from scalar.report.excess_residual import cause_of_excess
+    from scalar.report.few_poses import few_poses
     from scalar.report.scale_words import scale_in_words
     from scalar.report.shipped_words import shipped_sentences
     from scalar.report.unseen_words import unseen_sentences

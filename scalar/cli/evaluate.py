@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from scalar.cli.group import cli
-from scalar.cli.options import OUTPUT, PATH, keep
+from scalar.cli.options import OUTPUT, PATH, lock_output
 from scalar.cli.outputs import FORCE, json_of, refuse_foreign
 from scalar.cli.terminal import say
 
@@ -36,7 +36,7 @@ def evaluate(calibration: Path, truth: Path, output: Path, force: bool) -> None:
     from scalar.evaluate.truth import read_truth
 
     refuse_foreign([(output / "evaluation.json", json_of("evaluation"))], force)
-    keep(output)
+    lock_output(output)
     model = load_calibration(calibration)
     robot = model.model.robot
     truth_poses, content = read_truth(truth, robot.n_joints, robot.limits, robot.prismatic)

@@ -79,5 +79,5 @@ def cli() -> None:
       scalar diagnose my-cell -o out          # what does the model lack?
 
     Exit status: 0 done; 2 the input is at fault; 3 the data cannot determine the model;
-    70 a fault of the software itself; 130 interrupted; 141 the reader of a pipe has gone.
+    70 a fault of the software itself; 130 interrupted; 141 the program that read the output has ended.
     """

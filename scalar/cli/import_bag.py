@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from scalar.cli.group import cli
-from scalar.cli.options import PATH, listed
+from scalar.cli.options import PATH, split_names
 from scalar.cli.outputs import FORCE
 from scalar.cli.terminal import say
 from scalar.cli.validate import describe_content
@@ -110,7 +110,7 @@ def import_bag(
     counts = write_recorded_dataset(
         recording,
         content,
-        BagSettings(tuple(listed(joint_names)), still, settled, least, accept_losses, force),
+        BagSettings(tuple(split_names(joint_names)), still, settled, least, accept_losses, force),
         output,
     )
     say(f"  joints q1..qn: {', '.join(counts.joint_names)}")

@@ -67,7 +67,7 @@ def load_effects(files: Sequence[Path]) -> None:
             registry.load_file(file)
 
 
-def keep(folder: Path) -> None:
+def lock_output(folder: Path) -> None:
     """Make an output folder if it is missing, and lock it until this command ends, so that two commands do not mix their files.
 
     Raises:
@@ -78,6 +78,6 @@ def keep(folder: Path) -> None:
     click.get_current_context().with_resource(locked(folder))
 
 
-def listed(names: str | None) -> Sequence[str]:
+def split_names(names: str | None) -> Sequence[str]:
     """Return the names of an option of the form ``NAME,...``."""
     return [name.strip() for name in names.split(",") if name.strip()] if names else ()

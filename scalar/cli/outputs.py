@@ -45,8 +45,8 @@ def text_with(words: str) -> Own:
     return lambda head: words in head
 
 
-def page(head: str) -> bool:
-    """Return whether a file is an HTML report of this package, by its policy that browsers load nothing."""
+def is_report(head: str) -> bool:
+    """Return whether text from the beginning of a file is that of a report of this package: its HTML forbids browsers to load anything."""
     return "Content-Security-Policy" in head and "default-src 'none'" in head
 
 

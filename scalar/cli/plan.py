@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from scalar.cli.group import cli
-from scalar.cli.options import OUTPUT, PATH, keep
+from scalar.cli.options import OUTPUT, PATH, lock_output
 from scalar.cli.outputs import FORCE, refuse_foreign_plan
-from scalar.cli.plan_moves import in_degrees, moved
-from scalar.cli.plan_source import calibration_near, declared, with_noise
+from scalar.cli.plan_moves import in_degrees, moves_in_words
+from scalar.cli.plan_source import calibration_near, read_plan_source, with_noise
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
 from scalar.planning.defaults import N_CANDIDATES, PLANNED_POSES, REPEATABILITY
@@ -114,8 +114,8 @@ def plan(
     from scalar.planning.workcell import View, Workcell
 
     refuse_foreign_plan(output, force)
-    keep(output)
-    arm, sensor, planes, dataset = declared(
+    lock_output(output)
+    arm, sensor, planes, dataset = read_plan_source(
         robot, needs_data=after is not None, may_have_data=near is not None
     )
     if dataset is not None:
@@ -137,12 +137,14 @@ def plan(
             chosen, lines, content = plan_after(workcell, found, dataset, calibration, after, poses)
             curve, random = [], None
         else:
-            from scalar.cli.plan_by_error import of_parts, plan_by_error
+            from scalar.cli.plan_by_error import errors_of_parts, plan_by_error
 
             result, info, lines = plan_by_error(workcell, found, dataset, poses, accuracy, criterion, seed)
             chosen, content = (
                 result.chosen,
-                result.to_mapping() | of_parts(workcell, info, result) | {"not_determined": list(info.fixed)},
+                result.to_mapping()
+                | errors_of_parts(workcell, info, result)
+                | {"not_determined": list(info.fixed)},
             )
             curve, random = result.curve, (len(chosen), result.random_error)
         lines += _write(output, workcell, found, chosen, content, allowed, curve, random, _next_ids(dataset))
@@ -209,12 +211,12 @@ def _write(
     import pandas as pd
 
     from scalar.data.io.atomic import atomic_write, write_json
-    from scalar.planning.free_moves import ordered
+    from scalar.planning.free_moves import order_poses
     from scalar.planning.picture import draw_plan
     from scalar.planning.plan import FORMAT
 
     q, plane = found.q[chosen], found.plane[chosen]
-    tour, touching = ordered(q, allowed)
+    tour, touching = order_poses(q, allowed)
     q, plane = q[tour], plane[tour]
     table = pd.DataFrame(q, columns=[f"q{i + 1}" for i in range(q.shape[1])])
     ids = range(first[0], first[0] + len(q))
@@ -240,7 +242,7 @@ def _write(
         draw_plan(temporary, q, workcell.model.nominal, curve, random)
     # Written last: if plan.json exists, the other files are complete.
     write_json(folder / "plan.json", content)
-    lines = [f"  moves: {moved(q, workcell.model.nominal.prismatic)}"]
+    lines = [f"  moves: {moves_in_words(q, workcell.model.nominal.prismatic)}"]
     if touching:
         places = ", ".join(str(ids[k]) for k in touching[:_TOUCHING_SHOWN])
         more = f" and {len(touching) - _TOUCHING_SHOWN} more" if len(touching) > _TOUCHING_SHOWN else ""

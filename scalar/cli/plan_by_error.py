@@ -1,4 +1,4 @@
-"""`scalar plan` without `--after`: the poses from which a calibration is expected to predict positions best, and what to say of them."""
+"""`scalar plan` without `--after`: choose the poses from which predictions are expected to be best, and report the expected errors."""
 
 from __future__ import annotations
 
@@ -32,7 +32,20 @@ def plan_by_error(
     criterion: str,
     seed: int,
 ) -> tuple[Plan, Information, list[str]]:
-    """Return a plan by its expected error, the information of the candidates, and lines for the terminal; ``dataset``: measured before."""
+    """Return a plan by its expected error, the information of the candidates, and lines for the terminal.
+
+    Args:
+        workcell: The arm, its sensor and its target.
+        found: The candidate poses.
+        dataset: The poses that were measured before, to which the plan adds; None if there are none.
+        poses: Number of poses to plan; None for the number that ``accuracy`` requires, or else for ``PLANNED_POSES``.
+        accuracy: Wanted error of predicted positions [mm], root mean square over the workspace, or None.
+        criterion: As in ``choose_poses``.
+        seed: Seed of the random sets with which the search begins, and with which the plan is compared.
+
+    Raises:
+        InvalidInput: The measured poses reach the wanted error already, or there are too few poses or candidates.
+    """
     measured = None if dataset is None else replace(dataset, sensor=workcell.sensor, planes=workcell.planes)
     candidates = workcell.dataset(found.q, found.plane)
     info = information(workcell.model, candidates, workcell.repeatability, measured)
@@ -47,8 +60,8 @@ def plan_by_error(
         enough, (most, left) = poses_for_error(info, accuracy * MM, least, criterion)
         if enough is None:
             lines.append(
-                f"  an error of {accuracy:g} mm takes more than {most} {more}poses, of which {left / MM:.4f} mm is expected; "
-                "a better sensor or a more repeatable arm would help"
+                f"  an error of {accuracy:g} mm takes more than {most} {more}poses; with {most} the expected error is {left / MM:.4f} mm. "
+                "A better sensor or a more repeatable arm would help"
             )
         else:
             lines.append(f"  an error of {accuracy:g} mm takes {enough} {more}poses")
@@ -74,7 +87,7 @@ def plan_by_error(
     )
     lines.insert(1, f"  as many {more}poses drawn at random: {result.random_error / MM:.4f} mm")
     if info.measured:
-        parts = of_parts(workcell, info, result)
+        parts = errors_of_parts(workcell, info, result)
         planned = parts["expected_error_of_planned_poses_alone_mm"]
         alone = (
             "the planned ones are too few by themselves"
@@ -87,12 +100,12 @@ def plan_by_error(
             "Together they need base, sensor and target to stand as they stood",
         )
     others = ", ".join(f"{n}: {e / MM:.4f}" for n, e in result.curve if n != count)
-    lines.append(f"  expected error by number of {more}poses, or less [mm]: {others}")
+    lines.append(f"  expected error with other numbers of {more}poses, at most [mm]: {others}")
     return result, info, lines
 
 
-def of_parts(workcell: Workcell, info: Information, result: Plan) -> dict[str, Any]:
-    """Return what ``plan.json`` says of measured and planned poses apart; nothing if no poses were measured."""
+def errors_of_parts(workcell: Workcell, info: Information, result: Plan) -> dict[str, Any]:
+    """Return the entries of ``plan.json`` on the measured poses alone and on the planned poses alone; none if no poses were measured."""
     if not info.measured:
         return {}
     alone = info.alone()

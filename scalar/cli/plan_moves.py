@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from scalar.geometry.se3 import Array
 
 
-def moved(q: Array, prismatic: Sequence[int]) -> str:
+def moves_in_words(q: Array, prismatic: Sequence[int]) -> str:
     """Return in words how far the joints move over the poses ``(k, n)`` [rad, m]: the sum over all moves of the joint that moves farthest."""
     import numpy as np
 

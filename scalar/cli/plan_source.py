@@ -22,7 +22,7 @@ _TARGET_OFFSET = (
 )
 
 
-def declared(
+def read_plan_source(
     source: str, *, needs_data: bool, may_have_data: bool = False
 ) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...], Dataset | None]:
     """Return the arm, the sensor, the planes, and the dataset (None unless it is needed, or may be used and is there).

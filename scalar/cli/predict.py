@@ -64,7 +64,7 @@ def predict(
     CALIBRATION): if the zero of joint 1 is wrong by 90 degrees, all frames are turned by 90 degrees about its axis, and nothing in the data shows
     it. If that matters, measure three points whose place in the base frame is known.
 
-    Poses at which a joint is beyond its limits are predicted too, and named.
+    Poses at which a joint is beyond its limits are predicted too; the command lists them.
 
     With --units deg,mm the joint angles are read in degrees (the travel of a joint that slides in mm), and x_mm..rz_deg are
     written.

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from scalar.cli.group import cli
-from scalar.cli.options import OUTPUT, PATH, keep
+from scalar.cli.options import OUTPUT, PATH, lock_output
 from scalar.cli.outputs import FORCE
 from scalar.cli.simulator import simulator
 from scalar.cli.terminal import say
@@ -32,7 +32,7 @@ def simulate(config: Path, output: Path, seed: int | None, force: bool) -> None:
     from scalar.cli.progress import progress
 
     simulation = simulator("simulate")
-    keep(output)
+    lock_output(output)
     content = simulation.load_config(config)
     if seed is not None:
         content["seed"] = seed

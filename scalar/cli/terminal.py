@@ -28,7 +28,7 @@ def say_written(path: str | Path, count: int, thing: str, and_also: str = "") ->
     say(f"written: {path}, {count} {thing}{'' if count == 1 else 's'}{and_also}")
 
 
-def accept_every_name() -> None:
+def escape_unencodable() -> None:
     """Write characters that the terminal's encoding lacks as escapes, instead of raising an error."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):

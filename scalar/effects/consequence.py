@@ -7,7 +7,7 @@ from scalar.effects.wording import length
 LEAST_HARM = 1e-6  # m, chosen: smaller prediction errors are not stated as a number
 
 
-def unnoticed(size: str, error: float, remedy: str) -> str:
+def consequence_in_words(size: str, error: float, remedy: str) -> str:
     """Return the sentence on an effect of natural size that these data cannot show.
 
     Args:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from scalar.effects.consequence import unnoticed
+from scalar.effects.consequence import consequence_in_words
 from scalar.effects.picture import Map, Profile, View, largest
 from scalar.effects.title import titled
 from scalar.effects.wording import coefficient, sized
@@ -145,7 +145,7 @@ class Described(ABC):
             which: Index of that coefficient.
         """
         size = sized(float(self.natural_sizes[which]), self.coefficient_units[which])
-        return unnoticed(size, error, self.remedy)
+        return consequence_in_words(size, error, self.remedy)
 
     @property
     def advice(self) -> list[str]:

@@ -86,7 +86,7 @@ def module_of(effect: Effect) -> str | None:
     return entry[1] if entry is not None and isinstance(effect, entry[0]) else None
 
 
-def found(name: str, module: str | None = None) -> type[Effect]:
+def kind_named(name: str, module: str | None = None) -> type[Effect]:
     """Return the kind of effect with a name.
 
     Args:

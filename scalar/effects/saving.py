@@ -35,6 +35,6 @@ def effect_from_mapping(mapping: Mapping[str, Any]) -> Effect:
     Raises:
         InvalidInput: Its name is unknown, or the module that it came from is absent.
     """
-    effect = registry.found(mapping["name"], mapping.get("module")).from_mapping(mapping["settings"])
+    effect = registry.kind_named(mapping["name"], mapping.get("module")).from_mapping(mapping["settings"])
     values = [mapping["coefficients"][name]["value"] for name in effect.coefficient_names]
     return effect.with_coefficients(values)

@@ -161,7 +161,7 @@ class RawTable:
     def _cells(self, reference: Reference) -> np.ndarray:
         if reference == HEAD_NUMBER and HEAD_NUMBER not in (self.names or ()):
             message = (
-                f"{HEAD_NUMBER} needs points.column_profiles, and a number of its own in the header of every profile; where both files have the poses "
+                f"{HEAD_NUMBER} needs points.column_profiles, and a number of its own in the header of every profile; if both files have the poses "
                 f"in the same order, write {ROW} in both blocks"
             )
             raise InvalidInput(Fault(self.file, message))

@@ -76,8 +76,6 @@ def _x(table: RawTable, headers: list[str], where: RowProfiles) -> np.ndarray:
         raise InvalidInput(Fault(table.file, f"{what}, so that nothing states x of the values; {remedy}"))
     x = np.array([float(header) for header in headers])
     if len(x) > 1 and x[0] in (0.0, 1.0) and np.all(np.diff(x) == 1.0):
-        message = (
-            f"the headers of the values ({headers[0]}, {headers[1]}, ...) count them, and do not state x; {remedy}"
-        )
+        message = f"the headers of the values ({headers[0]}, {headers[1]}, ...) count them, and do not state x; {remedy}"
         raise InvalidInput(Fault(table.file, message))
     return x

@@ -15,7 +15,7 @@ _ROUNDS = 6
 _DETOUR = 10.0  # rad, added to the length of a move that touches something
 
 
-def ordered(q: Array, allowed: Allowed | None) -> tuple[list[int], list[int]]:
+def order_poses(q: Array, allowed: Allowed | None) -> tuple[list[int], list[int]]:
     """Return an order of N poses with short moves, and the positions in this order after which a straight joint move touches something.
 
     Args:

@@ -25,7 +25,7 @@ from scalar.estimation.random_poses import limits_or_measured_ranges, poses_with
 from scalar.estimation.result import Calibration
 from scalar.geometry.se3 import Array
 from scalar.planning.information import linearised_at, prior_std, whitened_rows
-from scalar.planning.questions import Pair, open_pairs, with_whole, with_zero
+from scalar.planning.questions import Pair, open_pairs, with_terms_of_pairs, with_zero
 
 _N_POSES, _SEED = 500, 20240  # random poses over which the error of predictions is averaged
 
@@ -56,7 +56,7 @@ def left_open(dataset: Dataset, calibration: Calibration, diagnosis: Mapping[str
     pairs = [pair for pair in pairs if _on_the_arm(pair)]
     if not pairs:
         return None
-    base = with_whole(calibration.model.effects, pairs)
+    base = with_terms_of_pairs(calibration.model.effects, pairs)
     in_question = [pair.effect if pair.rival is None else pair.rival for pair in pairs]
     model = replace(calibration.model, effects=with_zero(base, in_question))
     residuals, model = linearised_at(model, dataset)

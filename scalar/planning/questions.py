@@ -80,7 +80,7 @@ def open_pairs(
             if effect is None or rival is None or not _separable_by_poses(effect, rival):
                 not_by_poses.append(f"{_named(entry)} or {_named(other)}")
                 continue
-            pair = Pair(whole(_with_found_size(effect, entry), pool), rival)
+            pair = Pair(with_all_terms(_with_found_size(effect, entry), pool), rival)
             # A diagnosis lists the terms of one rival one by one, which makes the same pair several times.
             if not any(_same_pair(pair, known) for known in pairs):
                 pairs.append(pair)
@@ -110,7 +110,7 @@ def open_questions(
         candidates: Candidate poses with what the sensor would measure there.
         misfit: Ratio of the residual to the stated noise, by which the information of all poses is reduced.
     """
-    base = with_whole(workcell.model.effects, pairs)
+    base = with_terms_of_pairs(workcell.model.effects, pairs)
     asked_for = [e for pair in pairs for e in (pair.effect, pair.rival) if e is not None]
     model = replace(workcell.model, effects=with_zero(base, asked_for))
     measured = replace(dataset, sensor=workcell.sensor, planes=workcell.planes)
@@ -138,13 +138,13 @@ def open_questions(
         rest = np.concatenate([without_beta, *(columns(e) for e in others)])
         own = columns(pair.effect)
         size = pair.effect.coefficients
-        if any(whole(e, [pair.effect]) is not e for e in workcell.model.effects):
+        if any(with_all_terms(e, [pair.effect]) is not e for e in workcell.model.effects):
             size = _least(old[:, :, own].reshape(-1, len(own)), size)
         questions.append(Question(pair.title, own, rest, size))
     return OpenQuestions(questions, start, new)
 
 
-def whole(effect: Effect, pool: Sequence[Effect]) -> Effect:
+def with_all_terms(effect: Effect, pool: Sequence[Effect]) -> Effect:
     """Return an effect widened to all coefficients that the candidate of its name and target has; the added ones are zero."""
     terms = set(effect.term_names)
     wider = [
@@ -153,11 +153,11 @@ def whole(effect: Effect, pool: Sequence[Effect]) -> Effect:
     return min(wider, key=lambda e: e.n_terms).with_coefficients_of(effect) if wider else effect
 
 
-def with_whole(effects: Sequence[Effect], pairs: Sequence[Pair]) -> tuple[Effect, ...]:
+def with_terms_of_pairs(effects: Sequence[Effect], pairs: Sequence[Pair]) -> tuple[Effect, ...]:
     """Return effects; where a pair has the same effect with more coefficients, that one is returned instead."""
     asked_for = [pair.effect for pair in pairs]
     return tuple(
-        next((wide for wide in asked_for if whole(effect, [wide]) is not effect), effect)
+        next((wide for wide in asked_for if with_all_terms(effect, [wide]) is not effect), effect)
         for effect in effects
     )
 

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from scalar.cli import cli
-from scalar.cli.demo import told
+from scalar.cli.demo import reveal
 
 WITHOUT_PYBULLET = """
 import sys
@@ -77,7 +77,7 @@ SLIP = {"name": "sensor_slip", "target": {"at": {"order": 70, "time": 1.0}}, "si
 )
 def test_the_answer_is_judged_by_kind_and_place(secret, found, words):
     """The last line distinguishes the right answer, the right kind at another place, another kind, and no answer."""
-    assert words in told(secret, [{"name": name, "target": target} for name, target in found], "no_effect")
+    assert words in reveal(secret, [{"name": name, "target": target} for name, target in found], "no_effect")
 
 
 @pytest.mark.parametrize(
@@ -97,4 +97,4 @@ def test_the_answer_is_judged_by_kind_and_place(secret, found, words):
 )
 def test_the_secret_is_told_in_the_units_of_the_diagnosis(secret, size):
     """Angles are in degrees, lengths in millimetres, and of a compliance the largest deflection is told."""
-    assert size in told(secret, [], "no_effect")
+    assert size in reveal(secret, [], "no_effect")

@@ -211,7 +211,9 @@ def rows_of_profiles(headers):
     lines = [
         f"{11 + k};{20.5 + k};-99,9999;-99,9999;" + ";".join(f"{z}" for z in Z[k, 2:]) for k in range(POSES)
     ]
-    return "\n".join([";".join(["No.", "T", *headers]), *lines]).replace(".", ",").replace("No,", "No.") + "\n"
+    return (
+        "\n".join([";".join(["No.", "T", *headers]), *lines]).replace(".", ",").replace("No,", "No.") + "\n"
+    )
 
 
 def test_a_profile_in_each_row(folder):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scalar.planning.free_moves import ordered
+from scalar.planning.free_moves import order_poses
 from scalar.planning.program_order import move_lengths, program_order, tour_length
 
 
@@ -40,16 +40,16 @@ def test_a_move_through_an_obstacle_is_avoided():
         return ~((np.abs(q[:, 0]) < 0.2) & (q[:, 1] < 1.0))
 
     q = np.array([[-1.0, 0.0], [1.0, 0.0], [-1.0, 1.5], [1.0, 1.5], [-1.0, 0.5], [1.0, 0.5]])
-    tour, touching = ordered(q, allowed)
+    tour, touching = order_poses(q, allowed)
     assert not touching
     assert sorted(tour) == list(range(6))
-    tour, touching = ordered(q[[0, 1]], allowed)
+    tour, touching = order_poses(q[[0, 1]], allowed)
     assert touching == [0]
 
 
 def test_without_a_test_no_move_is_judged():
     """Without a test for collisions, the order states nothing about them."""
-    assert ordered(np.eye(3), None)[1] == []
+    assert order_poses(np.eye(3), None)[1] == []
 
 
 @pytest.mark.parametrize("n", [1, 2])

@@ -170,7 +170,7 @@ def answered(dataset: Dataset, wrong: list[int], truth_poses: pd.DataFrame) -> d
         truth_poses: Joint angles and true frames at the evaluation poses, content of ``truth_poses.csv``.
     """
     try:
-        return {"status": "diagnosed"} | found(diagnose(dataset), wrong, truth_poses)
+        return {"status": "diagnosed"} | answer_entries(diagnose(dataset), wrong, truth_poses)
     except ScalarError as error:
         return {"status": type(error).__name__, "reason": str(error).splitlines()[0]}
     except Exception as error:  # a defect of this program: counted, and the other sets are still run
@@ -184,7 +184,7 @@ def injected_config(wanted: Set, control: MatchedControl) -> dict[str, Any]:
     return config | {"injected": [dict(entry) for entry in wanted.injected]}
 
 
-def found(diagnosis: Diagnosis, wrong: list[int], truth_poses: pd.DataFrame) -> dict[str, Any]:
+def answer_entries(diagnosis: Diagnosis, wrong: list[int], truth_poses: pd.DataFrame) -> dict[str, Any]:
     """Return what a diagnosis says, as entries of a row.
 
     Args:
