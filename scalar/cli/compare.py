@@ -22,9 +22,8 @@ if TYPE_CHECKING:
 
 _KINDS = {"a": "length", "alpha": "twist", "d": "offset", "theta": "zero", "beta": "tilt about y"}
 _RIVALS_SHOWN, _NOT_COMPARED_SHOWN = 4, 8
-_COEFFICIENTS_SHOWN = (
-    2  # of one effect; with more, how far they move positions together is what a person can judge
-)
+# An effect with more coefficients is described by how far they move positions together, which a person can judge better.
+_COEFFICIENTS_SHOWN = 2
 _MISFIT = 1e-3  # p-value below which the residual is larger than the noise explains, so that the model lacks something
 
 

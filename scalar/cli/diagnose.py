@@ -24,9 +24,8 @@ _UNOBSERVABLE_SHOWN = 4
 _EFFECTS_NAMED = 8
 _POSES_NAMED = 5  # poses set aside that are named one by one
 _COEFFICIENTS_SHOWN = 3
-_PLAIN = str.maketrans(
-    {"−": "-", "±": "+-", "°": "deg", "²": "2", "×": "x", "“": '"', "”": '"'}
-)  # for terminals that show ASCII only
+# For terminals that show only ASCII.
+_PLAIN = str.maketrans({"−": "-", "±": "+-", "°": "deg", "²": "2", "×": "x", "“": '"', "”": '"'})
 
 
 @cli.command()

@@ -17,9 +17,8 @@ if TYPE_CHECKING:
     from scalar.geometry.robot import Robot
 
 _SAME_ARM = 1e-3  # m or rad: nominal tables of one arm may be rounded, and differ by less
-_TARGET_OFFSET = (
-    0.1  # m, of a tracker's target from the flange along x and along z, assumed for an arm of the library
-)
+# Offset of a tracker's target from the flange along x and along z [m]; assumed for an arm of the library.
+_TARGET_OFFSET = 0.1
 
 
 def read_plan_source(

@@ -20,12 +20,8 @@ if TYPE_CHECKING:
 
 STILL = 2e-3  # rad, a tenth of a degree: a joint that moves by less counts as standing still (under load it may yield by as much)
 
-TRAVELS = (
-    0.02,
-    0.06,
-    0.2,
-    0.6,
-)  # rad or m: of a joint, after which its friction has forgotten all but a third of what was before
+# Travels of a joint [rad or m] over which the effect of its earlier moves on friction decays to about a third (1/e).
+TRAVELS = (0.02, 0.06, 0.2, 0.6)
 
 
 def step_column(joint: int) -> str:

@@ -25,9 +25,8 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-_RELINEARISATIONS = (
-    8  # largest number, for nonlinear parameters of effects, such as a time constant; usually three suffice
-)
+# Largest number of relinearisations for nonlinear parameters of effects, such as a time constant; usually three suffice.
+_RELINEARISATIONS = 8
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,19 +26,14 @@ from scalar.effects.series import Series
 from scalar.geometry.se3 import Array
 
 BANDS = ((1, 2), (3, 6), (7, 12), (13, 20), (21, 32), (33, 48), (49, 64))  # first and last order
-FIRST_SIZE = (
-    3e-5  # rad: prior standard deviation with which the search starts; its end does not depend on the start
-)
+# Prior standard deviation [rad] with which the search starts; the result does not depend on it.
+FIRST_SIZE = 3e-5
 LEAST_SIZE = 1e-7  # rad: smallest prior standard deviation, 0.1 micrometres at a metre; it shrinks a band to almost nothing
 ROUNDS = 60  # of that search, at most; it usually converges before
 CONVERGED = 1e-3  # relative change of the standard deviations that ends it: far below their uncertainty
 _RIDGE = 1e-8  # prior weight of all other columns, of unit length, because without a part of the poses some of them may be undetermined
-PRIOR_SHARES = (
-    1.0,
-    0.5,
-    0.25,
-    0.125,
-)  # factors that are tried on the prior standard deviations of greatest evidence
+# Factors that are tried on the prior standard deviations of greatest evidence.
+PRIOR_SHARES = (1.0, 0.5, 0.25, 0.125)
 
 
 def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:

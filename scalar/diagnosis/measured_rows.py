@@ -17,9 +17,8 @@ from scalar.estimation.settings import WithinScanNoiseSettings
 from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement, PoseNoise, measure
 
-_NEGLIGIBLE_CHANGE = (
-    0.1  # relative change of an estimated noise that is within its own error for a hundred measurements
-)
+# Relative change of an estimated noise that is smaller than its standard error with a hundred measurements.
+_NEGLIGIBLE_CHANGE = 0.1
 
 
 class MeasuredRows:

@@ -15,11 +15,8 @@ from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.score_test import evidence, p_value, remainder
 from scalar.effects import Effect
 
-REFINEMENTS = (
-    1.0,
-    0.5,
-    0.25,
-)  # step sizes with which nonlinear parameters are varied one after the other (``Effect.variations``)
+# Step sizes with which nonlinear parameters are varied one after the other (``Effect.variations``).
+REFINEMENTS = (1.0, 0.5, 0.25)
 _LEAST_P_VALUE = 1e-300  # smaller p-values are not computed and count as this one
 
 

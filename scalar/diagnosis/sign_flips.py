@@ -14,9 +14,8 @@ from scipy.stats import norm
 
 from scalar.geometry.se3 import Array
 
-_FARTHEST = (
-    40.0  # largest saddlepoint, in standard deviations; the probability of larger sums is returned as 0
-)
+# Largest saddlepoint [standard deviations]; the probability of larger sums is returned as 0.
+_FARTHEST = 40.0
 
 
 def upper_tail(products: Array, pairs: Array, n_poses: int) -> float:

@@ -20,9 +20,8 @@ from scalar.sensors import Pieces
 from scalar.units import MM
 
 CURVE_POINTS = 361  # of a fitted curve: one a degree of a full turn
-_TYPICAL_LARGEST = (
-    0.98  # quantile taken for the largest value of a map, so that a single outlying pose does not decide it
-)
+# Quantile that is taken for the largest value of a map, so that a single outlying pose does not decide it.
+_TYPICAL_LARGEST = 0.98
 
 
 @dataclass(frozen=True)

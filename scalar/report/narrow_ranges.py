@@ -12,9 +12,8 @@ from scalar.units import DEG, MM
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-_SMALL_PART = (
-    0.25  # chosen: a joint is named if its measured range is a smaller part of the range between its limits
-)
+# A joint is named if its measured range is a smaller part of the range between its limits. The value is a choice.
+_SMALL_PART = 0.25
 
 
 def narrow_ranges(dataset: Dataset) -> list[str]:

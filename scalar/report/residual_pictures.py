@@ -13,12 +13,8 @@ from scalar.report.pictures import TITLES, Pair, panel_of, sentences
 from scalar.report.thinning import in_caption, thinned
 from scalar.sensors import kind_of
 
-_SHAPES = (
-    ("^", "△"),
-    ("s", "□"),
-    ("v", "▽"),
-    ("x", "×"),
-)  # the marks of planes: Matplotlib's name, and the sign in the legend
+# The marks of planes: Matplotlib's name, and the sign in the legend.
+_SHAPES = (("^", "△"), ("s", "□"), ("v", "▽"), ("x", "×"))
 _SERIES = ("blue", "orange", "green", "purple")
 _SMALLEST_REACH, _LARGEST_REACH = 3.5, 40.0  # of a histogram, in standard deviations
 _BINS = 60  # of a histogram

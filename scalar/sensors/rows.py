@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from scalar.geometry.se3 import Array
 
 UNSTATED_SIGMA = 1e-4  # m; assumed if no noise is stated, until (for some kinds) it is estimated from scatter
-LEAST_SIGMA = (
-    1e-9  # m; no sensor has less noise, and rounding errors of coordinates in metres are far smaller
-)
+# Least noise [m]: no sensor has less, and rounding errors of coordinates in metres are far smaller.
+LEAST_SIGMA = 1e-9
 
 
 def stated_sigma(noise: float | None) -> float:

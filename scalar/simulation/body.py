@@ -22,9 +22,8 @@ from scalar.simulation.transforms import Array
 
 THICK_BASE = 0.075  # radius over reach
 THICK_WRIST = 0.04
-NEGLIGIBLE = (
-    1e-3  # m; a shorter piece of skeleton (a nominal length of zero with an error, say) gets no capsule
-)
+# A shorter piece of the skeleton [m], such as a nominal length of zero with an error, gets no capsule.
+NEGLIGIBLE = 1e-3
 SENSOR_GAP = 2e-3  # m; the box stands this far behind the sensor's origin, so that no ray begins inside it
 
 

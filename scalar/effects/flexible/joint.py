@@ -23,9 +23,8 @@ if TYPE_CHECKING:
 
 SINGLE_DEGREE = 6  # of the polynomials in one variable
 PAIR_DEGREE = 3  # in each of two variables
-LARGEST_DRAWN_STD = (
-    3.0  # times the median standard error: a pose with a larger standard error is not drawn in a map
-)
+# A pose whose standard error is more than this many times the median is not drawn in a map.
+LARGEST_DRAWN_STD = 3.0
 
 
 def single_functions(variable: Variable, poses: Poses, degree: int = SINGLE_DEGREE) -> Array:

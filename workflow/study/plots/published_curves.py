@@ -35,10 +35,8 @@ _SWEEPS = {
 _STATED = "stated"
 _SHOWN = 2  # explanations besides the stated noise; with more, the bands hide one another
 _LOOKS = ((COLOURS["first explanation"], "-"), (COLOURS["second explanation"], "--"))
-_QUANTITIES = (
-    "position_mean_mm",
-    "orientation_mean_deg",
-)  # the maxima look the same; predictions.csv has them
+# The curves of the maxima look the same; predictions.csv has them.
+_QUANTITIES = ("position_mean_mm", "orientation_mean_deg")
 _NEAR = 0.24  # share of a panel's width: labels of ticks nearer than this to one another are left out
 _VERDICTS = {
     "supported": COLOURS["first explanation"],

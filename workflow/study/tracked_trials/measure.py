@@ -16,17 +16,12 @@ FIRST = "ball"
 TARGETS = {"tracker": (FIRST,), "targets": (FIRST, "second", "third"), "probe": (FIRST,)}
 """``{kind of sensor: names of the targets, or of the tip, on the flange}``."""
 WIDEST = 2.6  # rad, largest half of a joint's range that is used
-LEANING = (
-    0.05  # standard deviation of each component by which the true normals of the planes differ from the axes
-)
-GUESS_TURN, GUESS_DISTANCE = (
-    0.02,
-    5e-3,
-)  # standard deviations of the errors of declared normals (components) and distances [m]
-TOUCHING, ROUNDS = (
-    1e-9,
-    25,
-)  # distance from the plane that counts as contact [m], and most Newton steps towards it
+# Standard deviation of each component by which the true normals of the planes differ from the axes.
+LEANING = 0.05
+# Standard deviations of the errors of declared normals (components) and of declared distances [m].
+GUESS_TURN, GUESS_DISTANCE = 0.02, 5e-3
+# Distance from the plane that counts as contact [m], and largest number of Newton steps towards it.
+TOUCHING, ROUNDS = 1e-9, 25
 LONGEST = 0.3  # largest step / slope^2 of one Newton step [rad^2/m]
 
 

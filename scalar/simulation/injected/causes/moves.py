@@ -9,10 +9,8 @@ from scalar.simulation.injected.causes.base import MoveCause, every_joint, scale
 from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array
 
-RESONANCE = (
-    0.25,
-    0.6,
-)  # bounds of the speed at which the gear's teeth excite the natural frequency, relative to the largest speed
+# Bounds of the speed at which the gear's teeth excite the natural frequency, relative to the largest speed.
+RESONANCE = (0.25, 0.6)
 DAMPING = 0.12  # damping ratio zeta
 TRIGGER_STD = 0.1  # standard deviation of the delay relative to its mean, and of a vibration's phase at the trigger [rad]
 
