@@ -32,7 +32,7 @@ COLUMNS_AT_ONCE = 512  # of flexible terms that are computed together
 
 
 def flexible_candidate_sets(dataset: Dataset) -> list[CandidateSet]:
-    """Return the candidate sets of all flexible terms of a dataset (``_in_parts``)."""
+    """Return all flexible terms of a dataset as candidate sets that are small enough for the memory (``_in_parts``)."""
     return _in_parts(flexible(dataset))
 
 
@@ -155,7 +155,7 @@ def _with_replacement(
         if imitated is not None and own.dof <= settings.most_coefficients_imitated:
             together_from = max(entries, key=lambda entry: entry.evidence, default=None)
         for entry in entries:
-            # If the named effect has more coefficients, others may join the first flexible term, which need then explain only its own part.
+            # If the named effect has more coefficients, further flexible terms may join the first one, which then has to explain only its share.
             shapes = 1 + settings.most_further_shapes if entry is together_from and own.dof > entry.dof else 1
             if entry.evidence < settings.least_share_to_refine * own.evidence / shapes:
                 continue

@@ -27,7 +27,7 @@ class NoisyScans(OnPlanes):
 
     Attributes:
         points, starts, error_axis, R, R_metric: As in ``scalar.sensors.scans.Scans``.
-        noise: The noise within scans, if it was found not to be white and of one size; else None.
+        noise: The noise within scans if it was found to be correlated or to vary from scan to scan; None if it is white and equally large in all.
     """
 
     points: Array

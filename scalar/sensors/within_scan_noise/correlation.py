@@ -75,7 +75,13 @@ def correlated_parts(sample: ScanSample, settings: NoiseThresholds) -> tuple[Par
 
 
 def lengths(kernel: Kernel, sample: ScanSample, longest_share: float) -> Array:
-    """Return the lengths of the grid, from about a point to a share of the scan [points or m]."""
+    """Return the lengths of the grid ``(L,)``, from about the distance of two points to a share of the scan [points, or m on the surface].
+
+    Args:
+        kernel: The shape of the correlation, which decides the shortest length.
+        sample: The scans.
+        longest_share: The longest length, over the extent of a scan.
+    """
     at = sample.surface if kernel.of_surface else sample.pixel
     extent = float(np.median(np.ptp(at, axis=1)))
     closest = float(np.median(np.abs(np.diff(at, axis=1))[:, at.shape[1] // 4 : -(at.shape[1] // 4)]))

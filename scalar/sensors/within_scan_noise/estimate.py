@@ -1,4 +1,4 @@
-"""Estimate the noise within scans from their profiles: whether it is white and of one size, and if not, the covariance of every scan's rows."""
+"""Estimate the noise within scans from their profiles: whether it is white and equally large in all of them, and if not, its covariance."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _NOISE_FREE = 1e-6  # times sigma^2: a smaller variance is rounding of the coord
 def noise_within_scans(
     profiles: Profiles, sigma: float, sigma_stated: bool, settings: NoiseThresholds
 ) -> PoseNoise | None:
-    """Return the noise within scans, or None if it is white and of one size, or if there are too few points to judge.
+    """Return the noise within scans, or None if it is white and equally large in all scans, or if there are too few points to judge.
 
     Args:
         profiles: The scans, in units of sigma.

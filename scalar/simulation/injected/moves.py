@@ -1,4 +1,4 @@
-"""Errors that depend on the poses before: angles logged before a joint comes to rest, play on the side from which it came, friction that winds up."""
+"""Errors that depend on the earlier poses: angles logged before a joint is at rest, play taken up by the last move, and friction with hysteresis."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -77,7 +77,8 @@ class BacklashByMoves(MoveError):
 class JointHysteresis(MoveError):
     """Friction winds a joint up: springs in parallel, each with a slider that slips at its own travel (Maxwell-slip model).
 
-    A spring is stretched by what the joint moves, at most to its travel; the error is size times the mean of the shares, 1 after a long move.
+    Each spring is stretched by the motion of the joint, at most to the travel of its slider. The error is `size` times the mean over the springs
+    of stretch over travel; this mean is 1 after a long move upwards, and -1 after one downwards.
     """
 
     name: ClassVar[str] = "joint_hysteresis"
@@ -98,11 +99,11 @@ class JointHysteresis(MoveError):
 
 
 def stretched(angle: Array, travel: float) -> Array:
-    """Return the mean of the shares to which the springs are stretched (N,), -1 to 1, after each direct move of a joint.
+    """Return the mean over the springs of stretch over travel (N,), between -1 and 1, at each pose of a joint.
 
     Args:
-        angle: of the joint at the poses in their order (N,) [rad].
-        travel: mean of the travels at which the sliders slip [rad]; they lie evenly between nothing and twice that.
+        angle: the joint's angle at the poses in their order (N,) [rad]; between poses the joint moves directly.
+        travel: mean travel at which the sliders slip [rad]; the travels are evenly spaced between zero and twice that.
     """
     slips = 2.0 * travel * (np.arange(SPRINGS) + 0.5) / SPRINGS
     stretch, found = np.zeros(SPRINGS), [0.0]
