@@ -44,7 +44,7 @@ class Parameterisation:
 
     @property
     def names(self) -> list[str]:
-        """Return ``a_1 .. theta_n r_x .. sensor_z normal_<plane>_x .. distance_<plane>``."""
+        """Return ``a_1 .. theta_n r_x .. sensor_z normal_<plane>_x .. distance_<plane>``, the order of all values [m, rad]."""
         geometry = [f"{kind}_{i + 1}" for kind in DH_KINDS for i in range(self.nominal.n_joints)]
         planes = [
             text
@@ -72,7 +72,7 @@ class Parameterisation:
         """Return lmfit parameters at values ``(P,)``, with the third component of every unit vector constrained.
 
         Args:
-            values: In the order of ``names``.
+            values: ``(P,)`` [m, rad], in the order of ``names``.
             fixed: Names of the parameters that do not vary.
             reading: A key of ``READINGS``.
         """

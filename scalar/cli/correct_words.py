@@ -113,7 +113,14 @@ def lines_on_left_out(uncorrected: Sequence[Uncorrected]) -> list[str]:
 
 
 def warnings_on_written(robot: Robot, ids: Array, found: Correction, sensitivity: Sensitivity) -> list[str]:
-    """Return what a user has to know of the poses that are written: joints beyond their limits, singularities near by."""
+    """Return the warnings on poses that are written: joints beyond their limits, and singularities near by.
+
+    Args:
+        robot: The arm, for the limits.
+        ids: ``(N,)``, the numbers of the poses in the table.
+        found: The corrected joint angles.
+        sensitivity: How far each pose is from a singularity.
+    """
     import numpy as np
 
     singular = [

@@ -90,7 +90,15 @@ class Sensor:
 def description(
     name: str, source: str, robot: Robot, sensor: Sensor, planes: Sequence[PlaneGuess]
 ) -> dict[str, Any]:
-    """Return the content of dataset.yaml; an empty source is left out, and so is an empty list of planes."""
+    """Return the content of dataset.yaml; an empty source is left out, and so is an empty list of planes.
+
+    Args:
+        name: Name of the dataset.
+        source: Where the data come from, free text.
+        robot: The nominal arm.
+        sensor: Its kind, and what is known of its noise and its pose on the flange.
+        planes: The initial guesses of the planes, if there are any.
+    """
     mapping: dict[str, Any] = {"format": DATASET_FORMAT, "name": name}
     if source:
         mapping["source"] = source

@@ -113,7 +113,14 @@ def too_many_columns(count: int, most: int = MAX_COLUMNS) -> str:
 
 
 def header_faults(file: str, names: list[str], layout: Layout, row: int | None = 1) -> list[Fault]:
-    """Return the faults of the names of the columns."""
+    """Return the faults of the names of the columns.
+
+    Args:
+        file: Name of the file, for messages.
+        names: The names, in the order of the columns.
+        layout: Which columns the file has to have and may have.
+        row: The row in which the names stand, for messages; None if there are no rows to count (arrays in memory).
+    """
     wanted = ",".join(layout.required or layout.optional)
     if len(names) > MAX_COLUMNS:
         return [Fault(file, too_many_columns(len(names)), row)]

@@ -204,7 +204,14 @@ def points_layout(table: MeasuredTable, description: Description) -> Layout:
 
 
 def check_points(points: Table, poses: Table | None, layout: MeasuredTable, faults: list[Fault]) -> None:
-    """Add a fault for each point of an unknown pose, each pose without a point, and each pose with several if only one is allowed."""
+    """Add a fault for each point of an unknown pose, each pose without a point, and each pose with several if only one is allowed.
+
+    Args:
+        points: The table of measured points.
+        poses: The table of poses; None if it could not be read, and then poses and points are not compared.
+        layout: What the table of points holds for this kind of sensor.
+        faults: The list to which the faults are added.
+    """
     if points.whole and points.n_rows == 0:
         faults.append(Fault(points.file, "there is no point; write one row for each point"))
         return

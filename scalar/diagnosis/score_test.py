@@ -182,7 +182,13 @@ def _in_eigenvectors(grams: Array, projections: Array) -> tuple[Array, Array]:
 
 
 def remainder(background: Background, gain: Array, dof: Array) -> tuple[Array, Array]:
-    """Return the squared residuals that would remain after gains, and their degrees of freedom, in the shape of ``gain`` and ``dof``."""
+    """Return the squared residuals that would remain, and their degrees of freedom, both in the shape of ``gain`` and ``dof``.
+
+    Args:
+        background: The background of the model without the candidates.
+        gain: ``(...)``, by how much each candidate lowers the squared residual.
+        dof: ``(...)``, number of observable directions of each candidate.
+    """
     degrees_of_freedom = np.maximum(background.degrees_of_freedom - dof, 1)
     least = background.settings.least_remainder * degrees_of_freedom * min(1.0, background.variance)
     return np.maximum(background.sum_of_squares - gain, least), degrees_of_freedom
@@ -204,9 +210,9 @@ def evidence(background: Background, gain: Array, dof: Array, log_tried: Array) 
 
     Args:
         background: The background of the model without them.
-        gain: Drops of the squared residual.
-        dof: Numbers of observable directions; without any, the log evidence is minus infinity.
-        log_tried: Logarithms of the numbers of candidates of the same kind.
+        gain: ``(...)``, by how much each candidate lowers the squared residual.
+        dof: ``(...)``, number of observable directions of each candidate; if it is zero, the log evidence is minus infinity.
+        log_tried: ``(...)``, logarithm of the number of candidates of the same kind.
     """
     rest, _ = remainder(background, gain, dof)
     n = background.degrees_of_freedom

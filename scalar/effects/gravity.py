@@ -39,12 +39,26 @@ def unit_moments(robot: Robot, q: Array) -> tuple[Array, Array]:
 
 
 def torque_basis(robot: Robot, q: Array, joint: int, frame: int) -> Array:
-    """Return the torque about joint ``joint`` of unit first moments in frame ``frame`` (both from 1), ``(N, 2)``."""
+    """Return the torques ``(N, 2)`` about a joint of first moments of mass along x and y of a link's frame, over ``|g|`` and the moment.
+
+    Args:
+        robot: The nominal arm.
+        q: Joint angles ``(N, n)`` [rad].
+        joint: The joint about which the torque acts, from 1.
+        frame: The link that has the first moments (mass times centre of mass), from 1.
+    """
     return torque_about(*unit_moments(robot, q), joint, frame)
 
 
 def torque_about(moments: Array, axes: Array, joint: int, frame: int) -> Array:
-    """Return the torque of ``torque_basis`` from the moments and axes of ``unit_moments``, which are the same for every joint and frame."""
+    """Return ``torque_basis`` ``(N, 2)`` from values that are the same for every joint and frame, and are computed once.
+
+    Args:
+        moments: The first value that ``unit_moments`` returns.
+        axes: The second.
+        joint: As in ``torque_basis``.
+        frame: As in ``torque_basis``.
+    """
     return np.einsum("nax,nx->na", moments[:, frame - 1], axes[:, joint - 1])
 
 

@@ -37,7 +37,15 @@ def joint_profile(view: View, effect: Any, joint: int, x_axis: Axis, x: Array, *
 
 
 def joint_curve(view: View, effect: Any, joint: int, x: Array, poses: Poses) -> Array:
-    """Return the fitted curve ``(3, G)`` of a joint's error at poses that have x ``(G,)``: x, the error and its standard error."""
+    """Return the fitted curve ``(3, G)`` of a joint's error: x, the error [rad, or m of a joint that slides] and its standard error.
+
+    Args:
+        view: The fitted model that is drawn.
+        effect: The effect of the joint.
+        joint: The joint, from 1.
+        x: ``(G,)``, values on the horizontal axis.
+        poses: The G poses at which the horizontal axis has these values.
+    """
     basis = effect.joint_basis(view.nominal, poses)[:, joint - 1]
     return np.stack([x, basis @ effect.coefficients, view.error_of(effect, basis)])
 

@@ -22,14 +22,10 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-CREEP_STARTS = (
-    12  # beginnings of a creep that are tried, spread evenly over the orders at which the plane is measured
-)
-CREEP_SHARES = (
-    0.1,
-    0.3,
-    1.0,
-)  # lengths of a creep that are tried, as shares of the range of these orders; a creep ends at the last of them at the latest
+# Number of beginnings of a creep that are tried, spread evenly over the orders at which the plane is measured.
+CREEP_STARTS = 12
+# Lengths of a creep that are tried, as shares of the range of these orders; a creep ends at the last order at the latest.
+CREEP_SHARES = (0.1, 0.3, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +36,8 @@ class PlaneMoved(PointEffect):
         plane: Its name.
         order: Order of acquisition of the first pose after the step, or at the beginning of the creep.
         time: The time of that pose [s], or None.
-        centre: ``(3,)`` [m], base frame: the tilt turns about it.
-        creep_span: Zero for a step; else the span of order over which a creep reaches the stated change, and stays.
+        centre: ``(3,)`` [m], the point in the base frame about which the plane tilts.
+        creep_span: Zero for a step; else the range of orders over which a creep reaches the stated change, which then remains.
     """
 
     plane: str
@@ -100,7 +96,11 @@ class PlaneMoved(PointEffect):
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
-        """Return the columns of minus the height of the moved plane over its first place, which is linear in (1, x, z)."""
+        """Return ``(N, 3, 3)``, or ``(N, 1, 3)`` for a probe: minus the height of the moved plane over its first place.
+
+        The height at the measured point is ``distance_m + u tilt_u_rad + v tilt_v_rad``, with u and v [m] along the plane from ``centre``. It is
+        linear in (1, x, z), where x and z are the point's coordinates in the sensor frame.
+        """
         centre = np.array(self.centre)
         mine, u, v = coordinates_by_sensor_axes(planes, self.plane, plane_index, T_base_sensor, centre)
         b = contact.shape[1] if contact.shape[1] == 1 else 3

@@ -97,7 +97,12 @@ def best_rigid_motion(points_from: Array, points_to: Array) -> Array:
 
 
 def aligned_to(T_true: Array, T_hat: Array) -> Array:
-    """Return predicted frames after the rigid motion of the base that fits their positions best to the true ones."""
+    """Return predicted frames ``(N, 4, 4)`` after the rigid motion of the base that fits their positions best to the true ones.
+
+    Args:
+        T_true: True frames ``(N, 4, 4)`` in the base frame [m].
+        T_hat: Predicted frames ``(N, 4, 4)`` in the base frame [m].
+    """
     return best_rigid_motion(T_hat[:, :3, 3], T_true[:, :3, 3]) @ T_hat
 
 

@@ -18,7 +18,7 @@ from scalar.units import MM
 FORMAT = "scalar-plan/1"
 CRITERIA = ("error", "determinant")
 _RANDOM_DRAWS = 20
-_EQUATIONS_TO_SPARE = 1.3  # a plan has at least this many independent equations for each free parameter
+_EQUATIONS_TO_SPARE = 1.3  # independent equations that a plan has at least for each free parameter
 # Each plane gets at least this part of an equal share of the poses, so that a fit converges from rough guesses of the planes.
 _LEAST_OF_EACH = 0.5
 _STARTS = 3  # sets from which exchanges begin: the greedy one (poses added one by one, each the best), and random ones
@@ -33,7 +33,8 @@ class Plan:
         chosen: ``(k,)``, indices of candidates.
         error: Expected error of a predicted position [m], root mean square over the workspace.
         random_error: The same for as many candidates chosen at random, the mean over some draws [m].
-        curve: Pairs of number of poses and expected error [m], of this plan and of plans of other sizes: those are bounds, made without exchanges.
+        curve: Pairs of number of poses and expected error [m], of this plan and of plans of other sizes. The latter are upper bounds, since they
+            are computed without exchanges.
         exchanges: How many exchanges improved the set.
     """
 
@@ -79,9 +80,8 @@ def choose_poses(
     at_random = [error_of(info, _at_random(info, count, rng)) for _ in range(_RANDOM_DRAWS)]
     error = info.error(design.covariance)
     greedy = [(n, e) for n, e in greedy_errors(info, max((*sizes, 0))) if n in sizes and n != count]
-    curve = [
-        (n, min(e, error) if n > count else e) for n, e in greedy
-    ]  # further poses only lower the error of this plan
+    # Further poses can only lower the error of this plan.
+    curve = [(n, min(e, error) if n > count else e) for n, e in greedy]
     return Plan(
         list(design.chosen), error, float(np.mean(at_random)), sorted([*curve, (count, error)]), exchanges
     )
@@ -127,7 +127,14 @@ def greedy_errors(info: Information, most: int) -> list[tuple[int, float]]:
 def best_design(
     info: Information, count: int, criterion: str, rng: np.random.Generator
 ) -> tuple[Design, int]:
-    """Return the best of the sets to which exchanges lead from a few starts, and the number of exchanges to it."""
+    """Return the best of the sets of poses to which exchanges lead from a few initial sets, and the number of exchanges that led to it.
+
+    Args:
+        info: The information of the candidates.
+        count: Number of poses.
+        criterion: As in ``choose_poses``.
+        rng: Draws the initial sets after the first, which is greedy.
+    """
     found = []
     for k in range(_STARTS):
         design = _empty_design(info, count, criterion)

@@ -33,7 +33,12 @@ def program_order(lengths: Array) -> list[int]:
 
 
 def tour_length(lengths: Array, tour: list[int]) -> float:
-    """Return the sum of the moves of a tour."""
+    """Return the sum of the lengths of the moves of a tour, in the unit of ``lengths``.
+
+    Args:
+        lengths: ``(N, N)``, length of the move from each pose to each other.
+        tour: Indices of the poses, in their order.
+    """
     return float(lengths[tour[:-1], tour[1:]].sum())
 
 

@@ -34,7 +34,7 @@ def in_words(axis: Axis) -> str:
 
 
 def shown(axis: Axis, values: Array) -> Array:
-    """Return values, given in SI units, in the unit in which they are shown."""
+    """Return values ``(...)``, given in SI units, in the unit in which the axis shows them (mm, mrad or degrees, for example)."""
     return np.asarray(values, dtype=float) / _UNITS[axis.unit][0]
 
 

@@ -38,7 +38,14 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
 def write_calibration(
     calibration: Calibration, dataset: Dataset, folder: Path, *, with_page: bool = True
 ) -> None:
-    """Write the page ``report.html``, if it is wanted, and then ``calibration.json`` to a folder that exists."""
+    """Write the page ``report.html``, if it is wanted, and then ``calibration.json``.
+
+    Args:
+        calibration: The calibration.
+        dataset: The dataset from which it was estimated.
+        folder: An existing folder.
+        with_page: Whether the page is wanted.
+    """
     content = plain(calibration.to_mapping())
     run = run_of(content)
     if with_page:

@@ -14,9 +14,8 @@ from scalar.report.panel import Panel
 from scalar.report.thinning import in_caption, thinned
 
 _SHOWN = 0.985  # share of the values within the axes; the others are drawn at their edge
-_UNSURE = (
-    3.0  # times the median standard error: a pose with a larger one hardly shows the effect, and is left out
-)
+# A pose whose standard error is more than this many times the median hardly shows the effect, and is left out.
+_UNSURE = 3.0
 _LEAST_PER_BIN = 4  # poses in a group of neighbours whose mean is drawn
 _MOST_BINS = 72  # groups of neighbours
 _LARGEST_MARK = 13.0  # points across, on a map
@@ -54,7 +53,15 @@ def draw(trace: Profile | Map, poses: Array, most: int) -> Pair:
 def panel_of(
     x: Axis, y: Axis, x_range: tuple[float, float], y_range: tuple[float, float], title: str
 ) -> Panel:
-    """Return an empty panel with these axes."""
+    """Return an empty panel.
+
+    Args:
+        x: The horizontal axis.
+        y: The vertical axis.
+        x_range: Least and largest value on the horizontal axis, in the unit in which it is shown.
+        y_range: The same for the vertical axis.
+        title: The heading.
+    """
     return Panel(
         x_range,
         y_range,

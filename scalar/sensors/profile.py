@@ -62,7 +62,14 @@ def point_basis(names: Sequence[str], points: Array, error_axis: str) -> Array:
 
 
 def incidence(points: Array, starts: Array, c: Array, error_axis: str) -> Array:
-    """Return ``|n . e_i|`` of every point ``(P,)``, at least 0.05, e_i the direction in which the scanner errs, c ``(N, 3)`` the contact vectors."""
+    """Return ``|n . e_i|`` ``(P,)`` of every point, but at least 0.05, where e_i is the direction in which the scanner errs.
+
+    Args:
+        points: ``(P, 2)`` [m], x and z of all points in the scanner's plane, scan after scan.
+        starts: ``(N + 1,)``, index of the first point of each scan, and P.
+        c: ``(N, 3)``, the contact vectors of the scans (``contact``).
+        error_axis: ``ray`` or ``z``, the axis along which the scanner errs.
+    """
     counts = np.diff(starts)
     ux, uz = point_basis(("ux", "uz"), points, error_axis).T
     along = np.repeat(c[:, 1], counts) * ux + np.repeat(c[:, 2], counts) * uz
@@ -175,7 +182,15 @@ def profile_factors(
 
 
 def profile_rows(points: Array, starts: Array, c: Array, weight: Array, values: Array) -> Array:
-    """Return the components ``(N, 3, k)`` of functions of the points ``(P, k)`` along the columns of ``profile_columns``, with its arguments."""
+    """Return the components ``(N, 3, k)`` of k functions of the points along the columns of ``profile_columns``.
+
+    Args:
+        points: As in ``profile_columns``.
+        starts: As in ``profile_columns``.
+        c: As in ``profile_columns``.
+        weight: As in ``profile_columns``.
+        values: ``(P, k)``, the functions' values at the points.
+    """
     Q = profile_columns(points, starts, c, weight)[2]
     products = (Q[:, :, None] * values[:, None, :]).reshape(len(Q), -1)
     return np.add.reduceat(products, starts[:-1]).reshape(len(c), 3, -1)

@@ -16,6 +16,12 @@ def payload_torques(world: World, T_flange_sensor: Array, q: Array, poses: pd.Da
     """Return the torque of the payload's weight about each joint (N, n) [N m]; zero where none is recorded.
 
     By virtual work, tau_j = -dU/dq_j with U = m g z, where z is the height of the payload's centre of mass by the engine's kinematics.
+
+    Args:
+        world: the engine with the arm.
+        T_flange_sensor: the sensor's pose on the flange (4, 4).
+        q: joint angles (N, n) [rad].
+        poses: the table of poses, with the payload's mass [kg] and place on the flange [m] where they are recorded.
     """
     torques = np.zeros_like(q)
     mass = poses[PAYLOAD].to_numpy(float) if PAYLOAD in poses else np.zeros(len(q))
@@ -33,6 +39,9 @@ def payload_torques(world: World, T_flange_sensor: Array, q: Array, poses: pd.Da
 
 
 def held_torques(world: World, T_flange_sensor: Array, q: Array, poses: pd.DataFrame) -> dict[str, Array]:
-    """Return the columns tau1.. of poses.csv (N,) [N m]: the drives' torques that hold arm and payload against their weight."""
+    """Return the columns tau1.. of poses.csv (N,) [N m]: the drives' torques that hold arm and payload against their weight.
+
+    The arguments are those of `payload_torques`.
+    """
     torques = world.gravity_torques(q) + payload_torques(world, T_flange_sensor, q, poses)
     return {f"tau{j + 1}": -column for j, column in enumerate(torques.T)}

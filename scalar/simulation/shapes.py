@@ -70,7 +70,14 @@ def turned(profile: Array) -> Mesh:
 
 
 def tube(start: Array, end: Array, radius: float, *, caps: bool = True) -> Mesh:
-    """Return a tube from `start` to `end` (3,) [m], with round ends or open."""
+    """Return a tube.
+
+    Args:
+        start: one end of its axis (3,) [m].
+        end: the other end (3,) [m].
+        radius: [m].
+        caps: whether half a sphere closes each end; else the tube is open.
+    """
     length = float(np.linalg.norm(end - start))
     profile = np.array([[radius, 0.0], [radius, length]])
     if caps:

@@ -32,6 +32,13 @@ TRUTH_POSES_SEED = 20180710
 
 
 def stream(seed: int, use: int, plane: int = 0, pose: int | None = None) -> np.random.Generator:
-    """Return the generator of one purpose, for one plane, or for one pose of a plane, counted in the order of finding them."""
+    """Return the generator of one purpose, for one plane or for one pose of a plane.
+
+    Args:
+        seed: the seed of the scene.
+        use: the purpose, one of the constants of this module.
+        plane: index of the plane in the config, or of the injected effect, from 0.
+        pose: index of the pose on its plane, in the order in which poses are found; None for a generator of the whole plane.
+    """
     key = (use, plane) if pose is None else (use, plane, pose)
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))

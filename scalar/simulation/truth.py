@@ -29,10 +29,15 @@ def truth_mapping(
     poses: pd.DataFrame,
     config: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return truth.json: SI units, arrays by joint; t [m] and r [rad] are the sensor's pose on the flange.
+    """Return the content of truth.json: SI units, arrays by joint; t [m] and r [rad] are the sensor's pose on the flange.
 
-    Parameters are those of the first pose, before anything drifts or slips. The blocks `scanner` and `surface` of the
-    complete `config` are included if they add errors.
+    Args:
+        arm: the true arm. The parameters written are those of the first pose, before anything drifts or slips.
+        target_planes: the true target planes.
+        noise: the noise that was added.
+        effects: the injected effects.
+        poses: the table of poses in acquisition order.
+        config: the complete config; its blocks `scanner` and `surface` are included if they add errors.
     """
     faults = {"scanner": config["scanner"]} if is_imperfect(config["scanner"]) else {}
     faults |= {} if is_flat(config["surface"]) else {"surface": config["surface"]}

@@ -50,6 +50,13 @@ def gaps(rng: np.random.Generator, pixels: int, share: float, run: float) -> Arr
 
 
 def glints(rng: np.random.Generator, pixels: int, share: float, times: float) -> Array:
-    """Return the factor of the noise of each pixel (pixels,): 1, or 1 + `times` E at the `share` that are glints, E exponential."""
+    """Return the factor of the noise of each pixel (pixels,): 1, or 1 + `times` E at a glint, where E is drawn from Exp(1).
+
+    Args:
+        rng: draws which pixels are glints, and E for each.
+        pixels: number of pixels.
+        share: probability that a pixel is a glint.
+        times: mean of what a glint adds to the factor.
+    """
     hit = rng.random(pixels) < share
     return 1.0 + times * np.where(hit, rng.exponential(size=pixels), 0.0)

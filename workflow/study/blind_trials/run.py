@@ -116,7 +116,18 @@ def run_sets(study: Study, case: str, workcell: str, repetitions: str, root: Pat
 
 
 def make_control(study: Study, workcell: str, seed: int, root: Path) -> MatchedControl:
-    """Return the matched control of all sets of a workcell and seed; arguments and errors are those of ``run_sets``."""
+    """Return the matched control of all sets of a workcell and seed: its scene without effects, and the errors of its calibration.
+
+    Args:
+        study: The blind trials.
+        workcell: Name of the workcell.
+        seed: Seed of its scene.
+        root: Folder from which the paths of scenes start.
+
+    Raises:
+        InvalidInput: The scene is at fault.
+        SimulationError: Too few postures see a target plane.
+    """
     # Imported here: the simulator needs pybullet, an optional dependency.
     from scalar.simulation.plan import plan_poses
     from scalar.simulation.scene import simulate

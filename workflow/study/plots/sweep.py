@@ -70,7 +70,16 @@ def draw_sweep(summary: pd.DataFrame, published: pd.DataFrame, label: str, scale
 
 
 def draw_panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity: str, scale: str) -> None:
-    """Draw one quantity: the bands and medians of the methods, the bound, and the published points."""
+    """Draw one quantity: the bands and medians of the methods, the bound, and the published points.
+
+    Args:
+        ax: The axes to draw in.
+        raw: The rows of summary.csv without alignment.
+        published: The published points of the sweep.
+        methods: Names of the methods, in the order of drawing.
+        quantity: The column that is drawn, such as ``position_mean_mm``.
+        scale: ``log`` or ``linear``, of the horizontal axis.
+    """
     rows = raw[raw["quantity"] == quantity]
     values = np.unique(rows["value"].to_numpy(dtype=float))
     floor = _FLOOR["mm" if quantity.endswith("_mm") else "deg"]
@@ -113,11 +122,11 @@ def draw_panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity:
 
 
 def place_values(value: Any, values: np.ndarray, scale: str) -> np.ndarray:
-    """Return where values are drawn on an axis; on a logarithmic one, 0 is drawn at a fixed ratio below the smallest positive value.
+    """Return where values ``(...)`` are drawn on an axis; on a logarithmic one, 0 is drawn at a fixed ratio below the smallest positive value.
 
     Args:
-        value: What is to be drawn, a number or an array.
-        values: All values of the axis.
+        value: ``(...)``, the values to draw.
+        values: ``(V,)``, all values of the axis.
         scale: ``log`` or ``linear``.
     """
     x = np.asarray(value, dtype=float)
@@ -125,7 +134,14 @@ def place_values(value: Any, values: np.ndarray, scale: str) -> np.ndarray:
 
 
 def set_x_axis(ax: Axes, values: np.ndarray, label: str, scale: str) -> None:
-    """Set a tick at each case, with a label if there is room for it."""
+    """Set a tick at each case, with a label if there is room for it.
+
+    Args:
+        ax: The axes.
+        values: ``(V,)``, the values of the cases.
+        label: Label of the axis.
+        scale: ``log`` or ``linear``.
+    """
     ax.set_xscale(scale)
     at = place_values(values, values, scale)
     places = _along(at, scale)

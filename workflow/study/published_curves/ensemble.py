@@ -234,7 +234,14 @@ def _poses_to_keep(D: Array, units: Shifts) -> Array:
 
 
 def initial_planes(workcell: Workcell, offset: float, tilt: float, rng: np.random.Generator) -> Planes:
-    """Return the true planes, shifted by ``offset`` [m] with random signs and tilted by ``tilt`` [deg] in random directions."""
+    """Return initial guesses of the planes: the true planes, shifted and tilted.
+
+    Args:
+        workcell: The workcell with its true planes.
+        offset: Shift of each plane along its normal [m], whose sign is random.
+        tilt: Tilt of each plane [deg], whose direction is random.
+        rng: Draws signs and directions.
+    """
     target = workcell.planes
     signs = rng.choice([-1.0, 1.0], len(target.normals))
     directions = rng.uniform(0.0, 2.0 * np.pi, len(target.normals))

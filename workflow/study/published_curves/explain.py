@@ -20,9 +20,9 @@ from study.published_curves.predict import Predictions, runs_to_weigh
 from study.published_curves.recovery import inject, inject_from_fits, recover
 from study.published_curves.support import RefinedPrediction, Support, refine, weigh
 
-WANTED = 2.0
+LEAST_GAIN = 2.0
 """Least gain in log likelihood [nats] over the stated noise alone for which the fitted magnitude of a candidate is injected."""
-FRESH = 1000
+FIRST_SEED = 1000
 """First seed of the workcells of injected curves; the predictions use smaller seeds."""
 
 
@@ -106,7 +106,7 @@ def _recovery(
     values = {name: verdicts[name].best for name in refined_by_name}
     for name, refined in refined_by_name.items():
         # A candidate that does not help, or whose fitted size is at the end of its range, is injected in the middle of that range.
-        useless = verdicts[name].log_peak < verdicts[STATED].log_peak + WANTED
+        useless = verdicts[name].log_peak < verdicts[STATED].log_peak + LEAST_GAIN
         if useless or verdicts[name].at_edge.any():
             axes = refined.prediction.candidate.axes
             values[name] = np.array([axis.values[len(axis.values) // 2] for axis in axes])
@@ -120,13 +120,13 @@ def _recovery(
     fresh = build_ensemble(
         config,
         base_dir,
-        range(FRESH, FRESH + count),
+        range(FIRST_SEED, FIRST_SEED + count),
         options["draws"],
         curves.settings,
         sorted(steps),
         min(count, options["followed_seeds"]),
     )
-    rng = np.random.default_rng(FRESH)
+    rng = np.random.default_rng(FIRST_SEED)
     injected = {}
     for name, refined in refined_by_name.items():
         candidate, sets = refined.prediction.candidate, options["recovery_sets"]

@@ -167,7 +167,14 @@ def prediction_table(
     verdicts: Mapping[str, Support],
     offset: Array,
 ) -> pd.DataFrame:
-    """Return for every candidate, run and quantity the median and the 5 and 95 % quantiles that are predicted at the best magnitudes."""
+    """Return for every candidate, run and quantity the median and the 5 and 95 % quantiles that are predicted at the best magnitudes.
+
+    Args:
+        curves: The published curves.
+        refined_by_name: ``{candidate: its prediction on the finer grid}``.
+        verdicts: ``{candidate: its support by the curves}``.
+        offset: ``(12, 12)``, covariance of the errors that the authors' unknown workcell adds to all runs (``log_likelihood``).
+    """
     rows = []
     for name, refined in refined_by_name.items():
         one = verdicts[name]

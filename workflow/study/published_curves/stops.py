@@ -44,13 +44,13 @@ class SolverPath:
 
 
 def follow(workcell: Workcell, poses: int, guess: Planes, kept: Array) -> SolverPath:
-    """Return the path from initial guesses of the planes, the last iterate repeated to ``ITERATIONS``.
+    """Return the iterates of the solver from initial guesses of the planes; if it converges early, the last one is repeated to ``ITERATIONS``.
 
     Args:
         workcell: A workcell without noise.
         poses: Number of poses to use, the first of every plane.
         guess: The initial guesses of the planes.
-        kept: Indices of the evaluation poses that are used.
+        kept: ``(P,)``, indices of the evaluation poses that are used.
     """
     rows = first_poses(workcell, poses)
     dataset = workcell.dataset.subset(rows) if len(rows) < workcell.dataset.n_poses else workcell.dataset

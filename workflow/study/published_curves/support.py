@@ -192,7 +192,14 @@ LEVELS = (0.68, 0.95)
 
 
 def weigh(refined: RefinedPrediction, y: Array, offset: Array, use: Array | None = None) -> list[Support]:
-    """Return the support of a candidate by each of S sets of curves; the arguments are those of ``log_likelihood``."""
+    """Return the support of a candidate by each of S sets of curves.
+
+    Args:
+        refined: As in ``log_likelihood``.
+        y: ``(S, R, 4)``, log errors of S sets of curves.
+        offset: As in ``log_likelihood``.
+        use: As in ``log_likelihood``.
+    """
     found = log_likelihood(refined, y, offset, use)
     return [_support(refined, found[..., s]) for s in range(found.shape[-1])]
 

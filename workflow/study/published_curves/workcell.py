@@ -136,7 +136,10 @@ def _distance_derivatives(
 
 
 def first_poses(workcell: Workcell, poses: int) -> Array:
-    """Return the indices of the first poses of every plane, the same number for each plane and ``poses`` in all."""
+    """Return the indices ``(poses,)`` of the first poses of every plane, equally many of each plane.
+
+    The result is shorter if the number of planes does not divide ``poses``.
+    """
     planes = np.unique(workcell.plane)
     each = [np.flatnonzero(workcell.plane == k)[: poses // len(planes)] for k in planes]
     return np.sort(np.concatenate(each))

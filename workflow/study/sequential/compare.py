@@ -250,7 +250,13 @@ def passes(
 
 
 def remaining(residuals: Residuals, model: Model, free: Array) -> float:
-    """Return how many standard errors a model is away from the joint optimum, to first order."""
+    """Return how many standard errors a model is away from the joint optimum, to first order.
+
+    Args:
+        residuals: The residuals of the joint fit.
+        model: The model.
+        free: ``(C,)`` bool, which of the model's C coordinates are estimated.
+    """
     residual, J = residuals.linearise(model)
     return covariance_and_step(J[:, free], residual)[1]
 

@@ -71,7 +71,10 @@ class MoveCause(Cause):
 
 
 def scaled(errors: Array, size: float) -> tuple[Array, float]:
-    """Return errors multiplied by a factor so that their largest magnitude is `size`, and the factor; it is 0 if all errors are."""
+    """Return errors (any shape) multiplied by a factor so that their largest magnitude is `size`, and the factor.
+
+    `size` has the unit of the errors. The factor is 0 if all errors are 0.
+    """
     largest = float(np.abs(errors).max())
     factor = size / largest if largest > 0 else 0.0
     return errors * factor, factor
