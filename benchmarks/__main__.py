@@ -22,7 +22,7 @@ from scalar.estimation.calibrate import calibrate  # noqa: E402
 from scalar.units import MS  # noqa: E402
 
 YARDSTICK = "lmfit, finite differences, all points"
-OURS, THROUGH_LMFIT = "scalar: compressed, analytic", "scalar through lmfit, its report written"
+PROPOSED, THROUGH_LMFIT = "scalar: compressed, analytic", "scalar through lmfit, its report written"
 FIT = "  of which the fit"
 WHOLE, WHOLE_IN_NUMPY = "scalar calibrate: guess, SVD, reweighting, fit", "  the same without a C compiler"
 TARGETS = {FIT: 300.0, THROUGH_LMFIT: 30.0}  # times faster than the yardstick
@@ -54,15 +54,15 @@ def headline(rounds: int) -> None:
         "SciPy, finite differences, all points": contest.scipy_all_points,
         "SciPy, analytic, compressed": contest.scipy_compressed_analytic,
         "published, 43 parameters, clip, all points": contest.published,
-        THROUGH_LMFIT: contest.ours_through_lmfit,
-        "scalar: the same without a C compiler": contest.ours_in_numpy,
-        OURS: contest.ours,
-        FIT: lambda: contest.fit_ours(residuals),
+        THROUGH_LMFIT: contest.proposed_through_lmfit,
+        "scalar: the same without a C compiler": contest.proposed_in_numpy,
+        PROPOSED: contest.proposed,
+        FIT: lambda: contest.fit_proposed(residuals),
     }
     # A new dataset each time: nothing that a dataset remembers of an earlier call helps.
     whole = {WHOLE: lambda: calibrate(replace(contest.dataset)), WHOLE_IN_NUMPY: contest.calibrate_in_numpy}
     times = interleaved({**ways, **whole}, rounds)
-    best = contest.ours()
+    best = contest.proposed()
     print(f"3N = 120, M = 100: one fit with standard errors, processor time [ms], {rounds} rounds")
     print(f"{'':48s}{'median':>9s}{'least':>9s}{'faster':>9s}{'evals':>8s}{'off [sd]':>12s}")
     for name, way in ways.items():
@@ -81,12 +81,12 @@ def points_a_scan(rounds: int) -> None:
     """Print what the fit and the compression cost for different M."""
     contests = {m: Contest(paper_scene(points_per_scan=m)) for m in POINTS}
     residuals = {m: contest.compressed_residuals() for m, contest in contests.items()}
-    fits = interleaved({str(m): lambda m=m: contests[m].fit_ours(residuals[m]) for m in POINTS}, rounds)
+    fits = interleaved({str(m): lambda m=m: contests[m].fit_proposed(residuals[m]) for m in POINTS}, rounds)
     compressions = interleaved({str(m): contests[m].compressed_residuals for m in POINTS}, rounds)
     print("3N = 120, any M: the fit after the scan is read, and reading it into rows [ms, median]")
     print(f"{'M':>8s}{'fit':>9s}{'evals':>8s}{'a call':>9s}{'compress':>10s}")
     for m in POINTS:
-        evaluations = contests[m].fit_ours(residuals[m]).evaluations
+        evaluations = contests[m].fit_proposed(residuals[m]).evaluations
         fit_ms, read_ms = fits[str(m)].median / MS, compressions[str(m)].median / MS
         print(f"{m:8d}{fit_ms:9.1f}{evaluations:8d}{fit_ms / evaluations:9.2f}{read_ms:10.1f}")
     print()
@@ -96,7 +96,7 @@ def many_poses(with_yardstick: bool) -> None:
     """Print one fit of 12,000 poses."""
     contest = Contest(repeated(paper_scene(), LARGE))
     residuals = contest.compressed_residuals()
-    ways = {"compress": contest.compressed_residuals, "fit": lambda: contest.fit_ours(residuals)}
+    ways = {"compress": contest.compressed_residuals, "fit": lambda: contest.fit_proposed(residuals)}
     if with_yardstick:
         ways[YARDSTICK] = contest.all_points_finite_differences
     times = interleaved(ways, 1 if with_yardstick else 3)

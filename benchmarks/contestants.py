@@ -79,26 +79,26 @@ class Contest:
         """Return all points, weighted for the start and compressed to three rows a scan."""
         return self.prepared.residuals.reweighted(self.model)
 
-    def fit_ours(self, residuals: Residuals) -> Result:
+    def fit_proposed(self, residuals: Residuals) -> Result:
         """Compressed rows, analytic Jacobian, our standard errors."""
         found: Fit = fit(residuals, self.model, self.prepared.free)
         return self._result(found.model.vector, found.covariance, found.evaluations)
 
-    def ours(self) -> Result:
+    def proposed(self) -> Result:
         """Return the same, the compression included."""
-        return self.fit_ours(self.compressed_residuals())
+        return self.fit_proposed(self.compressed_residuals())
 
-    def ours_in_numpy(self) -> Result:
+    def proposed_in_numpy(self) -> Result:
         """Return the same without the compiled kernels."""
         with numpy_alone():
-            return self.ours()
+            return self.proposed()
 
     def calibrate_in_numpy(self) -> Calibration:
         """Return the whole calibration without the compiled kernels."""
         with numpy_alone():
             return calibrate(replace(self.dataset))
 
-    def ours_through_lmfit(self) -> Result:
+    def proposed_through_lmfit(self) -> Result:
         """Compressed rows and analytic Jacobian handed to lmfit, its report written."""
         found, result = fit_with_lmfit(self.compressed_residuals(), self.model, self.prepared.free)
         lmfit.fit_report(result)

@@ -20,8 +20,8 @@ from benchmarks.diagnosis.rivals import lasso, stepwise  # noqa: E402
 from scalar.diagnosis.diagnose import diagnose  # noqa: E402
 from scalar.simulation.scene import simulate  # noqa: E402
 
-OURS = "diagnosis"
-CONTESTANTS = (OURS, "stepwise", "lasso")
+DIAGNOSIS = "diagnosis"
+CONTESTANTS = (DIAGNOSIS, "stepwise", "lasso")
 
 
 def answers(
@@ -33,7 +33,7 @@ def answers(
     diagnosis = diagnose(dataset_in_memory(simulated))
     said = json.loads(json.dumps(diagnosis.to_mapping()))
     rivals = {"stepwise": stepwise(diagnosis.before), "lasso": lasso(diagnosis.before)}
-    return injected, {OURS: (said["effects"], said["unobservable"])} | {
+    return injected, {DIAGNOSIS: (said["effects"], said["unobservable"])} | {
         name: (json.loads(json.dumps(found)), []) for name, found in rivals.items()
     }
 

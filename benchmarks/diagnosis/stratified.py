@@ -46,8 +46,8 @@ from scalar.simulation.errors import SimulationError  # noqa: E402
 from scalar.simulation.scene import SimulatedScene  # noqa: E402
 from scalar.units import MM  # noqa: E402
 
-OURS, PROCESS = "diagnosis", "gaussian-process"
-CONTESTANTS = (OURS, "stepwise", "lasso", "stability", PROCESS)
+DIAGNOSIS, PROCESS = "diagnosis", "gaussian-process"
+CONTESTANTS = (DIAGNOSIS, "stepwise", "lasso", "stability", PROCESS)
 COLUMNS = (
     "number", "row", "poses", "contestant", "status", "named", "injected", "clean", "missed", "wrong",
     "wrong_sure", "worse", "much_worse", "after_over_before", "position_before_mm", "position_after_mm", "seconds",
@@ -75,7 +75,7 @@ def _rows(trial: Trial, simulated: SimulatedScene) -> list[dict[str, Any]]:
     before = errors(diagnosis.calibration_before, there, "before")["position_before_mm"]
     said = json.loads(json.dumps(diagnosis.to_mapping()))
     after = errors(diagnosis.calibration_after, there, "after")["position_after_mm"]
-    rows = [_row(OURS, truth, said["effects"], said["unobservable"], before, after, took)]
+    rows = [_row(DIAGNOSIS, truth, said["effects"], said["unobservable"], before, after, took)]
     state = diagnosis.before
     for name, choose in (
         ("stepwise", chosen_by_steps),
@@ -161,7 +161,7 @@ def summary(table: pd.DataFrame) -> dict[str, Any]:
     is by more than 5 % smaller or larger than after that of the diagnosis.
     """
     found: dict[str, Any] = {"sets": int(table["number"].nunique())}
-    ours: Any = table[table["contestant"] == OURS].set_index("number")
+    of_diagnosis: Any = table[table["contestant"] == DIAGNOSIS].set_index("number")
     for name, rows in table.groupby("contestant", sort=False):
         own: Any = rows.set_index("number")
         found[str(name)] = {
@@ -173,7 +173,7 @@ def summary(table: pd.DataFrame) -> dict[str, Any]:
         }
         if found[str(name)]["clean"] is not None:
             low, high = wilson(found[str(name)]["clean"], len(own))
-            here, there = own["clean"].astype(bool), ours["clean"].astype(bool)
+            here, there = own["clean"].astype(bool), of_diagnosis["clean"].astype(bool)
             found[str(name)] |= {
                 "clean_share": found[str(name)]["clean"] / len(own),
                 "clean_low": low,
@@ -181,7 +181,7 @@ def summary(table: pd.DataFrame) -> dict[str, Any]:
                 "only_diagnosis_clean": int((there & ~here).sum()),
                 "only_this_clean": int((here & ~there).sum()),
             }
-        times = (own["position_after_mm"] / ours["position_after_mm"]).to_numpy(dtype=float)
+        times = (own["position_after_mm"] / of_diagnosis["position_after_mm"]).to_numpy(dtype=float)
         found[str(name)] |= {
             "nearer": int(np.sum(times < 1 / WORSE)),
             "farther": int(np.sum(times > WORSE)),

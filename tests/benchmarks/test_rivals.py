@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from benchmarks.diagnosis.compensation import Compensation, squared_chords
 from benchmarks.diagnosis.rivals import descended, entries, least_bic
 from benchmarks.diagnosis.stability import FALSE_ONES, THRESHOLD, first_columns
-from benchmarks.diagnosis.stratified import OURS, PROCESS, summary
+from benchmarks.diagnosis.stratified import DIAGNOSIS, PROCESS, summary
 from scalar.effects.joint_scale import JointScale
 
 
@@ -106,7 +106,7 @@ def test_the_summary_compares_set_by_set():
         ]
 
     table = pd.DataFrame(
-        rows(OURS, [True, True, False, True], [0.1, 0.2, 1.0, 0.5])
+        rows(DIAGNOSIS, [True, True, False, True], [0.1, 0.2, 1.0, 0.5])
         + rows("stepwise", [True, False, True, False], [0.1, 0.3, 0.9, 0.51])
         + rows(PROCESS, [None] * 4, [1.0] * 4)
     )
@@ -116,5 +116,8 @@ def test_the_summary_compares_set_by_set():
     assert (step["clean"], step["only_diagnosis_clean"], step["only_this_clean"]) == (2, 2, 1)
     assert (step["nearer"], step["farther"]) == (1, 1)
     assert found[PROCESS]["clean"] is None and "clean_low" not in found[PROCESS]
-    assert found[OURS]["clean_share"] == 0.75 and found[OURS]["clean_low"] < 0.75 < found[OURS]["clean_high"]
-    assert found[OURS]["nearer"] == found[OURS]["farther"] == 0
+    assert (
+        found[DIAGNOSIS]["clean_share"] == 0.75
+        and found[DIAGNOSIS]["clean_low"] < 0.75 < found[DIAGNOSIS]["clean_high"]
+    )
+    assert found[DIAGNOSIS]["nearer"] == found[DIAGNOSIS]["farther"] == 0

@@ -9,6 +9,6 @@ with logged(snakemake.log):
 
     given, params = snakemake.input, snakemake.params
     tables = {name: read_table(path) for name, path in zip(params.axes, given.summaries, strict=True)}
-    ours = {name: table[table["walls"] == params.walls] for name, table in tables.items()}
-    figure = draw_overview(ours, read_table(given.published), params.axes)
+    of_walls = {name: table[table["walls"] == params.walls] for name, table in tables.items()}
+    figure = draw_overview(of_walls, read_table(given.published), params.axes)
     save_figure(figure, [snakemake.output.png, snakemake.output.svg])

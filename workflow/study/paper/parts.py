@@ -186,20 +186,21 @@ def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
     For the comparison of orders: the share of seeds in which a single pass is better, in the case of a good arm and few noisy data.
     """
     methods = parts["headline"]["methods"]
-    ours, initial = methods[PROPOSED], methods[INITIAL]
+    proposed, initial = methods[PROPOSED], methods[INITIAL]
     found: dict[str, Any] = {
         "published_over_proposed": {
-            _unitless(name): ours["published"][name]["value"] / ours["raw"][name]["mean"]
+            _unitless(name): proposed["published"][name]["value"] / proposed["raw"][name]["mean"]
             for name in QUANTITIES
         },
         "initial_over_proposed": {
-            _unitless(name): initial["raw"][name]["mean"] / ours["raw"][name]["mean"] for name in QUANTITIES
+            _unitless(name): initial["raw"][name]["mean"] / proposed["raw"][name]["mean"]
+            for name in QUANTITIES
         },
     }
     clip = methods.get(CLIPPED)
     if clip is not None:
         found["clip_over_proposed"] = {
-            _unitless(name): clip["raw"][name]["mean"] / ours["raw"][name]["mean"] for name in QUANTITIES
+            _unitless(name): clip["raw"][name]["mean"] / proposed["raw"][name]["mean"] for name in QUANTITIES
         }
     if "published_curves" in parts:
         chosen = [e for e in parts["published_curves"]["left_out"] if e["reason"] == LEFT_OUT]

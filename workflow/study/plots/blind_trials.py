@@ -22,16 +22,16 @@ from study.plots.style import (
     EDGE,
     FAINT,
     LINE,
-    OURS,
-    OURS_DARK,
-    OURS_LIGHT,
+    PROPOSED,
+    PROPOSED_DARK,
+    PROPOSED_LIGHT,
     new_figure,
     styled,
 )
 
 WORDS = {"none": "nothing", "unattributed": "unattributed", "failed": "no answer"}
 KINDS = (  # column of power.csv, words, colour, hatch: distinguished in grey as well
-    ("right", "named right, target included", OURS, ""),
+    ("right", "named right, target included", PROPOSED, ""),
     ("listed", "another name, the right one listed beside it", COLOURS["another name"], "///"),
     ("elsewhere", "right name, wrong target", COLOURS["wrong target"], "..."),
     ("wrong", "wrong name", COLOURS["wrong name"], "xxx"),
@@ -39,7 +39,7 @@ KINDS = (  # column of power.csv, words, colour, hatch: distinguished in grey as
     ("unobservable", "declared unobservable", COLOURS["unobservable"], ""),
     ("missed", "nothing found", COLOURS["nothing"], ""),
 )
-_GREYS = LinearSegmentedColormap.from_list("shares", ["white", OURS_LIGHT, OURS_DARK])
+_GREYS = LinearSegmentedColormap.from_list("shares", ["white", PROPOSED_LIGHT, PROPOSED_DARK])
 _SHOWN_IN = {  # {unit of the tables: (factor, unit of the figure)}: angles in degrees, lengths in millimetres
     "rad": (1.0 / DEG, "°"),
     "rad/(N m)": (1000.0 / DEG, "°/(kN m)"),
@@ -197,7 +197,7 @@ def draw_errors_after(errors: pd.DataFrame, size: float = 1.0) -> Figure:
         ax.hlines(place, np.min(columns, axis=0), np.max(columns, axis=0), color=FAINT, linewidth=1.2)
         look: Any = {"linestyle": "none", "markersize": 7, "markeredgecolor": LINE, "markeredgewidth": 0.7}
         ax.plot(before, place, "D", color=FAINT, label="before: no effect in the model", **look)
-        ax.plot(after, place, "o", color=OURS, label="after: the effects found in the model", **look)
+        ax.plot(after, place, "o", color=PROPOSED, label="after: the effects found in the model", **look)
         bar: Any = {"color": LINE, "markersize": 9, "markeredgewidth": 1.8, "linestyle": "none"}
         ax.plot(control, place, "|", label="matched control: the same scene without the effect", **bar)
         ax.set_xscale("log")
@@ -230,7 +230,7 @@ def draw_reliability(reliability: pd.DataFrame) -> Figure:
         y = stated["right_share"].to_numpy(dtype=float)
         low, high = (stated[f"right_{side}"].to_numpy(dtype=float) for side in ("low", "high"))
         ax.errorbar(
-            x, y, [y - low, high - y], fmt="o", color=OURS, capsize=3, label="measured, 95 % interval"
+            x, y, [y - low, high - y], fmt="o", color=PROPOSED, capsize=3, label="measured, 95 % interval"
         )
         for at, share, n in zip(x, y, stated["answers"], strict=True):
             note: Any = {"xytext": (6, -10), "textcoords": "offset points", "fontsize": 7.5}

@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from study.confidence.fit import KINDS
-from study.plots.style import EDGE, OURS, new_figure, styled
+from study.plots.style import EDGE, PROPOSED, new_figure, styled
 
 TITLES = {
     "effect": "effects",
@@ -31,7 +31,7 @@ def draw_confidence(reliability: pd.DataFrame) -> Figure:
             x, y = (some[name].to_numpy(dtype=float) for name in ("mean_stated", "share"))
             low, high = (some[name].to_numpy(dtype=float) for name in ("low", "high"))
             ax.plot([0, 1], [0, 1], "--", color=EDGE, linewidth=1.2)
-            ax.errorbar(x, y, np.maximum([y - low, high - y], 0.0), fmt="o", color=OURS, capsize=3)
+            ax.errorbar(x, y, np.maximum([y - low, high - y], 0.0), fmt="o", color=PROPOSED, capsize=3)
             for at, bottom, n in zip(x, low, some["answers"], strict=True):
                 words: Any = {"xytext": (0, -3), "textcoords": "offset points", "ha": "center", "va": "top"}
                 ax.annotate(str(int(n)), (at, bottom), fontsize=7.5, **words)

@@ -10,11 +10,22 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from study.edges.axes import AXES
-from study.plots.style import BAND, COLOURS, FAINT, LINE, LOOKS, OURS, OURS_LIGHT, PAGE_IN, new_figure, styled
+from study.plots.style import (
+    BAND,
+    COLOURS,
+    FAINT,
+    LINE,
+    LOOKS,
+    PAGE_IN,
+    PROPOSED,
+    PROPOSED_LIGHT,
+    new_figure,
+    styled,
+)
 
 COLOURS_OF = {
-    "right": OURS,
-    "unattributed": OURS_LIGHT,
+    "right": PROPOSED,
+    "unattributed": PROPOSED_LIGHT,
     "wrong": COLOURS["wrong name"],
     "refused": FAINT,
     "crashed": LINE,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.figure import Figure
 
-from study.plots.style import COLUMN_IN, LINE, OURS, new_figure, styled, symbol
+from study.plots.style import COLUMN_IN, LINE, PROPOSED, new_figure, styled, symbol
 
 _WIDTH_IN = 1.3 * COLUMN_IN  # drawn 1.3 columns wide and scaled to one, so 8 pt text prints at 6.2 pt
 _FLOOR = 1e-19  # a singular value that is exactly zero is drawn here
@@ -28,7 +28,7 @@ def draw_singular_values(values: pd.DataFrame, directions: pd.DataFrame) -> Figu
             values["index"][~null],
             height[~null],
             "o",
-            color=OURS,
+            color=PROPOSED,
             markersize=5,
             label=f"{(~null).sum()} identified directions",
         )
@@ -37,7 +37,7 @@ def draw_singular_values(values: pd.DataFrame, directions: pd.DataFrame) -> Figu
             height[null],
             "s",
             markerfacecolor="white",
-            markeredgecolor=OURS,
+            markeredgecolor=PROPOSED,
             markeredgewidth=1.4,
             markersize=6,
             label=f"{null.sum()} counted as zero",

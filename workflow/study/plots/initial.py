@@ -18,7 +18,7 @@ def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
         placed: published_among_simulated.csv.
     """
     look = LOOKS["initial"]
-    ours = errors[(errors["method"] == "initial") & (errors["alignment"] == "raw")]
+    initial = errors[(errors["method"] == "initial") & (errors["alignment"] == "raw")]
     rows: Any = placed[placed["method"] == "initial"].set_index("quantity")
     with styled():
         figure = new_figure(9.6, 2.9)
@@ -26,9 +26,14 @@ def draw_initial(errors: pd.DataFrame, placed: pd.DataFrame) -> Figure:
             figure.subplots(1, 4, sharey=True), QUANTITY_LABELS.items(), strict=True
         ):
             row = rows.loc[quantity]
-            ax.ecdf(ours[quantity], color=look.colour, linewidth=1.8)
+            ax.ecdf(initial[quantity], color=look.colour, linewidth=1.8)
             ax.plot(
-                ours[quantity], [-4.0e-2] * len(ours), "|", color=look.colour, markersize=6, clip_on=False
+                initial[quantity],
+                [-4.0e-2] * len(initial),
+                "|",
+                color=look.colour,
+                markersize=6,
+                clip_on=False,
             )
             ax.axvline(row["published"], color=PUBLISHED, linestyle="--", linewidth=1.4)
             ax.set_title(_place(row, quantity), fontsize=8.5)

@@ -9,12 +9,12 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from scalar.units import DEG, MRAD
-from study.plots.style import COLOURS, OURS, OURS_LIGHT, new_figure, numeral, styled
+from study.plots.style import COLOURS, PROPOSED, PROPOSED_LIGHT, new_figure, numeral, styled
 
 MODELS = (  # model in errors.csv, words, colour, hatch
     ("base_and_tool", "base and tool only", COLOURS["initial"], ""),
-    ("geometry", "and the geometry", OURS_LIGHT, "///"),
-    ("geometry_and_effects", "and the effects found", OURS, ""),
+    ("geometry", "and the geometry", PROPOSED_LIGHT, "///"),
+    ("geometry_and_effects", "and the effects found", PROPOSED, ""),
     ("effects_of", "another campaign's effects, fixed", COLOURS["second campaign"], "..."),
     ("effects_on_shuffled_angles", "control: angles of other poses", COLOURS["nothing"], "xxx"),
 )

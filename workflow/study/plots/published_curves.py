@@ -15,7 +15,7 @@ from study.plots.style import (
     COLOURS,
     EDGE,
     LINE,
-    OURS,
+    PROPOSED,
     PUBLISHED,
     QUANTITY_LABELS,
     new_figure,
@@ -74,7 +74,9 @@ def draw_curves(candidates: pd.DataFrame, predictions: pd.DataFrame) -> Figure:
         handles: list[Any] = [
             Line2D([], [], marker="o", linestyle="", color=PUBLISHED, label="published, one run a point")
         ]
-        handles.append(Line2D([], [], color=OURS, linestyle=":", label="stated noise alone, our workcell"))
+        handles.append(
+            Line2D([], [], color=PROPOSED, linestyle=":", label="stated noise alone, our workcell")
+        )
         for name, (colour, line) in zip(names, looks, strict=False):
             handles.append(Line2D([], [], color=colour, linestyle=line, linewidth=1.8, label=labels[name]))
         figure.legend(handles=handles, loc="outside upper center", ncols=3)
@@ -85,7 +87,7 @@ def _panel(ax: Axes, table: Any, names: list[str], sweep: str) -> None:
     """Draw the published values of one sweep and quantity, and what the stated noise and the named explanations predict."""
     stated = table[table["candidate"] == _STATED].sort_values("value")
     x = stated["value"].to_numpy(dtype=float)
-    ax.plot(x, stated["without_offset"], ":", color=OURS, linewidth=1.8)
+    ax.plot(x, stated["without_offset"], ":", color=PROPOSED, linewidth=1.8)
     for name, (colour, line) in zip(names, _LOOKS, strict=False):
         mine = table[table["candidate"] == name].sort_values("value")
         ax.fill_between(x, mine["p05"], mine["p95"], color=colour, alpha=0.12, linewidth=0)

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from study.plots.setting_labels import label_of
-from study.plots.style import LINE, OURS, OURS_LIGHT, new_figure, styled
+from study.plots.style import LINE, PROPOSED, PROPOSED_LIGHT, new_figure, styled
 
-NAMING = (OURS, "what is refused, named, or named where")
-OTHER = (OURS_LIGHT, "another statement or number")
+NAMING = (PROPOSED, "what is refused, named, or named where")
+OTHER = (PROPOSED_LIGHT, "another statement or number")
 
 
 def draw_sensitivity(table: pd.DataFrame, most: int = 30) -> Figure:

@@ -11,9 +11,9 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from study.plots.style import COLOURS, GRID, LINE, OURS, Look, new_figure, numeral, styled
+from study.plots.style import COLOURS, GRID, LINE, PROPOSED, Look, new_figure, numeral, styled
 
-_AT_ONCE = Look("all at once", OURS, "o")
+_AT_ONCE = Look("all at once", PROPOSED, "o")
 _WAYS = {
     "scanner_first": Look("scanner first, then arm", COLOURS["scanner first"], "^"),
     "robot_first": Look("arm first, scanner as declared", COLOURS["arm first"], "s"),

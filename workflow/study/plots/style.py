@@ -26,7 +26,7 @@ class Look:
 
 
 COLOURS = {
-    "ours": "#0072b2",  # the proposed method, and the answers of the diagnosis
+    "proposed": "#0072b2",  # the proposed method, and the answers of the diagnosis
     "published": "#000000",
     "initial": "#7f7f7f",
     "baseline-abs": "#d55e00",
@@ -52,9 +52,9 @@ COLOURS = {
     "nothing": "#eeeeee",
 }
 """``{meaning: colour}``; no colour has two meanings. Those of the methods are from the palette of Okabe and Ito."""
-OURS, PUBLISHED = COLOURS["ours"], COLOURS["published"]
-OURS_LIGHT, OURS_DARK = "#c6dbef", "#08306b"
-"""Lighter and darker shades of ``OURS``, for figures that show nothing else."""
+PROPOSED, PUBLISHED = COLOURS["proposed"], COLOURS["published"]
+PROPOSED_LIGHT, PROPOSED_DARK = "#c6dbef", "#08306b"
+"""Lighter and darker shades of ``PROPOSED``, for figures that show nothing else."""
 LINE, EDGE, FAINT, GRID = "#000000", "#444444", "#bbbbbb", "#dddddd"
 """Colours without a meaning: axes and limits, edges of bars, lines between dots, grids."""
 BAND = "#555555"
@@ -66,7 +66,7 @@ LOOKS = {
     "baseline-abs-2018": Look("baseline, √|·|, lmfit of 2018", COLOURS["baseline-abs-2018"], "P"),
     "baseline-clip": Look("baseline, √max(0, ·)", COLOURS["baseline-clip"], "v"),
     "baseline-raise": Look("baseline, √ as it is", COLOURS["baseline-raise"], "s"),
-    "proposed": Look("proposed method", OURS, "o"),
+    "proposed": Look("proposed method", PROPOSED, "o"),
 }
 """``{method: look}``; a label of the baseline says what is done if the argument of its root is negative."""
 

@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from study.plots.style import COLOURS, EDGE, LINE, OURS, new_figure, numeral, plane_name, styled
+from study.plots.style import COLOURS, EDGE, LINE, PROPOSED, new_figure, numeral, plane_name, styled
 
 _MARKERS = ("^", "s", "v", "D", "P", "X")
 _COLOURS = tuple(COLOURS[name] for name in ("floor", "first wall", "second wall"))
@@ -84,7 +84,7 @@ def _asked(ax: Axes, poses: pd.DataFrame, curve: pd.DataFrame) -> None:
         alpha=0.75,
     )
     x, y = curve["angle_deg"].to_numpy(dtype=float), curve["effect_deg"].to_numpy(dtype=float)
-    ax.plot(x, y, color=OURS, linewidth=2.0)
+    ax.plot(x, y, color=PROPOSED, linewidth=2.0)
     limit = float(np.quantile(np.abs(sure["asked_deg"]), _SHOWN))
     ax.set_ylim(-1.3 * limit, 1.3 * limit)
     ax.annotate("dots: a pose each; line: effect found", (0.03, 0.03), xycoords="axes fraction", fontsize=7.5)
@@ -95,7 +95,7 @@ def _candidates(ax: Axes, ranking: pd.DataFrame) -> None:
     place = -np.arange(len(ranking))
     evidence = np.maximum(ranking["evidence_nats"].to_numpy(dtype=float), 0.0)
     found = ranking["found"].to_numpy(dtype=bool)
-    colours = [OURS if own else COLOURS["initial"] for own in found]
+    colours = [PROPOSED if own else COLOURS["initial"] for own in found]
     ax.barh(place, evidence, color=colours, edgecolor=EDGE, linewidth=0.5, height=0.7)
     for y, value, share in zip(place, evidence, ranking["share_of_residual"], strict=True):
         ax.annotate(f" {value:.0f}  ({100 * share:.0f} %)", (value, y), va="center", fontsize=7.5)
@@ -120,7 +120,7 @@ def _errors(ax: Axes, errors: pd.DataFrame, numbers: dict[str, Any]) -> None:
     ]
     labels = ("before", "after", "noise floor; matched control")
     for k, (label, colour, hatch) in enumerate(
-        zip(labels, (COLOURS["initial"], OURS, "white"), ("", "", "///"), strict=True)
+        zip(labels, (COLOURS["initial"], PROPOSED, "white"), ("", "", "///"), strict=True)
     ):
         x = np.arange(len(groups)) + 0.26 * (k - 1)
         y = [values[k] for _, values in groups]

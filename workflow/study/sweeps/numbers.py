@@ -143,16 +143,16 @@ def _ratios(rows: Any, case: Any) -> dict[str, Any]:
         rows: Rows of one method in one case.
         case: All rows of that case, among them those of the bound and of the efficient estimate.
     """
-    ours = rows[rows["converged"]].set_index("seed")[MAIN]
+    of_method = rows[rows["converged"]].set_index("seed")[MAIN]
     bound = case[case["method"] == BOUND].set_index("seed")[MAIN]
     efficient = case[case["method"] == EFFICIENT].set_index("seed")[MAIN]
-    if not len(ours) or not len(bound):
+    if not len(of_method) or not len(bound):
         return {"over_bound": None, "over_efficient": None}
-    expected = float(bound[ours.index].mean())
-    std = float(ours.std() / np.sqrt(len(ours)) / expected) if len(ours) > 1 else float("nan")
+    expected = float(bound[of_method.index].mean())
+    std = float(of_method.std() / np.sqrt(len(of_method)) / expected) if len(of_method) > 1 else float("nan")
     return {
-        "over_bound": {"ratio": float(ours.mean()) / expected, "std": std},
-        "over_efficient": float(ours.mean() / efficient[ours.index].mean()),
+        "over_bound": {"ratio": float(of_method.mean()) / expected, "std": std},
+        "over_efficient": float(of_method.mean() / efficient[of_method.index].mean()),
     }
 
 
