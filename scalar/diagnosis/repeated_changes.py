@@ -1,11 +1,11 @@
-"""Lower the confidence in names that are given several times: one cause that no effect describes is more probable than so many of one kind.
+"""Lower the confidence in names that are given several times: a single cause that no effect describes is more probable than so many of one kind.
 
 A target plane is knocked, or a sensor slips, by accident and at one moment. A base that sways or an encoder that drifts acts all the time. Several
 changes at different moments then approximate its effect, as the steps of a staircase approximate a slope. The evidence for each change is large, but
 all their names are wrong.
 
-Any other effect acts at a place once and all the time. If it is found twice at one place (a warm-up beside another, two plays of a joint), its form
-is not that of the cause: the second describes what the first left.
+Any other effect acts at a place once and all the time. If it is found twice at one place (two warm-ups of the arm, or play twice in one joint), its
+form is not that of the cause: the second describes the part of the cause that the first does not fit.
 """
 
 from __future__ import annotations

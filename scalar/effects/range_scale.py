@@ -44,7 +44,7 @@ class RangeScale(RangeError):
 
     @property
     def coefficient_units(self) -> list[str]:
-        """Metres a metre."""
+        """Metres of error per metre of range."""
         return ["m/m"]
 
     @property

@@ -30,7 +30,9 @@ _COOLING_RANGE = (1 / 9, 9.0)  # time constant of cooling over that of warming: 
 
 @dataclass(frozen=True, eq=False)
 class RestartedWarmUp(LinkEffect):
-    """All lengths grow by a share w of their warmth: ``a, d -> (1 + g w) a, d``, ``tau dw/dt = 1 - w`` at work, ``cooling tau dw/dt = -w`` at rest.
+    """All lengths grow in proportion to the warmth w of the arm, which is 0 when the arm is cold and 1 after long work.
+
+    ``a, d -> (1 + g w) a, d``, with ``tau dw/dt = 1 - w`` at work and ``cooling tau dw/dt = -w`` at rest.
 
     The arm is cold when the record begins. It works from the first to the last pose of each stretch of the record and stands still between the
     stretches: where the time is recorded, a stretch ends with a gap of at least ten usual intervals; where it is not, with a session, and the arm
@@ -39,8 +41,8 @@ class RestartedWarmUp(LinkEffect):
     Attributes:
         by: ``time`` or ``order``: the clock.
         begins: First time [s] or order of each stretch of work, ascending.
-        ends: Last time or order of each.
-        time_constant: Of the warm-up at work, in the unit of the clock.
+        ends: Last time [s] or order of each.
+        time_constant: Time constant tau of the warm-up at work, in the unit of the clock.
         cooling: Time constant of the cooling at rest over that of the warm-up; zero if the arm is cold again after each stop.
     """
 
@@ -75,7 +77,7 @@ class RestartedWarmUp(LinkEffect):
 
     @property
     def coefficient_units(self) -> list[str]:
-        """Metres a metre."""
+        """Metres of growth per metre of length."""
         return ["m/m"]
 
     def variations(self, scale: float) -> list[Self]:
@@ -87,7 +89,7 @@ class RestartedWarmUp(LinkEffect):
         return found + [replace(self, cooling=cooling) for cooling in cooled if cooling != self.cooling]
 
     def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
-        """Return the nominal lengths times the warmth."""
+        """Return the columns of ``LinkEffect.geometry_basis``: the nominal lengths [m] times the warmth."""
         return growing_lengths(robot, poses, self.warmth(self._clock(poses)))
 
     def _clock(self, poses: Poses) -> Array:

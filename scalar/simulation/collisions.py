@@ -17,7 +17,7 @@ from scalar.simulation.target_planes import target_plane_from_mapping
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
-_THICK = 0.05  # m, of a plane
+_THICKNESS = 0.05  # of a target plane [m]
 
 
 @contextmanager
@@ -42,7 +42,7 @@ def collision_test(
                 "distance_m": plane["distance"],
                 "centre_m": None,
                 "size_m": [size, size],
-                "thickness_m": _THICK,
+                "thickness_m": _THICKNESS,
             },
             shoulder,
         )

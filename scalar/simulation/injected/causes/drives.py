@@ -11,15 +11,15 @@ from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
-ECCENTRICITY = 1e-3  # over the radius; errors this small are in proportion
-TURNS = (2.2, 6.8)  # of the driven pulley in one turn of the joint
-PULLEYS = (1.4, 2.6)  # turns of the driving pulley in one of the driven
+ECCENTRICITY = 1e-3  # over the radius; with so small a value the error is proportional to it, and can be scaled afterwards
+TURNS = (2.2, 6.8)  # turns of the driven pulley in one turn of the joint
+PULLEYS = (1.4, 2.6)  # turns of the driving pulley in one turn of the driven pulley
 NOT_WHOLE = 0.15  # least distance of the numbers of turns from a whole number, since designers choose teeth without common factors
-ROUNDS = 20  # of the fixed-point iteration for the belt's equation
-LINES = 512  # on the disc of an encoder at the joint
+ROUNDS = 20  # rounds of the fixed-point iteration for the belt's equation
+LINES = 512  # lines on the disc of an encoder at the joint
 SIGNAL_FAULT = 0.02  # standard deviation of the errors of gain, quadrature and offset of its two signals
-FIRST_SLOPE_ENDS = (0.25, 0.5)  # share of the largest torque
-STIFFER = (3.0, 5.0)  # the second slope's stiffness over the first's
+FIRST_SLOPE_ENDS = (0.25, 0.5)  # torque at which the first slope ends, over the largest torque in the scene
+STIFFER = (3.0, 5.0)  # stiffness of the second slope over that of the first
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ class TwoPulleyBelt(DriveCause):
         return cls._scaled_to_size({"joint": joint}, size, stage, [f"q{joint}"], **details, phases_rad=phases)
 
     def raw(self, world: World, q: Array, j: int) -> Array:
-        """Return the difference of the driven pulley's angle from that with ideal pulleys, as a joint angle."""
+        """Return the difference of the driven pulley's angle from that with ideal pulleys, as a joint angle (N,) [rad]."""
         d = self.details
         e1, e2 = ECCENTRICITY * np.array(d["shares"])
         driving = d["turns"] * d["ratio"] * q[:, j]
@@ -116,7 +116,7 @@ class EncoderInterpolation(DriveCause):
         )
 
     def raw(self, world: World, q: Array, j: int) -> Array:
-        """Return the interpolated angle less the true one."""
+        """Return the interpolated angle minus the true one (N,) [rad]."""
         gain, quadrature, offset_sine, offset_cosine = self.details["signal_faults"]
         phase = self.details["lines"] * q[:, j]
         sine = (1.0 + gain) * np.sin(phase + quadrature) + offset_sine
