@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from scalar.geometry.robot import Robot
     from scalar.geometry.se3 import Array
 
-_LEAST_SHOWN = 1e-3  # mm or deg
+_LEAST_SHOWN = 1e-3  # mm or deg; smaller values are shown as "less than" this
 _MOST_TURN = 180.0  # deg or mm for a shift of 1 mm: larger values are shown as "more than" this
 _EMPTY, _NEAREST = "without joint angles (corrected = 0)", "as near as it comes, with corrected = 0"
 

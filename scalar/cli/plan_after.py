@@ -24,7 +24,7 @@ _OTHERWISE = (
     "wider joint limits, --range and --fan, other target planes, or a column that was not recorded (approach, temperature, torque) may show what "
     "these poses cannot"
 )
-_FAR = 10.0  # times less noise: with more, no sensor and no number of poses are said to help
+_FAR = 10.0  # if the noise had to be smaller by a larger factor, no better sensor and no number of poses are suggested
 
 
 def plan_after(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import chi2
 
-_LEAST_TIMES = 1.54  # from here on the bound on a sum of squares holds
-_LEAST = 1e-9  # m; what arithmetic makes of two equal models is less
+_LEAST_TIMES = 1.54  # the bound on a sum of squares (``is_beyond_chance``) holds for x above this
+_LEAST = 1e-9  # m; rounding makes a smaller difference between two equal models
 
 
 def is_beyond_chance(rms: float, by_chance: float, alpha: float) -> bool:

@@ -23,7 +23,7 @@ from scalar.kernels.gains import extension_gains, set_gains
 # The extent of the search: larger numbers give the same sets, more slowly.
 WIDTH = 24  # sets of each size that are extended
 BRANCHES = 8  # elements with which each of these sets is extended, at most one of each family
-MOST_ELEMENTS = 14  # in a set: five effects with two or three elements each
+MOST_ELEMENTS = 14  # elements of a set at most: five effects with two or three elements each
 
 
 @dataclass(frozen=True)

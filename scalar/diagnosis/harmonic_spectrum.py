@@ -25,11 +25,12 @@ from scalar.effects import Effect, registry
 from scalar.effects.series import Series
 from scalar.geometry.se3 import Array
 
-BANDS = ((1, 2), (3, 6), (7, 12), (13, 20), (21, 32), (33, 48), (49, 64))  # first and last order
+# First and last order of each band with one prior.
+BANDS = ((1, 2), (3, 6), (7, 12), (13, 20), (21, 32), (33, 48), (49, 64))
 # Prior standard deviation [rad] with which the search starts; the result does not depend on it.
 FIRST_SIZE = 3e-5
 LEAST_SIZE = 1e-7  # rad: smallest prior standard deviation, 0.1 micrometres at a metre; it shrinks a band to almost nothing
-ROUNDS = 60  # of that search, at most; it usually converges before
+ROUNDS = 60  # most rounds of that search; it usually converges before
 CONVERGED = 1e-3  # relative change of the standard deviations that ends it: far below their uncertainty
 _RIDGE = 1e-8  # prior weight of all other columns, of unit length, because without a part of the poses some of them may be undetermined
 # Factors that are tried on the prior standard deviations of greatest evidence.

@@ -26,7 +26,9 @@ from scalar.estimation.design_effect import LEAST_POSES, similar_poses
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
-REGIONS = 8  # of the joint space, by halving it three times. Smaller regions would have others on all sides, so that none is extrapolated to
+# Number of regions of the joint space, by halving it three times. Smaller regions would have others on all sides, so that their errors would not
+# show how a model extrapolates.
+REGIONS = 8
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from scalar.diagnosis.predicted_displacements import displacements, random_poses
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
-_RANK_TOLERANCE = 1e-10  # of the largest singular value of the columns of the parameters
+_RANK_TOLERANCE = 1e-10  # smaller singular values of the parameters' columns, over the largest, count as zero
 
 
 @dataclass(frozen=True, eq=False)

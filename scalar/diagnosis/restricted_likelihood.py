@@ -22,7 +22,7 @@ from scalar.geometry.se3 import Array
 
 _MOST_STEPS = 40
 _CONVERGED = 1e-4  # nats: a step with a smaller gain is the last
-_HALVINGS = 12  # of a step that lowers the likelihood, at most
+_HALVINGS = 12  # most halvings of a step that lowers the likelihood
 _LARGEST = 1e8  # largest variance of a scaled component, so that data without noise give finite numbers
 # Share of a kernel's mean trace; a smaller median is rounding, and would scale the kernel to infinity.
 _LEAST_SHARE = 1e-6

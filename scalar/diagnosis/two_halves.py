@@ -29,7 +29,8 @@ from scalar.diagnosis.outer_split import OuterSplit, Run, outer_split
 from scalar.diagnosis.settings import Settings
 from scalar.estimation.design_effect import design_effect
 
-EQUATIONS_FOR_EFFECTS = 4.0  # in each half, for each free parameter; chosen: 64 scans of an arm of six joints (with 60, half of the trials fail)
+# Least number of equations in each half for each free parameter. Chosen: 64 scans of an arm of six joints (with 60, half of the trials fail).
+EQUATIONS_FOR_EFFECTS = 4.0
 
 
 def two_halves(

@@ -19,7 +19,7 @@ from scalar.geometry.se3 import Array
 from scalar.sensors import Pieces
 from scalar.units import MM
 
-CURVE_POINTS = 361  # of a fitted curve: one a degree of a full turn
+CURVE_POINTS = 361  # points of a fitted curve: one for each degree of a full turn
 # Quantile that is taken for the largest value of a map, so that a single outlying pose does not decide it.
 _TYPICAL_LARGEST = 0.98
 

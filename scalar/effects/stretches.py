@@ -13,8 +13,10 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-STOP_INTERVALS = 10.0  # usual intervals between poses: in a shorter pause no arm cools (chosen)
-STOP_SHARE = 0.05  # of the time that is worked: the same
+# A pause counts as a stop if it lasts longer than so many usual intervals between poses, and than this share of the time at work; in a shorter
+# pause an arm hardly cools. Both numbers are chosen.
+STOP_INTERVALS = 10.0
+STOP_SHARE = 0.05
 USUAL = 0.9  # share of the intervals, the shortest, whose mean is the usual interval: stops are few
 LEAST_POSES = 5  # poses of a stretch of work that counts; two such stretches are needed
 

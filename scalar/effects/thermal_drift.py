@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 DRIVERS = ("temperature", "time", "order")
-WARM_UP_SHARES = (0.1, 0.3, 1.0)  # of the whole time: time constants of a warm-up that are tried
+WARM_UP_SHARES = (0.1, 0.3, 1.0)  # time constants of a warm-up that are tried, as shares of the whole time
 _CLOCK = {"time": "s", "order": "poses"}
-_LARGEST_STEP = np.log(2.0)  # of the logarithm of a time constant, between two fits
-_LEAST_STEP = 1e-3  # the same: after a smaller step the linearisation is accurate to about its square, and no further fit is made
+_LARGEST_STEP = np.log(2.0)  # largest change of the logarithm of a time constant between two fits
+_LEAST_STEP = 1e-3  # least such change: after a smaller one the linearisation is accurate to about its square, and no further fit is made
 
 
 @dataclass(frozen=True, eq=False)

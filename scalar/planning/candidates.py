@@ -24,7 +24,7 @@ _BATCH = 2048
 _BATCHES = 200  # chosen: 400,000 draws; a plane that is rarely seen in so many can hardly be measured
 _CLEARANCE = 0.02  # m, least distance of joints and sensor from the planes
 _BASE_FRAMES = 2  # the first frames of an arm stand at its base, and may be on the floor
-_LEAST_SHARE = 0.1  # of the wanted candidates of a plane: with fewer there is nothing to choose from
+_LEAST_SHARE = 0.1  # least share of the wanted candidates that a plane has to have: with fewer there is nothing to choose from
 
 
 @dataclass(frozen=True, eq=False)

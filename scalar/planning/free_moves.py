@@ -10,9 +10,10 @@ from scalar.geometry.se3 import Array
 from scalar.planning.candidates import Allowed
 from scalar.planning.program_order import move_lengths, program_order
 
-_STEP = 0.1  # rad, of the largest turn of any joint: 10 cm at the end of an arm of 1 m
+# Largest turn of any joint between two tests for collision [rad]: 10 cm at the end of an arm of 1 m.
+_STEP = 0.1
 _ROUNDS = 6
-_DETOUR = 10.0  # rad, added to the length of a move that touches something
+_DETOUR = 10.0  # rad; added to the length of a move that touches something, so that the order avoids it
 
 
 def order_poses(q: Array, allowed: Allowed | None) -> tuple[list[int], list[int]]:

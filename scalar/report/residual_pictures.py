@@ -16,8 +16,8 @@ from scalar.sensors import kind_of
 # The marks of planes: Matplotlib's name, and the sign in the legend.
 _SHAPES = (("^", "△"), ("s", "□"), ("v", "▽"), ("x", "×"))
 _SERIES = ("blue", "orange", "green", "purple")
-_SMALLEST_REACH, _LARGEST_REACH = 3.5, 40.0  # of a histogram, in standard deviations
-_BINS = 60  # of a histogram
+_SMALLEST_REACH, _LARGEST_REACH = 3.5, 40.0  # half the width of a histogram, in standard deviations
+_BINS = 60  # number of bins of a histogram
 
 
 def draw_residuals(before: FittedState, after: FittedState, most: int) -> Pair:

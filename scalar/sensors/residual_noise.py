@@ -16,9 +16,10 @@ from scalar.sensors.pose_noise import POSITION_NOISE, NoiseComponent
 from scalar.units import MM
 
 _ENOUGH = 20  # degrees of freedom from which the size of a residual says something: 16 % standard error
-_CLEARLY_SMALLER = 0.8  # of the stated noise; less differs no more than data sheets of one instrument do
+_CLEARLY_SMALLER = 0.8  # an estimate above this share of the stated noise differs from it no more than data sheets of one instrument do
 _CLEARLY_DIFFERENT = 1.25  # ratio of a noise that is measured within poses to the stated one, or its inverse
-_STANDARD_ERRORS = 4.0  # by which the residual has to be smaller as well; one data set in 30,000 is by chance
+# The residual has to be smaller by as many standard errors, too; by chance one dataset in 30,000 is.
+_STANDARD_ERRORS = 4.0
 _LEAST_SIZE = 1e-6  # singular values of a rigid motion, over the largest: the turn of two points about their line is none
 _OF_A_MEDIAN = 1.6  # its standard error over that of a root mean square
 UNCHANGED = 1e-3  # a smaller relative change of an estimated noise is not applied

@@ -7,7 +7,7 @@ from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
 G = 9.81  # m/s^2; a payload's weight is taken along -z of the base, whatever gravity the scene has
-STEP = 1e-4  # rad, of central differences
+STEP = 1e-4  # rad; step of central differences
 PAYLOAD = "payload"
 PLACE = ("payload_x", "payload_y", "payload_z")
 

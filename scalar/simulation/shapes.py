@@ -13,7 +13,7 @@ AROUND = 40  # facets of a tube
 CAP_RINGS = 8
 JOINT_WIDER = 1.22  # radius of a joint's housing over that of the thicker of its links
 JOINT_LONG = 1.25  # half the length of a joint's housing, in radii
-EDGE = 0.14  # of a radius: how far the rim of a joint's housing is rounded
+EDGE = 0.14  # radius of the rounded rim of a joint's housing, over that of the housing
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from scalar.simulation.streams import SURFACE, stream
 from scalar.simulation.target_planes import TargetPlane
 from scalar.simulation.transforms import Array
 
-ROUNDS = 4  # of the iteration; each gains a factor of slope times tan(incidence), 0.1 at most
+ROUNDS = 4  # rounds of the iteration; each reduces the error by a factor of slope times tan(incidence), 0.1 at most
 
 
 @dataclass(frozen=True, eq=False)

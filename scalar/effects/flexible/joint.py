@@ -21,8 +21,8 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-SINGLE_DEGREE = 6  # of the polynomials in one variable
-PAIR_DEGREE = 3  # in each of two variables
+SINGLE_DEGREE = 6  # degree of the polynomials in one variable
+PAIR_DEGREE = 3  # degree of the polynomials in each of two variables
 # A pose whose standard error is more than this many times the median is not drawn in a map.
 LARGEST_DRAWN_STD = 3.0
 

@@ -23,12 +23,13 @@ from scalar.sensors import kind_of
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-BUMP_WIDTHS = (0.08, 0.16, 0.32)  # in units of half the measured range of the variable, like the widths below
+# In units of half the measured range of the variable, as are the widths below.
+BUMP_WIDTHS = (0.08, 0.16, 0.32)
 PLATEAU_WIDTHS = (0.12, 0.3)
 STEP_WIDTHS = (0.03, 0.15)
 KINK_WIDTH = 0.08
 WAVE_ORDERS = (1.5, 33.5)  # first order, and end (excluded), in periods per turn
-SWAY_PERIODS = [k / 2 for k in range(1, 21)]  # in the whole acquisition
+SWAY_PERIODS = [k / 2 for k in range(1, 21)]  # numbers of periods of a sway in the whole acquisition
 MOST_LABELS = 4  # a column with at most so many different values is taken for a label, not for a variable
 
 

@@ -19,7 +19,7 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-DRIFT_DEGREE = 4  # of the polynomials in the column
+DRIFT_DEGREE = 4  # degree of the polynomials in the column
 
 
 class MovedSensor(Unattributed, SensorEffect):

@@ -15,8 +15,8 @@ from scalar.effects.flexible.variable import Variable
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
-COMPONENTS = ("rx", "ry", "rz", "x", "y", "z")  # of a screw, the turns first
-HALF_WAVES = 8  # over the acquisition
+COMPONENTS = ("rx", "ry", "rz", "x", "y", "z")  # components of a screw, rotations first
+HALF_WAVES = 8  # number of half waves over the acquisition
 
 
 @dataclass(frozen=True, eq=False)

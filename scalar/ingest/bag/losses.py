@@ -18,7 +18,8 @@ LEAST_KEPT = 0.5
 plane."""
 _ENOUGH = 0.8  # another order, or other axes, are suggested only if at least this share of the pieces then lies on planes
 _FEW_LOST = 0.1  # share of the pieces on no plane up to which no other reading is looked for: stops on the way are lost in any case
-_STILL_LOST = 1.0 / 3.0  # most of these that another reading may lose as well
+# Another reading is suggested only if at most this share of these pieces lies on no plane with it either.
+_STILL_LOST = 1.0 / 3.0
 _AXES = {
     "x of the scan reversed": np.array([[-1.0, 0.0], [0.0, 1.0]]),
     "z of the scan reversed": np.array([[1.0, 0.0], [0.0, -1.0]]),

@@ -19,14 +19,15 @@ from scalar.sensors.within_scan_noise.profiles import Profiles
 from scalar.sensors.within_scan_noise.restricted_likelihood import ScanSample
 
 MOST_PARTS = 2
-MOST_SCANS, MOST_POINTS = 60, 48  # in the sample, whatever the size of the dataset
+# Largest numbers of scans, and of points of each, in the sample, whatever the size of the dataset.
+MOST_SCANS, MOST_POINTS = 60, 48
 _SEARCHED = 20  # approximate number of scans in the search
 _RATIO = 2.5  # largest ratio of successive lengths of the grid
-_SHARES = (0.25, 0.6, 0.9)  # of the variance, tried on the grid
-_EVALUATIONS = 24  # of the likelihood, for each shape that is refined
+_SHARES = (0.25, 0.6, 0.9)  # shares of the variance that are tried on the grid
+_EVALUATIONS = 24  # evaluations of the likelihood for each shape that is refined
 _HOPELESS = 0.3  # a shape whose gain on the grid is smaller than the best by this share is not refined
 _LOGIT = 7.0  # largest log odds of a share: 0.999 or 0.001
-_STEP = 0.15  # of the log odds of the share and the log length, in differences for the curvature of the likelihood
+_STEP = 0.15  # step of the log odds of the share and of the log length, in differences for the curvature of the likelihood
 
 
 def sample_of(

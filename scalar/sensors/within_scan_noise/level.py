@@ -18,7 +18,7 @@ from scalar.geometry.se3 import Array
 from scalar.sensors.robust_scale import robust_std
 from scalar.sensors.within_scan_noise.profiles import Profiles
 
-_ROUNDS = 5  # of trimming; more would change nothing
+_ROUNDS = 5  # rounds of trimming; more would change nothing
 _TRIMMED = 4.0
 """Robust standard deviations beyond which a scan is trimmed: one normal scan in sixteen thousand."""
 _RIDGE = 1e-6  # keeps the coefficient of a variable that does not vary at zero

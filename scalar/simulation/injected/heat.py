@@ -15,8 +15,8 @@ from scalar.simulation.transforms import Array
 STANDS_S = 60.0  # a longer interval between two poses is one in which the arm stood still
 CONSTANT = (0.15, 0.6)  # drawn: the links' time constant over the time that is worked
 MOTORS = 0.2  # heat capacity of the motors over that of the links
-TO_LINKS = 4.0  # heat that passes from motors to links, over what links lose to the room, a kelvin each
-STEPS = 200  # of the integration in one time constant
+TO_LINKS = 4.0  # heat that passes from motors to links, over what links lose to the room, each for a difference of one kelvin
+STEPS = 200  # steps of the integration in one time constant
 
 
 @dataclass(frozen=True, eq=False)

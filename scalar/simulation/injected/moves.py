@@ -12,7 +12,7 @@ from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
-SPRINGS = 20  # of the model of friction
+SPRINGS = 20  # number of springs in the model of friction
 
 
 @dataclass(frozen=True, eq=False)

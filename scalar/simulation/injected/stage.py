@@ -23,7 +23,7 @@ from scalar.simulation.world import World
 # A joint is influential if it moves the laser's points by at least this share of the motion that the most influential joint causes.
 INFLUENTIAL = 0.1
 LOADED = 0.05  # a joint carries weight if its torque is at least this share of the largest
-STEP = 1e-5  # rad, of central differences
+STEP = 1e-5  # rad; step of central differences
 MIDDLE = (0.25, 0.75)  # part of the run from which a moment is drawn
 
 

@@ -29,8 +29,8 @@ KINDS = (
 )
 IN_TIME = ("base_sway", "encoder_drift", "late_jump", "sensor_oscillation")
 BUMP_WIDTH = 0.08  # standard deviation of a bump, over the range of the joint's angles in the data
-STEEPNESS = 100.0  # of a step: its width is a hundredth of that range
-PERIODS = (1.5, 3.5)  # of an oscillation, in a run
+STEEPNESS = 100.0  # steepness of a step: its width is a hundredth of that range
+PERIODS = (1.5, 3.5)  # number of periods of an oscillation in a run
 MIDDLE = (0.35, 0.65)  # part of the joint's range, or of the run, in which a bump, a step or a jump lies
 # Half the width of worn teeth at half their depth, over the joint's range; each flank is as wide.
 TEETH = 0.12

@@ -13,7 +13,7 @@ import numpy as np
 
 from scalar.simulation.transforms import Array
 
-SAMPLES = 4  # of the field along the line, in the smaller of a speckle and a pixel
+SAMPLES = 4  # samples of the field along the line in a speckle or a pixel, whichever is smaller
 ACROSS = 2  # samples of the field in a speckle, across the line
 BLOCK = 64  # samples; transforms of multiples of it are quick
 WINDOW = 2.0  # width of the camera's window across the line, in widths of the line

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 Array = np.ndarray
 STYLUS = 0.2  # m: about the scanner's stand-off, so that a scan's posture is nearly a contact
 STREAM = 51_423  # with the seed of the set, the seed of what this module draws
-_STEP = 1e-5  # rad, of central differences
+_STEP = 1e-5  # rad; step of central differences
 _CONTACTS = 8  # most steps of the least squares towards a contact; three reach a nanometre
 
 

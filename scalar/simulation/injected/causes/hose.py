@@ -13,7 +13,7 @@ from scalar.simulation.injected.stage import Stage
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
-STEP = 1e-5  # rad, of central differences
+STEP = 1e-5  # rad; step of central differences
 SLACK = (0.2, 0.5)  # the hose is slack below this quantile of its lengths in the scene
 MEMORY = (0.4, 0.8)  # stiffness of the spring that relaxes, over that of the one that does not
 MINUTES = (1.0, 5.0)  # time constant of the relaxation
