@@ -118,8 +118,8 @@ def describe_comparison(comparison: Comparison) -> list[str]:
             else "the second with --effects-from the first"
         )
         lines.append(
-            "  this shows no change of the arm yet: a model that lacks something comes out differently where other poses were measured. "
-            f"Compare calibrations that hold what it lacks, {how}, or measure the same poses in both campaigns"
+            "  this alone is no evidence for a change of the arm: if a model lacks something, its parameters depend on the poses that were measured. "
+            f"Compare calibrations that contain what it lacks, {how}, or measure the same poses in both campaigns"
         )
     for change, moved in zip(comparison.changes, comparison.moved, strict=True):
         lines += _change_lines(comparison, change, moved)
@@ -167,13 +167,14 @@ def _by_positions(effect: DisjointTerms) -> list[str]:
     """Return lines on the difference of an effect for which A and B contain different coefficients."""
     verdict = "beyond chance" if effect.beyond_chance else "no more than chance explains"
     lines = [
-        f"{effect.name}: A and B hold it in different coefficients, so it is compared by the positions that it makes: they differ by "
-        f"{effect.apart.rms / MM:.3f} mm RMS, at most {effect.apart.largest / MM:.3f} mm, beyond what base, sensor and geometry would take up; "
+        f"{effect.name}: A and B describe it by different coefficients, so the comparison is of the positions that it causes: they differ by "
+        f"{effect.apart.rms / MM:.3f} mm RMS, at most {effect.apart.largest / MM:.3f} mm, beyond what base, sensor and geometry could explain; "
         f"chance alone would make {effect.by_chance / MM:.3f} mm: {verdict}"
     ]
     if effect.beyond_chance:
         lines.append(
-            "  either the arm changed, or the poses of one campaign did not show what the other did; the same coefficients in both would tell"
+            "  either the arm changed, or the poses of one campaign did not show what those of the other did; "
+            "with the same coefficients in both, the comparison would distinguish the two"
         )
     return lines
 

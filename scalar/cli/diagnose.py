@@ -64,7 +64,7 @@ def diagnose(
 
     With --batch, DIR has a folder of these for each dataset, and DIR/fleet.csv with one line for each dataset: what was found, the
     errors, and why a dataset was refused. Finished datasets are not computed again, unless their files or the options have changed.
-    The exit status is 0, or that of the first dataset that was refused; the others are diagnosed all the same.
+    The exit status is 0, or that of the first dataset that was refused; the others are diagnosed nevertheless.
 
     \b
     Examples:

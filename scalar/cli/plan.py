@@ -88,7 +88,7 @@ def plan(
 
     With --near, poses are planned for the arm as it was calibrated. Where ROBOT has measured poses, the planned ones are numbered on from
     them, they are those that add most to the measured ones, and the expected error is that of a calibration from all of them. It holds if base,
-    sensor and planes or tracker still stand as they stood. The errors of the measured and of the planned poses alone are stated as well.
+    sensor and planes or tracker have not moved since. The errors of the measured and of the planned poses alone are stated as well.
 
     With --after, poses are planned for the arm as calibrated in the after.json that lies beside the diagnosis, or in what --near names.
     The plan consists of the poses that separate effects which the diagnosis could not distinguish. The output
@@ -150,8 +150,8 @@ def plan(
         lines += _write(output, workcell, found, chosen, content, allowed, curve, random, _next_ids(dataset))
     if dataset is not None:
         lines.append(
-            f"  measure them, append the rows to the tables of {robot} (pose numbers and order go on from there; give them a session of their "
-            "own where base, planes or tracker were set up anew), and diagnose again"
+            f"  measure them, append the rows to the tables of {robot} (pose numbers and order continue from there; give them a session of their "
+            "own if base, planes or tracker were set up anew), and diagnose again"
         )
     say(f"{arm.name}, {sensor.kind}: {len(chosen)} poses of {len(found.q)} candidates")
     say("\n".join(lines))

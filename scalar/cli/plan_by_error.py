@@ -55,7 +55,7 @@ def plan_by_error(
     if accuracy is not None:
         now = error_of(info, []) if info.measured else np.inf
         if now <= accuracy * MM and poses is None:
-            message = f"the {info.measured} measured poses are expected to leave {now / MM:.4f} mm already; for more poses all the same, give --poses"
+            message = f"the {info.measured} measured poses are expected to leave {now / MM:.4f} mm already; for more poses nevertheless, give --poses"
             raise InvalidInput(Fault("--accuracy", message))
         enough, (most, left) = poses_for_error(info, accuracy * MM, least, criterion)
         if enough is None:
@@ -90,14 +90,14 @@ def plan_by_error(
         parts = errors_of_parts(workcell, info, result)
         planned = parts["expected_error_of_planned_poses_alone_mm"]
         alone = (
-            "the planned ones are too few by themselves"
+            "the planned ones alone are too few for a calibration"
             if planned is None
             else f"the planned ones alone {planned:.4f} mm"
         )
         lines.insert(
             1,
             f"  the measured poses alone: {parts['expected_error_of_measured_poses_mm']:.4f} mm; {alone}. "
-            "Together they need base, sensor and target to stand as they stood",
+            "The error of both together holds only if base, sensor and target have not moved since",
         )
     others = ", ".join(f"{n}: {e / MM:.4f}" for n, e in result.curve if n != count)
     lines.append(f"  expected error with other numbers of {more}poses, at most [mm]: {others}")

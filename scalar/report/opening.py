@@ -154,7 +154,7 @@ def caution(diagnosis: Diagnosis, finding: Finding) -> str:
         return ""
     if finding.doubtful:
         return (
-            f"Look for the cause before anything is repaired: {words.quoted(finding.effect.title)} is only what it is most like, and a name with "
+            f"Look for the cause before anything is repaired: {words.quoted(finding.effect.title)} is only what it resembles most, and a name with "
             f"such evidence has been right in {100 * finding.confidence:.0f} % of the simulated trials."
         )
     if finding.confounded_with:

@@ -183,7 +183,7 @@ def test_an_effect_in_other_coefficients_is_compared_by_positions(folder):
     one = softer(folder / "one.json", ((2, 2),), 1e-4)
     two = softer(folder / "two.json", ((2, 2), (2, 3)), 5e-4)
     said = run("compare", one, two, "-o", folder / "c.json").output
-    assert "joint_compliance: A and B hold it in different coefficients" in said
+    assert "joint_compliance: A and B describe it by different coefficients" in said
     assert "the arm changed:" not in said
     content = json.loads((folder / "c.json").read_text(encoding="utf-8"))
     (entry,) = content["compared_by_positions"]
