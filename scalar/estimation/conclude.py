@@ -9,6 +9,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.effects import registry
 from scalar.errors import Undetermined
+from scalar.estimation.fixed_parameter import NO_LENGTH_KNOWN
 from scalar.estimation.least_squares import Decomposed, Fit
 from scalar.estimation.measured_ranges import KEY as KEY_OF_RANGES
 from scalar.estimation.misfit import misfit, unexplained_shift
@@ -102,6 +103,9 @@ def conclude(
             rotation_noise=max(
                 (n.value for n in residuals.measurement.estimated_noise if n.name == ROTATION_NOISE),
                 default=0.0,
+            ),
+            fixed_length=next(
+                (h.name for h in prepared.identifiability.fixed if h.reason == NO_LENGTH_KNOWN), None
             ),
         )
     ]
