@@ -89,7 +89,7 @@ def calibrate(
     from scalar.estimation.calibrate import calibrate
     from scalar.estimation.result import load_calibration
     from scalar.estimation.transfer import carried
-    from scalar.report.calibration_residual import far_poses
+    from scalar.report.calibration_residual import far_poses_in_words
     from scalar.report.output import write_calibration
 
     files = [(output / "calibration.json", json_of("calibration"))]
@@ -109,7 +109,7 @@ def calibrate(
         result = replace(result, summary={**result.summary, "effects_from": given.to_mapping()})
     write_calibration(result, data, output, with_page=with_report)
     say(describe_calibration(result))
-    for sentence in far_poses(result, data):
+    for sentence in far_poses_in_words(result, data):
         say(f"  {sentence}")
     say(f"written: {output / 'calibration.json'}{', report.html' if with_report else ''}")
 

@@ -88,6 +88,9 @@ def correct(
     position_error and orientation_error have it for every row. With
     --leave-out such rows are left out, and the exit status is 0. If no wanted frame can be taken, nothing is written.
 
+    Poses clearly outside the ranges of the joints that were measured are corrected like the others, and counted: no measurement shows how far the
+    arm errs there, and the correction may do harm.
+
     \b
     Example:
       scalar correct out/calibration.json program.csv -o corrected.csv --units deg,mm
@@ -95,6 +98,7 @@ def correct(
     import numpy as np
 
     from scalar.cli.kinds_of_targets import naming_mixed_rows
+    from scalar.cli.pose_lines import lines_on_measured_ranges
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.poses import Poses
     from scalar.data.table_units import base_name, columns_of, units_named, units_to_write
@@ -162,6 +166,7 @@ def correct(
     for line in [
         *(lines_on_left_out(refused) if leave_out else []),
         *warnings_on_written(robot, ids, found, near),
+        *lines_on_measured_ranges(calibrated, found.q),
     ]:
         say(line)
     written = table.iloc[rows] if leave_out else table

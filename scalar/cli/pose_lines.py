@@ -1,4 +1,4 @@
-"""Lines about single poses of a table: the first few, and a count of the others."""
+"""Lines about poses of a table: about the first few of a kind and a count of the others, or one about all of them."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
+    from scalar.estimation.result import Calibration
     from scalar.geometry.robot import Robot
     from scalar.geometry.se3 import Array
 
 MOST_SHOWN = 10
 """Most poses that are listed one by one."""
+_MOST_JOINTS = 3  # named in the line on measured ranges, those with the most poses outside first
 
 
 def first_lines(lines: list[str]) -> list[str]:
@@ -40,3 +42,38 @@ def lines_on_limits(robot: Robot, ids: Array, q: Array) -> list[str]:
             f"  pose {ids[i]}: joint {joint + 1} at {q[i, joint] / size:.3f} {unit} is beyond its limits {low:.1f} to {high:.1f} {unit}"
         )
     return first_lines(lines)
+
+
+def lines_on_measured_ranges(calibration: Calibration, q: Array) -> list[str]:
+    """Return one line if poses lie clearly outside the joint positions that were measured: how many, and at which joints; else none.
+
+    Args:
+        calibration: Which states the ranges over its poses, unless an earlier release has written it.
+        q: ``(N, n)`` [rad; m of a joint that slides].
+    """
+    import numpy as np
+
+    from scalar.estimation.measured_ranges import clearly_outside, measured_ranges
+
+    ranges = measured_ranges(calibration.summary)
+    if ranges is None:
+        return []
+    outside = clearly_outside(ranges, q)
+    n_poses = int(outside.any(axis=1).sum())
+    if not n_poses:
+        return []
+    by_joint = outside.sum(axis=0)
+    joints = []
+    for j in [int(j) for j in np.argsort(-by_joint, kind="stable") if by_joint[j]][:_MOST_JOINTS]:
+        size, unit = (MM, "mm") if j in calibration.model.robot.prismatic else (DEG, "deg")
+        (low, high), here = ranges[j] / size, q[:, j] / size
+        joints.append(
+            f"joint {j + 1} was measured from {low:.0f} to {high:.0f} {unit} and goes from {here.min():.0f} to {here.max():.0f} {unit}"
+        )
+    has_effects = bool(calibration.model.effects)
+    what = "what was found there may not hold here" if has_effects else "a gear error here could not be seen"
+    lie = "1 pose lies" if n_poses == 1 else f"{n_poses} poses lie"
+    return [
+        f"  {lie} clearly outside the ranges of the joints that were measured ({'; '.join(joints)}): no measurement shows how far the arm errs, "
+        f"and {what}; measure poses there too"
+    ]

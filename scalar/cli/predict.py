@@ -64,7 +64,8 @@ def predict(
     CALIBRATION): if the zero of joint 1 is wrong by 90 degrees, all frames are turned by 90 degrees about its axis, and nothing in the data shows
     it. If that matters, measure three points whose place in the base frame is known.
 
-    Poses at which a joint is beyond its limits are predicted too; the command lists them.
+    Poses at which a joint is beyond its limits are predicted too; the command lists them. Poses clearly outside the ranges of the joints that were
+    measured are counted: no measurement shows how large the error of the arm is there.
 
     With --units deg,mm the joint angles are read in degrees (the travel of a joint that slides in mm), and x_mm..rz_deg are
     written.
@@ -75,7 +76,7 @@ def predict(
       scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm --orientation rpy
     """
     from scalar.cli.kinds_of_targets import refuse_frames
-    from scalar.cli.pose_lines import lines_on_limits
+    from scalar.cli.pose_lines import lines_on_limits, lines_on_measured_ranges
     from scalar.data.moves import joint_angles
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.table_units import columns_of, units_named, units_to_write
@@ -109,5 +110,6 @@ def predict(
         also=orientations,
     )
     say_written(output, len(table), "pose")
-    for line in lines_on_limits(robot, table["pose"].to_numpy(), joint_angles(table, robot.n_joints)):
+    q = joint_angles(table, robot.n_joints)
+    for line in [*lines_on_limits(robot, table["pose"].to_numpy(), q), *lines_on_measured_ranges(model, q)]:
         say(line)

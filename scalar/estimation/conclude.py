@@ -9,11 +9,14 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.effects import registry
 from scalar.errors import Undetermined
+from scalar.estimation.fixed_parameter import NO_LENGTH_KNOWN
 from scalar.estimation.least_squares import Decomposed, Fit
+from scalar.estimation.measured_ranges import KEY as KEY_OF_RANGES
 from scalar.estimation.misfit import misfit, unexplained_shift
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
 from scalar.estimation.ran_away import ran_away
+from scalar.estimation.random_poses import ranges_of_joints
 from scalar.estimation.reporting import reporting, sensor_mapping
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration
@@ -71,6 +74,7 @@ def conclude(
     summary: dict[str, Any] = {
         "poses": dataset.n_poses,
         "points": len(dataset.points) if len(dataset.points) else dataset.n_poses,
+        KEY_OF_RANGES: ranges_of_joints(dataset.q).tolist(),
         "sigma_m": residuals.measurement.sigma,
         "sigma_stated": residuals.measurement.sigma_stated,
         "misfit": lack.ratio,
@@ -99,6 +103,9 @@ def conclude(
             rotation_noise=max(
                 (n.value for n in residuals.measurement.estimated_noise if n.name == ROTATION_NOISE),
                 default=0.0,
+            ),
+            fixed_length=next(
+                (h.name for h in prepared.identifiability.fixed if h.reason == NO_LENGTH_KNOWN), None
             ),
         )
     ]

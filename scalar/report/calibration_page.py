@@ -8,7 +8,7 @@ from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
 from scalar.estimation.misfit import lacks_something, may_lack_something
 from scalar.estimation.result import Calibration
-from scalar.report.calibration_residual import far_poses, residual_in_words
+from scalar.report.calibration_residual import far_poses_in_words, residual_in_words
 from scalar.report.excess_residual import excess_distance
 from scalar.report.parameter_table import convention_in_words, gauge_rows, parameter_tables
 from scalar.report.unstated_noise import exceeds_usual_noise, unstated_noise_in_words
@@ -35,7 +35,7 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
         "opening": [_what_it_is(workspace), _what_to_do(calibration)],
         "setup": [
             *(suspicion["sentence"] for suspicion in calibration.summary.get("setup", [])),
-            *far_poses(calibration, dataset),
+            *far_poses_in_words(calibration, dataset),
         ],
         "workspace": workspace,
         "file": FILE,

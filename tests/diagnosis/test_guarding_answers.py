@@ -152,6 +152,7 @@ def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
         "held_out_errors": lambda _: None,
         "rivals": lambda *_: (own, [own, scored(near, 96.0), scored(far, 93.0)]),
         "rivals_of_strongest_part": lambda *_: [],
+        "background_without": lambda *_: (None,),
         "has_all_orders": lambda *_: False,
         "is_shrunk": lambda _: False,
         "without_each_fold": lambda _: [],

@@ -60,3 +60,22 @@ def test_planes_are_not_blamed_for_a_fit_that_failed(scanned):
         mixed = with_columns(scanned, **{f"q{j + 1}": scanned.q[shuffled, j] for j in range(6)})
         with pytest.raises(Undetermined, match=r"belong together|ran "):
             calibrate(mixed, explain=False)
+
+
+def with_link(dataset: Dataset, change: float) -> Dataset:
+    """Return the dataset with a_3 in the table of joints longer by ``change`` [m]."""
+    geometry = dataset.robot.geometry.copy()
+    geometry[0, 2] += change
+    return replace(dataset, robot=replace(dataset.robot, geometry=geometry))
+
+
+@pytest.mark.parametrize("kind", ["tracker", "line-laser", "probe"])
+@pytest.mark.parametrize(("change", "is_named"), [(0.0, False), (90 * MM, True)])
+def test_a_link_that_is_wrong_in_the_table_is_named(kind, change, is_named):
+    """A link 90 mm too long in the table is calibrated, and named; where no length is known, either it or another length is said to be wrong."""
+    sound = make_scene("vs060", kind, poses_per_plane=25, points_per_scan=12, noise=2e-5, seed=5).dataset
+    setup = calibrate(with_link(sound, change), explain=False).summary["setup"]
+    sentences = [entry["sentence"] for entry in setup if "table of joints" in entry["sentence"]]
+    assert bool(sentences) == is_named
+    assert all("a_3" in sentence for sentence in sentences)
+    assert all(("all lengths are relative" in sentence) == (kind == "probe") for sentence in sentences)

@@ -13,10 +13,9 @@ from scalar.geometry.se3 import Array, log_so3
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
-LINK_SHARE = 0.1  # of the arm's length: no real link differs from its table by so much
-LEAST_LINK = (
-    30 * MM
-)  # the limit for a link is at least this, however short the arm: the table of a small arm may leave out a spacer
+LINK_SHARE = 0.02  # of the arm's length: real links differ from their table by a millimetre or two, and reference frames by a few more
+LEAST_LINK = 10 * MM  # the limit for a link is at least this, however short the arm
+_LONG = 30 * MM  # the ratio of fitted to nominal length counts of links that are longer than this
 ZERO = 10 * DEG  # a joint zero that was set by marks is wrong by a few degrees at most
 SENSOR_TURN = 45 * DEG  # from the stated pose, which may be wrong by 30 degrees
 SENSOR_SHIFT = 150 * MM  # from the stated pose
@@ -36,6 +35,7 @@ def implausible(
     rotation_observed: bool,
     misfit_ratio: float | None = None,
     rotation_noise: float = 0.0,
+    fixed_length: str | None = None,
 ) -> tuple[Suspicion, ...]:
     """Return what is suspect in the description of the set-up, judged by a fit that explains the data.
 
@@ -46,9 +46,10 @@ def implausible(
         rotation_observed: Whether the data of this kind of sensor depend on its orientation on the flange.
         misfit_ratio: The residual over what the stated noise explains, or None where none is stated.
         rotation_noise: Standard deviation [rad] of measured orientations as the fit leaves it; 0 where none were measured or it is stated.
+        fixed_length: Name of the length to which all others are relative because the data show no length; None if they show it.
     """
     found = [
-        *_lengths(dataset, model, std),
+        *_lengths(dataset, model, std, fixed_length),
         *_zeros(dataset, model, std),
         *_sensor(dataset, model, rotation_observed),
     ]
@@ -96,7 +97,7 @@ def _loud(dataset: Dataset) -> list[Suspicion]:
     ]
 
 
-def _lengths(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
+def _lengths(dataset: Dataset, model: Model, std: Array, fixed_length: str | None) -> list[Suspicion]:
     """Return a suspicion if a length changed too much: of a unit if all lengths changed by about the same factor, else of the largest change."""
     nominal, fitted = dataset.robot.geometry, model.robot.geometry
     errors = std[model.blocks["geometry"]].reshape(nominal.shape)
@@ -108,7 +109,7 @@ def _lengths(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
     off = (np.abs(change) > limit) & (np.abs(change) > SIGMAS * np.nan_to_num(errors[rows]))
     if not off.any():
         return []
-    long = np.isfinite(errors[rows]) & (np.abs(nominal[rows]) > LEAST_LINK)
+    long = np.isfinite(errors[rows]) & (np.abs(nominal[rows]) > _LONG)
     ratios = fitted[rows][long] / nominal[rows][long]
     typical = float(np.median(ratios)) if len(ratios) else 1.0
     common = (
@@ -128,11 +129,13 @@ def _lengths(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
         ]
     k, j = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
     name = f"{GEOMETRY[rows[k]]}_{j + 1}"
+    which = f"{name} or {fixed_length}, to which all lengths are relative here," if fixed_length else name
     return [
         Suspicion(
             "robot",
             name,
-            f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints: is this the robot that was measured?",
+            f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints: is {which} wrong there, or is "
+            "this another robot than the one that was measured?",
         )
     ]
 
