@@ -224,11 +224,16 @@ def improvement(before: HeldOutErrors, after: HeldOutErrors) -> float:
 
     One block that the other poses hardly determine may gain more than all others together, and its scatter then hides their gain. The fall is
     therefore also computed with the gain of each block limited to ``most_gain_of_block`` times the median change of a block, while losses count in
-    full. The larger of the two numbers is returned.
+    full. In this, the squared error of a pose is limited to ``most_of_pose`` times the median before: a supposed random error of the joints moves an
+    arm that is stretched out only across it, and the weight of its error along the arm may exceed that of all other poses together. The larger of
+    the two numbers is returned.
     """
     n = int(before.block.max()) + 1
     per_block = np.bincount(before.block, weights=before.whitened - after.whitened, minlength=n)
-    usual = np.minimum(per_block, before.settings.most_gain_of_block * float(np.median(np.abs(per_block))))
+    most = before.settings.most_of_pose * float(np.median(before.whitened))
+    limited = np.minimum(before.whitened, most) - np.minimum(after.whitened, most)
+    usual = np.bincount(before.block, weights=limited, minlength=n)
+    usual = np.minimum(usual, before.settings.most_gain_of_block * float(np.median(np.abs(usual))))
     return max(_in_standard_errors(per_block), _in_standard_errors(usual))
 
 

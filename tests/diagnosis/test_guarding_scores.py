@@ -120,6 +120,20 @@ def test_the_gain_of_one_block_is_limited():
     assert usual > wide
 
 
+def test_a_pose_far_beyond_the_noise_does_not_decide():
+    """Twenty poses gain one each, and one whose squared error is a hundred times the median and more loses far more than all of them gain.
+
+    It counts for no loss; with the threshold doubled it counts for one, and hides the gain.
+    """
+    drop = 1 + 0.2 * np.tile([1, -1], 10)
+    after = errors(np.r_[np.full(20, 5.0), 5000.0])
+    usual, wide = (
+        improvement(errors(np.r_[drop + 5, 700.0], settings=s), after)
+        for s in (HOLD_OUT, doubled(HOLD_OUT, "most_of_pose"))
+    )
+    assert usual > 2 and wide < 0
+
+
 def test_an_error_in_metres_may_grow_by_a_little():
     """A growth by one and a half percent is too much with a tolerance of one percent, and not with two."""
     after = errors(np.ones(4), 1.015**2)

@@ -20,6 +20,7 @@ LABELS = {
     "flexible_terms.replacement_margin": "lead of a flexible term over a name",
     "estimation.fit.misfit_p_value": "probability of a misfit by chance",
     "hold_out.most_gain_of_block": "largest weight of one block",
+    "hold_out.most_of_pose": "largest weight of one pose",
     "selection.change_margin": "least number of poses beside a change",
     "selection.most_candidates_tried": "candidates that are refitted",
     "observability.unobservable": "share of a column that is unobservable",
