@@ -39,6 +39,15 @@ class PublishedStruct(ctypes.Structure):
     )
 
 
+class StartStruct(ctypes.Structure):
+    """``Start`` of ``linear_start.h``: scans of planes from which a scanner's pose is guessed."""
+
+    _fields_ = (
+        *((name, _int) for name in ("N", "K", "m")),
+        *((name, _at) for name in ("R", "R_metric", "T_base_flange", "index", "use", "normals", "distances")),
+    )
+
+
 class FreeStruct(ctypes.Structure):
     """``Free`` of ``normal_equations.h``: which coordinates are free, with their priors."""
 
@@ -51,6 +60,7 @@ _ARGUMENTS = {
     "factors": (_int, _int, _at, _at, _at),
     "profiles": (_int, _at, _at, _at, ctypes.c_int, _float, _int, _at, _at),
     "published": (ctypes.POINTER(PublishedStruct), _at, _at, _at, _at),
+    "linear_start": (ctypes.POINTER(StartStruct), _int, _at, _at),
     "linearise": (ctypes.POINTER(ProblemStruct), _at, _at, _at),
     "fit": (
         ctypes.POINTER(ProblemStruct), ctypes.POINTER(FreeStruct), _float, _float, _int, _at,
