@@ -127,7 +127,7 @@ def _check_rank(model: Model, decomposed: Decomposed, free: Array) -> None:
     if decomposed.full_rank:
         return
     names = np.array(model.names)[free]
-    largest = names[np.argsort(-np.abs(decomposed.Vt[-1]))[:4]]
+    largest = names[np.argsort(-np.abs(decomposed.weakest))[:4]]
     raise Undetermined(
         [
             f"the data do not distinguish {', '.join(largest)}: measure more poses that differ in all joints, or fix one of them (--hold)"
