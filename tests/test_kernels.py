@@ -59,6 +59,21 @@ def test_frames_are_the_products_of_link_transforms(n, N, seed):
         np.testing.assert_allclose(found[:, i + 1], expected, atol=1e-12)
 
 
+@pytest.mark.parametrize("robot", ["vs060", "ur10e"])
+def test_frames_and_screws_with_a_geometry_of_each_pose(robot, monkeypatch):
+    """With offsets of the geometry that differ from pose to pose, frames and screws are those of NumPy, and further columns are zero."""
+    arm, rng = make_scene(robot, poses_per_plane=3).dataset.robot, np.random.default_rng(0)
+    q, offsets = rng.normal(size=(7, arm.n_joints)), 0.1 * rng.normal(size=(7, 5, arm.n_joints))
+    for each in (None, offsets):
+        with monkeypatch.context() as patch:
+            without_library(patch)
+            frames = arm.frames(q, each)
+            expected = arm.screws(frames, each, 4)
+        np.testing.assert_allclose(arm.frames(q, each), frames, atol=1e-12)
+        np.testing.assert_allclose(arm.screws(frames, each, 4), expected, atol=1e-12)
+        assert not expected[:, :, -4:].any()
+
+
 @needs_library
 @pytest.mark.parametrize("axis", ["ray", "z"])
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
