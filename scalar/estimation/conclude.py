@@ -55,8 +55,7 @@ def conclude(
     Raises:
         Undetermined: The data do not distinguish all free parameters, or a length or an angle is implausibly far from its nominal value.
     """
-    guess = residuals.measurement.initial_target(dataset)
-    model = reporting(found.model, guess)
+    model = reporting(found.model, prepared.guess)
     residual, jacobian = residuals.linearise(model)
     decomposed = Decomposed.of(jacobian[:, found.free], residual)
     assert decomposed is not None  # the fit has converged, so all numbers are finite

@@ -12,6 +12,7 @@ joint that stays *still* hides it; or *these poses* do not determine it and othe
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -138,8 +139,16 @@ def analyse(
 def _any_poses(robot: Robot, n_targets: int) -> tuple[Array, Array]:
     """Return random joint angles within the limits, and a target for each; they are the same for every dataset of a robot."""
     count = STRUCTURAL_POSES_PER_TARGET * n_targets
-    unit = np.random.default_rng(0).random((count, robot.n_joints))
+    unit = _uniform(count, robot.n_joints)
     return robot.limits[:, 0] + unit * np.ptp(robot.limits, axis=1), np.arange(count) % n_targets
+
+
+@cache
+def _uniform(count: int, n: int) -> Array:
+    """Return random numbers between 0 and 1, ``(count, n)``, always the same and therefore read-only."""
+    found = np.random.default_rng(0).random((count, n))
+    found.setflags(write=False)
+    return found
 
 
 def _null_space(J: Array, tolerance: float) -> tuple[Array, Array, Array]:

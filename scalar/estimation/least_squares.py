@@ -34,18 +34,24 @@ class Fit:
     Attributes:
         model: At the optimum.
         free: ``(P,)`` bool, which coordinates were free.
-        chi_squared: Sum of squared whitened residuals.
         evaluations: Calls of the residual.
         message: How the solver says that it ended.
-        linearised: Returns the residual ``(R,)`` at the optimum and its Jacobian ``(R, F)`` by the free coordinates.
+        residual: Returns the residual ``(R,)`` at the optimum.
+        linearised: Returns the residual and its Jacobian ``(R, F)`` by the free coordinates.
     """
 
     model: Model
     free: Array
-    chi_squared: float
     evaluations: int
     message: str
+    residual: Callable[[], Array]
     linearised: Callable[[], tuple[Array, Array]]
+
+    @cached_property
+    def chi_squared(self) -> float:
+        """Return the sum of squared whitened residuals; computed when it is first asked for, since many fits are only starts of others."""
+        residual = self.residual()
+        return float(residual @ residual)
 
     @cached_property
     def _covariance_and_step(self) -> tuple[Array, float]:
@@ -114,13 +120,12 @@ class Objective:
             message: How the solver says that it ended.
         """
         optimum = self.at(x)
-        residual = self.residuals.residual(optimum)
         return Fit(
             model=optimum,
             free=free,
-            chi_squared=float(residual @ residual),
             evaluations=self.evaluations,
             message=message,
+            residual=lambda: self.residuals.residual(optimum),
             linearised=lambda: self.linearised(optimum),
         )
 
@@ -169,7 +174,7 @@ def _compiled(objective: Objective, tolerance: float) -> Array | None:
     if model.priors:
         _, index, slope = model.prior_rows()
         mean[index], weight[index] = [prior.mean for prior in model.priors], slope
-        if np.any(weight[np.setdiff1d(index, objective.free)]):
+        if np.count_nonzero(weight) > np.count_nonzero(weight[objective.free]):
             return None
     found = problem.fit(
         objective.start,

@@ -60,7 +60,10 @@ def cross(u: Array, v: Array) -> Array:
     """Return ``u x v`` over the last axis; the same as ``numpy.cross``, several times faster on many short rows."""
     u0, u1, u2 = u[..., 0], u[..., 1], u[..., 2]
     v0, v1, v2 = v[..., 0], v[..., 1], v[..., 2]
-    return np.stack([u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0], axis=-1)
+    first = u1 * v2 - u2 * v1
+    found = np.empty((*first.shape, 3), dtype=first.dtype)
+    found[..., 0], found[..., 1], found[..., 2] = first, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+    return found
 
 
 def skew(w: ArrayLike) -> Array:
