@@ -94,7 +94,8 @@ def analyse(
     ideal = replace(model, robot=with_parallel_axes(model.robot), effects=()).rebased()
     measurement, q = residuals.measurement, residuals.poses.q.copy()
     still = np.ptp(q, axis=0) < settings.still
-    q[:, still] = np.median(q[:, still], axis=0)
+    if still.any():
+        q[:, still] = np.median(q[:, still], axis=0)
     J = perfect_jacobian(residuals, measurement, ideal, q, measurement.target_index)[:, candidates]
     if not len(J):
         raise Undetermined(

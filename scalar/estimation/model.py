@@ -77,10 +77,7 @@ class Model:
     @cached_property
     def T_flange_sensor(self) -> Array:
         """Return the sensor's pose on the flange ``(4, 4)``; it is computed once and shared, and therefore read-only."""
-        turned = (
-            exp_so3(self.sensor[3:]) if self.sensor[3:].any() else np.eye(3)
-        )  # most models are at their reference
-        T = transform(turned @ self.reference_rotation, self.sensor[:3])
+        T = transform(exp_so3(self.sensor[3:]) @ self.reference_rotation, self.sensor[:3])
         T.setflags(write=False)
         return T
 
