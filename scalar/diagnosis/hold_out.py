@@ -23,11 +23,9 @@ from scipy.spatial import KDTree
 from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.settings import DEFAULTS, HoldOutSettings
 from scalar.estimation.design_effect import LEAST_POSES, similar_poses
-from scalar.estimation.gauss_newton import solved
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
-_LEAST_EIGENVALUE = 1e-10  # of normal equations, as a share of the largest: with a smaller one, a fold is fitted by orthogonal factors
 REGIONS = 8  # of the joint space, by halving it three times. Smaller regions would have others on all sides, so that none is extrapolated to
 
 
@@ -183,9 +181,7 @@ def _held_out_errors(
         for i, (columns, others) in enumerate(zip(left_out, kept, strict=True)):
             step = np.zeros(len(scale))
             step[columns] = to_zero[i]
-            rest = solved(
-                G[np.ix_(others, others)], -(g + G[:, columns] @ to_zero[i])[others], _LEAST_EIGENVALUE
-            )
+            rest = _step(G[np.ix_(others, others)], (g + G[:, columns] @ to_zero[i])[others])
             if rest is None:
                 train = np.r_[~test, np.ones(len(residual) - N * m, dtype=bool)]
                 moved = residual[train] + (J[train][:, columns] / scale[columns]) @ to_zero[i]
@@ -202,6 +198,14 @@ def _held_out_errors(
         HeldOutErrors(of_rows, in_metres / counts, counts, block, settings)
         for of_rows, in_metres in zip(whitened_squares, squares, strict=True)
     ]
+
+
+def _step(gram: Array, projection: Array) -> Array | None:
+    """Return the Gauss-Newton step by normal equations if these are well conditioned, else None."""
+    values = np.linalg.eigvalsh(gram)
+    if values[0] > 1e-10 * values[-1]:
+        return -np.linalg.solve(gram, projection)
+    return None
 
 
 def _in_metres(state: FittedState) -> tuple[Array, Array]:

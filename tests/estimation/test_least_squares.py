@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from scalar.errors import NotConverged
 from scalar.estimation import joint_fit, least_squares
 from scalar.estimation.calibrate import calibrate
-from scalar.estimation.gauss_newton import solved
 from scalar.estimation.least_squares import covariance_and_step, fit
 from tests.random_scene import make_scene
 
@@ -124,19 +123,3 @@ def test_nothing_free_is_a_fit_as_well():
     covariance, step = covariance_and_step(np.zeros((5, 0)), np.ones(5))
     assert covariance.shape == (0, 0)
     assert step == 0.0
-
-
-@pytest.mark.parametrize("decades", [0.0, 3.0, 5.0, 9.0])
-def test_normal_equations_are_solved_where_their_eigenvalues_allow(decades):
-    """Whether Cholesky's factor or eigenvalues solve them, the solution is that of the system; beyond the least eigenvalue there is none."""
-    rng = np.random.default_rng(1)
-    axes = np.linalg.qr(rng.standard_normal((6, 6)))[0]
-    gram = (axes * 10.0 ** np.linspace(-decades, 0, 6)) @ axes.T
-    gram, x = (gram + gram.T) / 2, rng.standard_normal(6)
-    found = solved(gram, gram @ x, 1e-7)
-    if decades > 7:
-        assert found is None
-    else:
-        assert found is not None
-        np.testing.assert_allclose(gram @ found, gram @ x, rtol=1e-9, atol=1e-12)
-    assert solved(np.zeros((0, 0)), np.zeros(0), 1e-7) is None
