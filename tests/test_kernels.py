@@ -10,14 +10,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scalar import kernels
+from scalar.errors import Undetermined
 from scalar.estimation import residuals
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.data_sheet_priors import data_sheet_priors
 from scalar.estimation.least_squares import fit
 from scalar.estimation.prepare import prepare
 from scalar.geometry.robot import link_transforms
-from scalar.sensors import profile
+from scalar.kernels.linear_start import linear_start
+from scalar.sensors import measure, profile
 from scalar.sensors.compression import compress, compress_keeping_q
+from scalar.sensors.linear_guess import guesses
+from scalar.sensors.scans import as_scans
 from tests.random_scene import make_scene
 
 needs_library = pytest.mark.skipif(kernels.LIBRARY is None, reason="no compiled kernels here: no C compiler")
@@ -53,6 +57,21 @@ def test_frames_are_the_products_of_link_transforms(n, N, seed):
     for i in range(n):
         expected = expected @ links[:, i]
         np.testing.assert_allclose(found[:, i + 1], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("robot", ["vs060", "ur10e"])
+def test_frames_and_screws_with_a_geometry_of_each_pose(robot, monkeypatch):
+    """With offsets of the geometry that differ from pose to pose, frames and screws are those of NumPy, and further columns are zero."""
+    arm, rng = make_scene(robot, poses_per_plane=3).dataset.robot, np.random.default_rng(0)
+    q, offsets = rng.normal(size=(7, arm.n_joints)), 0.1 * rng.normal(size=(7, 5, arm.n_joints))
+    for each in (None, offsets):
+        with monkeypatch.context() as patch:
+            without_library(patch)
+            frames = arm.frames(q, each)
+            expected = arm.screws(frames, each, 4)
+        np.testing.assert_allclose(arm.frames(q, each), frames, atol=1e-12)
+        np.testing.assert_allclose(arm.screws(frames, each, 4), expected, atol=1e-12)
+        assert not expected[:, :, -4:].any()
 
 
 @needs_library
@@ -149,6 +168,37 @@ def test_ill_conditioned_normal_equations_are_left_to_minpack():
         found.chi_squared
         <= fit(prepared.residuals, prepared.initial.model, prepared.free).chi_squared * 1.001
     )
+
+
+@needs_library
+@pytest.mark.parametrize("robot", ["vs060", "ur10e"])
+def test_linear_guesses_are_those_of_numpy(robot, monkeypatch):
+    """From a wrong arm and planes that are 20 degrees off, every guess of the scanner's pose agrees to rounding, as do which planes go with it."""
+    data = make_scene(robot, seed=5, plane_tilt=0.35, angle_error=0.02, poses_per_plane=20).dataset
+    measurement, T_base_flange = measure(data), data.robot.flange(data.q)
+    target = measurement.initial_target(data)
+
+    scans = as_scans(measurement), T_base_flange, target, data.robot.gravity, True
+    ours = guesses(*scans)
+    without_library(monkeypatch)
+    theirs = guesses(*scans)
+    assert [guess[1] for guess in ours] == [guess[1] for guess in theirs]
+    for (one, _), (other, _) in zip(ours, theirs, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
+
+
+@needs_library
+def test_a_guess_of_unclear_rank_is_left_to_numpy():
+    """One posture does not determine the nine numbers of a guess: the library gives none, and NumPy says why."""
+    data = make_scene(seed=5, poses_per_plane=20).dataset
+    measurement = as_scans(measure(data))
+    T_base_flange = np.repeat(data.robot.flange(data.q[:1]), data.n_poses, axis=0)
+    target = measurement.initial_target(data)
+    use = np.ones(data.n_poses, dtype=bool)
+    scans = measurement.R, measurement.R_metric, T_base_flange, measurement.target_index, use
+    assert linear_start(*scans, target.normals, target.distances, 8) is None
+    with pytest.raises(Undetermined, match="first guess"):
+        guesses(measurement, T_base_flange, target, data.robot.gravity, thorough=True)
 
 
 @needs_library

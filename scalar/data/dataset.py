@@ -186,7 +186,7 @@ class Dataset:
         if not self.planes:
             return np.full(self.n_poses, -1, dtype=np.int64)
         index = {plane.name: i for i, plane in enumerate(self.planes)}
-        return np.array([index[name] for name in cast(Any, self.poses["plane"])], dtype=np.int64)
+        return np.array([index[name] for name in cast(Any, self.poses["plane"]).tolist()], dtype=np.int64)
 
     @cached_property
     def session(self) -> np.ndarray | None:

@@ -9,6 +9,7 @@ first pose of a session, the move is not known.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -61,7 +62,7 @@ def joint_angles(frame: pd.DataFrame, n_joints: int) -> Array:
     return q
 
 
-def moves(frame: pd.DataFrame, n_joints: int) -> dict[str, Array]:
+def moves(frame: pd.DataFrame, n_joints: int, q: Array | None = None) -> dict[str, Array]:
     """Return the columns of the moves to the poses of a table, ``(N,)`` each.
 
     If the table has these columns already, they are returned as they are: they were computed before poses were taken out of it. The wind-up is zero
@@ -70,13 +71,14 @@ def moves(frame: pd.DataFrame, n_joints: int) -> dict[str, Array]:
     Args:
         frame: Columns q1..qn [rad, m], ``order`` (without it: the order of the rows), ``session`` (optional).
         n_joints: Number of joints, n.
+        q: ``(N, n)`` [rad, m], the columns q1..qn where they have been taken from the table already, or None.
     """
     names = move_columns(n_joints)
     table = cast(Any, frame)
     if all(name in table.columns for name in last_move_columns(n_joints)):
         none = np.zeros(len(table))
         return {name: table[name].to_numpy(dtype=float) if name in table.columns else none for name in names}
-    q = joint_angles(frame, n_joints)
+    q = joint_angles(frame, n_joints) if q is None else q
     order = table["order"].to_numpy(dtype=float) if "order" in table.columns else np.arange(float(len(q)))
     return moves_in_order(q, order, table["session"].to_numpy() if "session" in table.columns else None)
 
@@ -98,8 +100,7 @@ def moves_in_order(q: Array, order: Array, session: Array | None = None) -> dict
     side = np.zeros_like(q)
     side[rows] = _last_sides(step[rows], known)
     wind_up = np.zeros((len(TRAVELS), *q.shape))
-    for k, travel in enumerate(TRAVELS):
-        wind_up[k, rows] = _wind_up(step[rows], known, travel)
+    wind_up[:, rows] = _wind_up(step[rows], known, TRAVELS)
     return dict(zip(move_columns(q.shape[1]), np.column_stack([step, side, *wind_up]).T, strict=True))
 
 
@@ -122,8 +123,8 @@ def _last_sides(step: Array, known: Array) -> Array:
     return np.take_along_axis(sign, last, axis=0)
 
 
-def _wind_up(step: Array, known: Array, travel: float) -> Array:
-    """Return the wind-up of each joint ``(N, n)`` in order of acquisition, 0 before the first move and after a gap.
+def _wind_up(step: Array, known: Array, travels: Sequence[float]) -> Array:
+    """Return the wind-up of each joint by each of T travels, ``(T, N, n)``, in order of acquisition, 0 before the first move and after a gap.
 
     Over a step it approaches the sign of the step exponentially, ``w -> s + (w - s) exp(-|step| / travel)``: the friction of Dahl (1968), whose
     force over displacement has this solution. Such steps are linear maps of w; they are composed two by two, then four by four, and so on.
@@ -131,13 +132,13 @@ def _wind_up(step: Array, known: Array, travel: float) -> Array:
     Args:
         step: ``(N, n)`` [rad, m].
         known: ``(N,)`` bool, whether the pose before is known.
-        travel: In which the wind-up approaches its limit to a third [rad, m].
+        travels: In which the wind-up approaches its limit to a third [rad, m].
     """
-    factor = np.where(known[:, None], np.exp(-np.abs(step) / travel), 0.0)
+    factor = np.where(known[:, None], np.exp(-np.abs(step) / np.array(travels)[:, None, None]), 0.0)
     added = np.where(known[:, None], np.sign(step) * (1.0 - factor), 0.0)
     reach = 1
     while reach < len(step):
-        added[reach:] = added[reach:] + factor[reach:] * added[:-reach]
-        factor[reach:] = factor[reach:] * factor[:-reach]
+        added[:, reach:] = added[:, reach:] + factor[:, reach:] * added[:, :-reach]
+        factor[:, reach:] = factor[:, reach:] * factor[:, :-reach]
         reach *= 2
     return added

@@ -74,13 +74,13 @@ class Poses:
             order = frame["order"].to_numpy(dtype=float)
         else:
             order = np.arange(len(frame), dtype=float) if order_is_row else np.full(len(frame), np.inf)
-        joints = [f"q{i + 1}" for i in range(n_joints)]
+        joints, q = [f"q{i + 1}" for i in range(n_joints)], joint_angles(frame, n_joints)
         # Column by column: ``select_dtypes`` and a selection of several columns build tables, at many times the cost.
         numeric = [c for c, kind in zip(frame.columns, frame.dtypes, strict=True) if kind.kind in "iuf"]
         columns = {c: frame[c].to_numpy(dtype=float) for c in numeric if c not in (*joints, "pose", "order")}
         if "order" in frame or order_is_row:
-            columns |= moves(frame, n_joints)
-        return cls(joint_angles(frame, n_joints), order, columns)
+            columns |= moves(frame, n_joints, q)
+        return cls(q, order, columns)
 
     @classmethod
     def from_arrays(cls, q: ArrayLike, columns: Mapping[str, ArrayLike], n_joints: int) -> Poses:

@@ -22,8 +22,13 @@ def rivals(state: FittedState, i: int, columns: CandidateColumns) -> tuple[Score
 
     Candidates that are the same effect are among them. ``columns`` has the candidates' columns at the state.
     """
-    left_out = background_without(state, [i])
-    return score_together(state, [i], columns.candidates, left_out), rank(state, left_out[0], columns)
+
+    def scored() -> tuple[Scored, list[Scored]]:
+        left_out = background_without(state, [i])
+        return score_together(state, [i], columns.candidates, left_out), rank(state, left_out[0], columns)
+
+    own, others = state.once(("rivals", i, columns.candidates), scored)
+    return own, list(others)
 
 
 def rivals_of_strongest_part(
@@ -114,7 +119,10 @@ def background_without(state: FittedState, indices: Sequence[int]) -> tuple[Back
     The columns ``(N m, k)`` are whitened; N is the number of poses, m that of rows per pose. The prior standard deviations ``(k,)`` are infinite for
     coefficients without a prior.
     """
-    return _background_without(state, *columns_of_effects(state, indices))
+    return state.once(
+        ("background without", *indices),
+        lambda: _background_without(state, *columns_of_effects(state, indices)),
+    )
 
 
 def _background_without(

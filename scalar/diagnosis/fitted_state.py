@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
+_Result = TypeVar("_Result")
 # Largest number of relinearisations for nonlinear parameters of effects, such as a time constant; usually three suffice.
 _RELINEARISATIONS = 8
 
@@ -43,6 +44,7 @@ class FittedState:
         rows: The dataset reduced to rows, for refits.
         held_out: Held-out errors that were computed already, ``{id of a whitening: (the whitening, errors)}`` (``hold_out.held_out_errors``).
         candidate_columns: Columns of candidate sets that are known already, ``{id of a candidate set: columns}`` (``CandidateColumns.of``).
+        results: What ``once`` has computed.
     """
 
     dataset: Dataset
@@ -54,6 +56,18 @@ class FittedState:
     rows: MeasuredRows
     held_out: dict[int, tuple[Array | None, Any]] = field(default_factory=dict, init=False, repr=False)
     candidate_columns: dict[int, Any] = field(default_factory=dict, init=False, repr=False)
+    results: dict[tuple[Any, ...], Any] = field(default_factory=dict, init=False, repr=False)
+
+    def once(self, key: tuple[Any, ...], compute: Callable[[], _Result]) -> _Result:
+        """Return a result of this state; it is computed when first asked for, since stages of a diagnosis ask again for that of the stage before.
+
+        Args:
+            key: The name of the result and what it depends on besides the state; these objects live as long as the state.
+            compute: Computes it.
+        """
+        if key not in self.results:
+            self.results[key] = compute()
+        return self.results[key]
 
     def refitted(self, effects: Sequence[Effect], start: Model | None = None) -> FittedState:
         """Return the joint optimum with other effects; the fit starts from this state's model, or from ``start``."""

@@ -85,6 +85,20 @@ def _ranked(
     return [sorted(entries, key=lambda entry: -entry.evidence)[:most] for entries in found]
 
 
+def _ranked_once(
+    state: FittedState, backgrounds: Sequence[Background], pools: Sequence[CandidateSet]
+) -> list[list[Scored]]:
+    """Return what ``_ranked`` does for pools that live as long as the state, each background ranked only once."""
+    keys = {background: ("flexible terms", background, *pools) for background in backgrounds}
+    missing = [background for background, key in keys.items() if key not in state.results]
+    if missing:
+        ranked = _ranked(state, missing, pools)
+        state.results.update(
+            (keys[background], entries) for background, entries in zip(missing, ranked, strict=True)
+        )
+    return [state.results[keys[background]] for background in backgrounds]
+
+
 def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -> list[list[float]]:
     """Return for each effect the log evidence of the flexible terms that would explain most in its place [nats].
 
@@ -101,7 +115,7 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
     named = [i for i, effect in enumerate(state.effects) if not effect.flexible]
     backgrounds = [background_without(state, [i])[0] for i in named]
     found: list[list[float]] = [[] for _ in state.effects]
-    ranked = _ranked(state, backgrounds, pools)
+    ranked = _ranked_once(state, backgrounds, pools)
     for i, background, entries in zip(named, backgrounds, ranked, strict=True):
         entries = entries + _imitating(state, background, state.effects[i])
         penalty = state.settings.flexible_terms.replacement_margin + 0.5 * float(
@@ -119,7 +133,7 @@ def _imitating(state: FittedState, background: Background, named: Effect) -> lis
 def _with_best(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState | None:
     """Return the state with the best flexible term that is significant and confirmed by held-out poses, or None."""
     background = state.background()
-    for entry in _ranked(state, [background], pools)[0]:
+    for entry in _ranked_once(state, [background], pools)[0]:
         if entry.p_value > state.settings.selection.alpha_unnamed or entry.evidence <= 0:
             return None
         effect = refined(state, background, entry).effect
@@ -140,7 +154,8 @@ def _with_replacement(
     if not groups:
         return None
     left_out = [background_without(state, indices) for indices in groups]
-    ranked = _ranked(state, [without for without, _, _ in left_out], pools)
+    # The state's own background as well, which is asked for next if nothing is replaced: the columns are then there.
+    *ranked, _ = _ranked_once(state, [*(without for without, _, _ in left_out), state.background()], pools)
     for indices, left, entries in zip(groups, left_out, ranked, strict=True):
         without, own = left[0], score_together(state, indices, pools[0], left)
         imitated = next(

@@ -10,7 +10,7 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.effects.effect import WEIGHT, Effect, Table
-from scalar.effects.gravity import AXES, unit_moments
+from scalar.effects.gravity import AXES, unit_moments_at
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import BaseEffect
 from scalar.geometry.planes import tangent_basis
@@ -68,7 +68,7 @@ class BaseCompliance(BaseEffect):
 
     def base_screws(self, robot: Robot, poses: Poses) -> Array:
         """Return the tilts by unit first moments of mass, as rotations about the origin of the base frame."""
-        moments, _ = unit_moments(robot, poses.q)
+        moments, _ = unit_moments_at(robot, poses)
         index = np.array(self.frames) - 1
         across = tangent_basis(robot.down[None])[0]
         if self.alike:

@@ -9,9 +9,11 @@ its travel along that axis, relative to the farther of its limits.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
+from scalar.data.poses import Poses
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array, cross
 
@@ -36,6 +38,15 @@ def unit_moments(robot: Robot, q: Array) -> tuple[Array, Array]:
         arms = arms.copy()
         arms[:, where, 0] = share[..., None] * frames[:, where][..., :3, 2]
     return cross(arms, np.broadcast_to(robot.down, arms.shape)), frames[..., :3, 2]
+
+
+@lru_cache(maxsize=1)
+def unit_moments_at(robot: Robot, poses: Poses) -> tuple[Array, Array]:
+    """Return the ``unit_moments`` of an arm at poses, read-only; the latest are kept, since candidates of every joint and frame share them."""
+    found = unit_moments(robot, poses.q)
+    for array in found:
+        array.setflags(write=False)
+    return found
 
 
 def torque_basis(robot: Robot, q: Array, joint: int, frame: int) -> Array:

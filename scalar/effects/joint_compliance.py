@@ -12,7 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import turning_joints
 from scalar.effects.command_words import all_turning_named
 from scalar.effects.effect import WEIGHT, Effect
-from scalar.effects.gravity import AXES, torque_about, unit_moments
+from scalar.effects.gravity import AXES, torque_about, unit_moments_at
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import JointEffect
@@ -62,7 +62,7 @@ class JointCompliance(JointEffect):
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the torques of unit first moments, each on its joint."""
         B = np.zeros((len(poses), robot.n_joints, 2 * len(self.terms)))
-        moments, axes = unit_moments(robot, poses.q)
+        moments, axes = unit_moments_at(robot, poses)
         for k, (joint, frame) in enumerate(self.terms):
             B[:, joint - 1, 2 * k : 2 * k + 2] = torque_about(moments, axes, joint, frame)
         return B

@@ -58,8 +58,7 @@ def conclude(
     Raises:
         Undetermined: The data do not distinguish all free parameters, or a length or an angle is implausibly far from its nominal value.
     """
-    guess = residuals.measurement.initial_target(dataset)
-    model = reporting(found.model, guess)
+    model = reporting(found.model, prepared.guess)
     residual, jacobian = residuals.linearise(model)
     decomposed = Decomposed.of(jacobian[:, found.free], residual)
     assert decomposed is not None  # the fit has converged, so all numbers are finite
@@ -134,7 +133,7 @@ def _check_rank(model: Model, decomposed: Decomposed, free: Array) -> None:
     if decomposed.full_rank:
         return
     names = np.array(model.names)[free]
-    largest = names[np.argsort(-np.abs(decomposed.Vt[-1]))[:4]]
+    largest = names[np.argsort(-np.abs(decomposed.weakest))[:4]]
     raise Undetermined(
         [
             f"the data do not distinguish {', '.join(largest)}: measure more poses that differ in all joints, or fix one of them (--hold)"

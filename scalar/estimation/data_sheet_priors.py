@@ -131,7 +131,10 @@ def with_prior_stds(model: Model, stds: Mapping[str, float]) -> Model:
         stds: The standard deviation of each group, ``{"length": m, "angle": rad, "zero": rad}``; priors of a group that is missing stay as they
             are.
     """
-    priors = [replace(prior, std=stds.get(group_of(prior.name), prior.std)) for prior in model.priors]
+    priors = [
+        ParameterPrior(prior.name, prior.mean, stds.get(group_of(prior.name), prior.std), prior.reason)
+        for prior in model.priors
+    ]
     return replace(model, priors=tuple(priors))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -57,11 +58,8 @@ def explain(
         prismatic: Joints that slide, from 0.
     """
     weight = np.abs(direction)
-    others = [
-        i
-        for i in np.argsort(-weight, kind="stable")
-        if i != index and weight[i] > _WORTH_NAMING * weight.max()
-    ]
+    order = np.argsort(-weight, kind="stable")
+    others = [i for i in order[weight[order] > _WORTH_NAMING * weight.max()].tolist() if i != index]
     moves_with = tuple(names[i] for i in others)
     name = names[index]
     joint = int(name.rsplit("_", 1)[1]) if name.rsplit("_", 1)[-1].isdigit() else 0
@@ -110,10 +108,9 @@ def _is_scale(names: tuple[str, ...], direction: Array, values: dict[str, float]
     ``values`` leaves out the other fixed parameters, which stay where they are in every direction but their own.
     """
     ratios, moved = [], 0.0
-    for i, name in enumerate(names):
-        kind, _, number = name.rpartition("_")
-        is_length = kind in ("a", "d") and number.isdigit() and int(number) > 1
-        if is_length and abs(values.get(name, 0.0)) > _SHORTEST_LENGTH:
+    for i in _lengths_beyond_first(names):
+        name = names[i]
+        if abs(values.get(name, 0.0)) > _SHORTEST_LENGTH:
             ratios.append(direction[i] / values[name])
             moved = max(moved, float(abs(direction[i])))
     return (
@@ -122,3 +119,10 @@ def _is_scale(names: tuple[str, ...], direction: Array, values: dict[str, float]
         and min(np.abs(ratios)) > 0
         and float(np.ptp(ratios)) < _SAME_RATIO * float(np.max(np.abs(ratios)))
     )
+
+
+@lru_cache
+def _lengths_beyond_first(names: tuple[str, ...]) -> list[int]:
+    """Return the indices of the lengths of the arm beyond the first joint."""
+    split = [name.rpartition("_") for name in names]
+    return [i for i, (kind, _, k) in enumerate(split) if kind in ("a", "d") and k.isdigit() and int(k) > 1]

@@ -66,9 +66,10 @@ def choose_fixed(
     basis = np.zeros((0, r))
     for i in order:
         rest = null[i] - basis.T @ (basis @ null[i])
-        if np.linalg.norm(rest) > settings.span_tolerance:
+        length = float(np.sqrt(rest @ rest))
+        if length > settings.span_tolerance:
             chosen.append(i)
-            basis = np.vstack([basis, rest / np.linalg.norm(rest)])
+            basis = np.vstack([basis, rest / length])
             if len(chosen) == r:
                 break
     revealing = [int(i) for i in np.asarray(qr(null.T, mode="r", pivoting=True)[-1])[:r]]

@@ -12,6 +12,7 @@ joint that stays *still* hides it; or *these poses* do not determine it and othe
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -93,7 +94,8 @@ def analyse(
     ideal = replace(model, robot=with_parallel_axes(model.robot), effects=()).rebased()
     measurement, q = residuals.measurement, residuals.poses.q.copy()
     still = np.ptp(q, axis=0) < settings.still
-    q[:, still] = np.median(q[:, still], axis=0)
+    if still.any():
+        q[:, still] = np.median(q[:, still], axis=0)
     J = perfect_jacobian(residuals, measurement, ideal, q, measurement.target_index)[:, candidates]
     if not len(J):
         raise Undetermined(
@@ -138,8 +140,16 @@ def analyse(
 def _any_poses(robot: Robot, n_targets: int) -> tuple[Array, Array]:
     """Return random joint angles within the limits, and a target for each; they are the same for every dataset of a robot."""
     count = STRUCTURAL_POSES_PER_TARGET * n_targets
-    unit = np.random.default_rng(0).random((count, robot.n_joints))
+    unit = _uniform(count, robot.n_joints)
     return robot.limits[:, 0] + unit * np.ptp(robot.limits, axis=1), np.arange(count) % n_targets
+
+
+@cache
+def _uniform(count: int, n: int) -> Array:
+    """Return random numbers between 0 and 1, ``(count, n)``, always the same and therefore read-only."""
+    found = np.random.default_rng(0).random((count, n))
+    found.setflags(write=False)
+    return found
 
 
 def _null_space(J: Array, tolerance: float) -> tuple[Array, Array, Array]:

@@ -69,13 +69,13 @@ def estimate_initially(
     held = stated & set(held)
     for origin, T, start in starts:
         model = Model.at(robot, T, held_as_guessed(start, target, held))
-        found = _refined(residuals, model, ~np.isin(model.names, list(held)))
+        found = _refined(residuals, model, _may_move(model, held))
         if best is None or found.chi_squared < best[1].chi_squared:
             best = origin, found
     assert best is not None
     place = np.zeros(3) if T_flange_sensor is None else T_flange_sensor[:3, 3]
     model = best[1].model.rebased()
-    model = _unseen_shifts_undone(residuals, model, place, ~np.isin(model.names, list(held)))
+    model = _unseen_shifts_undone(residuals, model, place, _may_move(model, held))
     return InitialEstimate(model, residuals.rms(model), best[0])
 
 
@@ -120,6 +120,11 @@ def sensor_and_target(residuals: Residuals, model: Model) -> Array:
     sensor = model.blocks["sensor"].start
     free[sensor : sensor + (6 if residuals.measurement.observes_orientation else 3)] = True
     return free
+
+
+def _may_move(model: Model, held: Collection[str]) -> Array:
+    """Return which coordinates ``(P,)`` bool are not among those to hold."""
+    return np.array([name not in held for name in model.names])
 
 
 def _refined(residuals: Residuals, model: Model, may_move: Array) -> Fit:

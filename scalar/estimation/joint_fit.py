@@ -99,7 +99,7 @@ def fit_from(
             break
     assert found is not None
     # The columns of effects may be accurate to some per cent only. The fit then cannot reach the last hundredth of a standard error.
-    if not (found.converged or settled):
+    if not (settled or found.converged):
         raise NotConverged(
             [f"the fit did not converge: it stopped after {found.evaluations} evaluations short of an optimum; "
              "check plane labels and the nominal robot, or remove poses that are far off ('scalar diagnose' lists them)"]

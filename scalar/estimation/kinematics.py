@@ -76,14 +76,13 @@ class Kinematics:
             and for effects on points.
         """
         model, blocks = self.model, self.model.blocks
-        N = len(self.frames)
-        screws = np.zeros((N, 6, blocks["effects"].stop))
-        geometry = model.robot.screws(self.frames, self.geometry_offsets)
+        N, size = len(self.frames), model.robot.geometry.size
+        screws = model.robot.screws(self.frames, self.geometry_offsets, blocks["effects"].stop - size)
+        geometry = screws[:, :, blocks["geometry"]]
         flange_R = self.frames[:, -1, :3, :3] @ model.robot.T_n_flange[:3, :3]
         if self.T_base_tilted is not None:
-            geometry = change_frame(self.T_base_tilted, geometry)
+            geometry[:] = change_frame(self.T_base_tilted, geometry)
             flange_R = self.T_base_tilted[:, :3, :3] @ flange_R
-        screws[:, :, blocks["geometry"]] = geometry
         at = blocks["sensor"].start
         screws[:, 3:, at : at + 3] = flange_R
         turns = flange_R @ left_jacobian_so3(model.sensor[3:])

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -28,6 +29,7 @@ _RIDGE = (
 )
 
 
+@cache
 def group_of(name: str) -> str:
     """Return ``length``, ``angle`` or ``zero`` for a parameter of the robot, and an empty string for any other."""
     kind = name.split("_")[0]

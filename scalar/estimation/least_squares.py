@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.linalg.lapack import dtrtri  # pyright: ignore[reportAttributeAccessIssue]  # made by f2py
 
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
@@ -22,6 +23,7 @@ TOLERANCE = 1e-10  # relative, on cost and coordinates; a smaller tolerance woul
 MAX_EVALUATIONS = 200
 FIRST_STEP = 0.1  # of the coordinates' own size: with MINPACK's default, 100, angles along a weak direction jump by whole turns
 RANK_TOLERANCE = 1e-10  # of the largest singular value of the column-scaled Jacobian
+WELL_CONDITIONED = 1e6  # condition number of the column-scaled Jacobian below which its rank is beyond doubt: far from 1 / RANK_TOLERANCE
 NEGLIGIBLE_STEP = 1e-3  # standard deviations: a remaining Gauss-Newton step below this does not matter
 
 
@@ -32,18 +34,24 @@ class Fit:
     Attributes:
         model: At the optimum.
         free: ``(P,)`` bool, which coordinates were free.
-        chi_squared: Sum of squared whitened residuals.
         evaluations: Calls of the residual.
         message: How the solver says that it ended.
-        linearised: Returns the residual ``(R,)`` at the optimum and its Jacobian ``(R, F)`` by the free coordinates.
+        residual: Returns the residual ``(R,)`` at the optimum.
+        linearised: Returns the residual and its Jacobian ``(R, F)`` by the free coordinates.
     """
 
     model: Model
     free: Array
-    chi_squared: float
     evaluations: int
     message: str
+    residual: Callable[[], Array]
     linearised: Callable[[], tuple[Array, Array]]
+
+    @cached_property
+    def chi_squared(self) -> float:
+        """Return the sum of squared whitened residuals; computed when it is first asked for, since many fits are only starts of others."""
+        residual = self.residual()
+        return float(residual @ residual)
 
     @cached_property
     def _covariance_and_step(self) -> tuple[Array, float]:
@@ -112,13 +120,12 @@ class Objective:
             message: How the solver says that it ended.
         """
         optimum = self.at(x)
-        residual = self.residuals.residual(optimum)
         return Fit(
             model=optimum,
             free=free,
-            chi_squared=float(residual @ residual),
             evaluations=self.evaluations,
             message=message,
+            residual=lambda: self.residuals.residual(optimum),
             linearised=lambda: self.linearised(optimum),
         )
 
@@ -167,7 +174,7 @@ def _compiled(objective: Objective, tolerance: float) -> Array | None:
     if model.priors:
         _, index, slope = model.prior_rows()
         mean[index], weight[index] = [prior.mean for prior in model.priors], slope
-        if np.any(weight[np.setdiff1d(index, objective.free)]):
+        if np.count_nonzero(weight) > np.count_nonzero(weight[objective.free]):
             return None
     found = problem.fit(
         objective.start,
@@ -186,60 +193,81 @@ def _compiled(objective: Objective, tolerance: float) -> Array | None:
 
 @dataclass(frozen=True, eq=False)
 class Decomposed:
-    """A Jacobian with unit columns, ``J / scale = Q U diag(s) Vt``, and the residual along its columns.
+    """A Jacobian with unit columns, ``J / scale = Q R``, and the residual along its columns.
+
+    Where R is clearly of full rank, its inverse gives the covariance; else its singular values tell which directions are observed.
 
     Attributes:
         scale: ``(F,)``, lengths of the columns; 1 where a column is zero.
-        s: ``(F,)``, singular values, the largest first.
-        Vt: ``(F, F)``.
-        along: ``(F,)``, the component of the residual along each left singular vector ``Q U``.
+        R: ``(min(F, rows), F)``, upper triangular; it has the singular values of ``J / scale``.
+        along: ``(min(F, rows),)``, the component of the residual along each column of Q.
         rms: Root mean square of the residual.
     """
 
     scale: Array
-    s: Array
-    Vt: Array
+    R: Array
     along: Array
     rms: float
 
     @classmethod
     def of(cls, J: Array, residual: Array) -> Decomposed | None:
         """Return the decomposition of a Jacobian ``(R, F)``, or None where it or the residual ``(R,)`` is not finite."""
-        scale = np.linalg.norm(J, axis=0)
+        scale = np.sqrt(np.einsum("rf,rf->f", J, J))
         scale[scale == 0] = 1.0
         sum_of_squares = float(residual @ residual)
         if not (np.all(np.isfinite(scale)) and np.isfinite(sum_of_squares)):
             return None
-        # The triangular factor of [J r] has the same singular values and projections, at a quarter of the cost.
-        factor = np.asarray(np.linalg.qr(np.column_stack([J / scale, residual]), mode="r"))
-        U, s, Vt = np.linalg.svd(factor[: len(scale), :-1], full_matrices=False)
-        return cls(
-            scale,
-            s,
-            Vt,
-            U.T @ factor[: len(scale), -1],
-            float(np.sqrt(sum_of_squares / max(len(residual), 1))),
-        )
+        factor = np.asarray(np.linalg.qr(np.column_stack([J / scale, residual]), mode="r"))[: len(scale)]
+        rms = float(np.sqrt(sum_of_squares / max(len(residual), 1)))
+        return cls(scale, factor[:, :-1], factor[:, -1], rms)
+
+    @cached_property
+    def _inverse(self) -> Array | None:
+        """Return the inverse of R ``(F, F)``; None if R is not square, or if its condition number may exceed ``WELL_CONDITIONED``."""
+        rows, F = self.R.shape
+        if rows < F or F == 0:
+            return None
+        inverse, failed = dtrtri(self.R)
+        condition = np.sqrt(F) * np.linalg.norm(inverse)  # an upper bound: the columns of R have unit length
+        return None if failed or not condition < WELL_CONDITIONED else inverse
+
+    @cached_property
+    def _svd(self) -> tuple[Array, Array, Array]:
+        """Return U ``(F, F)``, the singular values ``(F,)``, the largest first, and V transposed ``(F, F)``, of R."""
+        return np.linalg.svd(self.R, full_matrices=False)
 
     @property
     def _observed(self) -> Array:
-        return self.s > RANK_TOLERANCE * self.s[0] if len(self.s) else self.s > 0
+        s = self._svd[1]
+        return s > RANK_TOLERANCE * s[0] if len(s) else s > 0
 
     @property
     def full_rank(self) -> bool:
         """Return whether the data distinguish all columns."""
-        return len(self.s) == len(self.scale) and bool(np.all(self._observed))
+        if self._inverse is not None:
+            return True
+        return len(self.R) == len(self.scale) and bool(np.all(self._observed))
+
+    @property
+    def weakest(self) -> Array:
+        """Return the direction of unit length ``(F,)`` of the scaled columns that the data determine least."""
+        return self._svd[2][-1]
 
     @property
     def covariance(self) -> Array:
         """Return the pseudo-inverse of ``J' J``, ``(F, F)``: directions that are not observed count as exactly known."""
-        inverse = (self.Vt[self._observed].T / self.s[self._observed]) / self.scale[:, None]
+        inverse = self._inverse
+        if inverse is None:
+            _, s, Vt = self._svd
+            inverse = Vt[self._observed].T / s[self._observed]
+        inverse = inverse / self.scale[:, None]
         return inverse @ inverse.T
 
     @property
     def step(self) -> float:
         """Return the length of the remaining Gauss-Newton step in standard deviations, as ``covariance_and_step`` counts it."""
-        return float(np.linalg.norm(self.along[self._observed])) / max(1.0, self.rms)
+        along = self.along if self._inverse is not None else (self._svd[0].T @ self.along)[self._observed]
+        return float(np.linalg.norm(along)) / max(1.0, self.rms)
 
 
 def covariance_and_step(J: Array, residual: Array) -> tuple[Array, float]:

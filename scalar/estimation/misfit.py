@@ -87,11 +87,12 @@ def misfit(
         least_p_value: With a smaller p-value the model counts as incomplete.
     """
     measurement = residuals.measurement
+    # First, since the residual is then known as well.
+    degrees_of_freedom = int(measurement.equations.sum()) - determined_by_data(residuals, model, free)
     chi_squared = float(np.sum(residuals.residual(model) ** 2)) - float(np.sum(model.prior_rows()[0] ** 2))
     T = residuals.kinematics(model).T_base_sensor
     within, _ = measurement.scatter(T, model.target, residuals.point_effects(model))
     chi_squared -= float(within.sum())
-    degrees_of_freedom = int(measurement.equations.sum()) - determined_by_data(residuals, model, free)
     if residuals.known is not None:
         known = residuals.known
         degrees_of_freedom += 2 * int(np.isfinite(known.normal_std).sum()) + int(
@@ -120,8 +121,10 @@ def unexplained_shift(residuals: Residuals, model: Model, found: Misfit) -> floa
         found: As ``misfit`` returned it.
     """
     measurement = residuals.measurement
-    common = measurement.common_error(residuals.kinematics(model).T_base_sensor, model.target)
     excess = max(found.ratio**2 - 1.0, 0.0) * int(measurement.equations.sum())
+    if excess == 0.0:
+        return 0.0
+    common = measurement.common_error(residuals.kinematics(model).T_base_sensor, model.target)
     return float(np.sqrt(3.0 * excess / max(float(np.sum(common**2)), 1e-300)))
 
 

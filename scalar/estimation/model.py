@@ -71,7 +71,7 @@ class Model:
         cls, nominal: Robot, T_flange_sensor: Array, target: Target, effects: Sequence[Effect] = ()
     ) -> Model:
         """Return the model of a nominal robot with a sensor at ``T_flange_sensor`` ``(4, 4)``."""
-        sensor = np.r_[T_flange_sensor[:3, 3], 0.0, 0.0, 0.0]
+        sensor = _at_reference(T_flange_sensor[:3, 3])
         return cls(nominal, nominal, T_flange_sensor[:3, :3].copy(), sensor, target, tuple(effects))
 
     @cached_property
@@ -129,6 +129,17 @@ class Model:
         slope = self.misfit_ratio / stds
         return (self.vector[index] - means) * self.misfit_ratio / stds, index, slope
 
+    def differs_in_priors_alone(self, other: Model) -> bool:
+        """Return whether another model has the same robot, sensor, target and effects, as objects: measured rows and kinematics are then the same."""
+        return (
+            self.robot is other.robot
+            and self.sensor is other.sensor
+            and self.target is other.target
+            and self.effects is other.effects
+            and self.reference_rotation is other.reference_rotation
+            and self.nominal is other.nominal
+        )
+
     @property
     def vector(self) -> Array:
         """Return the coordinates ``(P,)``, in the order of the names."""
@@ -161,10 +172,17 @@ class Model:
     def rebased(self) -> Model:
         """Return the same model with its current rotation and normals as references."""
         T = self.T_flange_sensor
-        sensor = np.r_[self.sensor[:3], 0.0, 0.0, 0.0]
+        sensor = _at_reference(self.sensor[:3])
         model = replace(self, reference_rotation=T[:3, :3], sensor=sensor, target=self.target.rebased())
         return model._named_like(self)
 
     def sensor_rotation_vector(self) -> Array:
         """Return the absolute rotation vector ``(3,)`` [rad] of the sensor on the flange."""
         return log_so3(self.T_flange_sensor[:3, :3])
+
+
+def _at_reference(translation: Array) -> Array:
+    """Return the coordinates ``(6,)`` of a sensor at a translation ``(3,)`` [m] and at its reference rotation."""
+    sensor = np.zeros(6)
+    sensor[:3] = translation
+    return sensor

@@ -85,5 +85,9 @@ def _line_distance(points: Array, weight: Array, first: Array, scan: Array) -> A
 
 
 def _median_within(values: Array, scan: Array, first: Array, counts: Array) -> Array:
+    """Return the median ``(N,)`` of the values ``(M,)`` of each scan, the larger of the middle two; other arguments as for ``_line_distance``."""
+    if np.all(counts == counts[0]):  # much faster than sorting the values of all scans together
+        middle = int(counts[0]) // 2
+        return np.partition(values.reshape(len(counts), -1), middle, axis=1)[:, middle]
     order = np.lexsort((values, scan))
     return values[order][first + counts // 2]

@@ -28,7 +28,7 @@ from scalar.estimation.sufficiency import (
 from scalar.geometry.parallel_axes import near_parallel_joints
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array
-from scalar.sensors import measure
+from scalar.sensors import Target, measure
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +37,7 @@ class Prepared:
 
     Attributes:
         residuals: Whitened at the initial estimate.
+        guess: The initial guesses of the planes, or the tracker's frames.
         initial: The initial estimate, with the arm nominal.
         coarse: The coarse fit at which later fits start, with priors from the data sheet where the poses hardly determine the arm.
         identifiability: Which parameters to fix, and why.
@@ -44,6 +45,7 @@ class Prepared:
     """
 
     residuals: Residuals
+    guess: Target
     initial: InitialEstimate
     coarse: Model
     identifiability: Identifiability
@@ -118,7 +120,7 @@ def prepare(
         if residuals.rms(coarse) > settings.sufficiency.gross_error or ran_away(coarse, settings.fit):
             raise FitFailed() from error
         raise
-    return Prepared(residuals, initial, coarse, identifiability, free)
+    return Prepared(residuals, guess, initial, coarse, identifiability, free)
 
 
 def _identify(

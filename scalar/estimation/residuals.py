@@ -88,7 +88,7 @@ class Residuals:
 
     def kinematics(self, model: Model) -> Kinematics:
         """Return the kinematics of a model at every pose of the dataset."""
-        if self._kinematics is None or self._kinematics.model is not model:
+        if self._kinematics is None or not self._kinematics.model.differs_in_priors_alone(model):
             self._kinematics = Kinematics.of(model, self.poses, self.bases)
         return self._kinematics
 
@@ -102,7 +102,7 @@ class Residuals:
 
     def _at(self, model: Model) -> tuple[Kinematics, Rows]:
         """Return kinematics and rows at a model; they are kept, since a fit asks for the Jacobian where it asked for the residual."""
-        if self._latest is None or self._latest[0] is not model:
+        if self._latest is None or not self._latest[0].differs_in_priors_alone(model):
             kinematics = self.kinematics(model)
             rows = self.measurement.rows(kinematics.T_base_sensor, model.target, self.point_effects(model))
             self._latest = model, kinematics, rows
@@ -131,9 +131,14 @@ class Residuals:
 
     def residual(self, model: Model) -> Array:
         """Return all rows ``(N m + priors,)``, in standard deviations."""
+        return np.concatenate([self._measured(model).ravel(), self._priors(model)[0]])
+
+    def _measured(self, model: Model) -> Array:
+        """Return the measured rows alone, ``(N m,)`` or ``(N, m)``."""
+        if self._linearised is not None and self._linearised[0].differs_in_priors_alone(model):
+            return self._linearised[1]
         problem = self.plane_problem(model)
-        measured = self._at(model)[1].residual if problem is None else problem.residual(model.vector)
-        return np.concatenate([measured.ravel(), self._priors(model)[0]])
+        return self._at(model)[1].residual if problem is None else problem.residual(model.vector)
 
     def linearise(self, model: Model) -> tuple[Array, Array]:
         """Return all rows and their Jacobian ``(N m + priors, P)`` by the coordinates of ``Model.names``."""
@@ -145,7 +150,7 @@ class Residuals:
 
     def linearise_measured(self, model: Model) -> tuple[Array, Array]:
         """Return the measured rows alone, ``(N m,)`` and ``(N m, P)``, both read-only; they are kept until another model is asked for."""
-        if self._linearised is not None and self._linearised[0] is model:
+        if self._linearised is not None and self._linearised[0].differs_in_priors_alone(model):
             return self._linearised[1:]
         residual, jacobian = self._linearise_measured(model)
         residual.flags.writeable = jacobian.flags.writeable = False
@@ -204,8 +209,11 @@ class Residuals:
 
     def reweighted(self, model: Model) -> Residuals:
         """Return the same residuals, their weights computed anew at a model: from the incidence of rays, or from a noise that is estimated."""
-        T = self.kinematics(model).T_base_sensor
-        return Residuals(self.measurement.reweighted(T, model.target), self.poses, self.bases, self.known)
+        kinematics = self.kinematics(model)
+        measurement = self.measurement.reweighted(kinematics.T_base_sensor, model.target)
+        found = Residuals(measurement, self.poses, self.bases, self.known)
+        found._kinematics = kinematics
+        return found
 
     def rms(self, model: Model) -> float:
         """Return the root mean square distance of points and target [m], unweighted."""

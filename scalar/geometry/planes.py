@@ -100,8 +100,15 @@ class Planes:
 
     @property
     def vector(self) -> Array:
-        """Return the coordinates ``(3 K,)``, in the order of the names."""
-        return np.column_stack([self.tangent_coordinates, self.distances]).ravel()
+        """Return the coordinates ``(3 K,)``, in the order of the names; computed once and therefore read-only."""
+        return self._vector
+
+    @cached_property
+    def _vector(self) -> Array:
+        table = np.empty((len(self.distances), PARAMETERS_PER_PLANE))
+        table[:, :2], table[:, 2] = self.tangent_coordinates, self.distances
+        table.setflags(write=False)
+        return table.ravel()
 
     def with_vector(self, vector: Array) -> Planes:
         """Return the planes at coordinates ``(3 K,)`` about the same references."""

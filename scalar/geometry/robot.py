@@ -188,11 +188,11 @@ class Robot:
         Returns:
             ``(N, n + 1, 4, 4)``, ``T_base_i``; the last is the frame of the last joint, before the flange's transform.
         """
-        if geometry_offsets is None and not self.prismatic:
-            compiled = kernels.frames(q, self.geometry, self.T_base_0)
+        geometry = self.geometry if geometry_offsets is None else self.geometry + geometry_offsets
+        if not self.prismatic:
+            compiled = kernels.frames(q, geometry, self.T_base_0)
             if compiled is not None:
                 return compiled
-        geometry = self.geometry if geometry_offsets is None else self.geometry + geometry_offsets
         T_links = self.links(geometry, q)
         frames = np.empty((q.shape[0], self.n_joints + 1, 4, 4))
         frames[:, 0] = self.T_base_0
@@ -213,8 +213,8 @@ class Robot:
         """Return ``T_base_flange`` ``(N, 4, 4)`` at joint angles and travels ``q`` ``(N, n)`` [rad, m]."""
         return self.frames(q)[:, -1] @ self.T_n_flange
 
-    def screws(self, frames: Array, geometry_offsets: Array | None = None) -> Array:
-        """Return the screw of every geometric parameter in the base frame, ``(N, 6, 5 n)``.
+    def screws(self, frames: Array, geometry_offsets: Array | None = None, further: int = 0) -> Array:
+        """Return the screw of every geometric parameter in the base frame, ``(N, 6, 5 n + further)``.
 
         The columns are in the order of ``parameter_names``. a and d translate along an axis of a frame; alpha, beta and theta
         rotate about an axis of a frame. A joint angle q_i has the screw of theta_i, and the travel of a prismatic joint that of d_i
@@ -223,9 +223,13 @@ class Robot:
         Args:
             frames: ``(N, n + 1, 4, 4)`` from ``frames``, with the same offsets.
             geometry_offsets: As in ``frames``.
+            further: Number of columns of zeros that follow, for other parameters.
         """
         n = self.n_joints
         geometry = self.geometry if geometry_offsets is None else self.geometry + geometry_offsets
+        found = np.zeros((len(frames), 6, 5 * n + further))
+        if kernels.screws(frames, geometry, found):
+            return found
         columns = np.swapaxes(frames, 1, 3)  # (N, axes and origin, their coordinates, frames)
         before, after = columns[..., :-1], columns[..., 1:]
         a, alpha = (np.expand_dims(geometry[..., k, :], -2) for k in (0, 1))
@@ -233,14 +237,15 @@ class Robot:
             at.copy() for at in (before[:, 0, :3], after[:, 2, :3], before[:, 3, :3])
         )
         y_tilted = np.cos(alpha) * before[:, 1, :3] + np.sin(alpha) * before[:, 2, :3]
-        screws = np.zeros((frames.shape[0], 6, 5, n))
+        screws = np.zeros((len(frames), 6, 5, n))
         screws[:, 3:, _A], screws[:, 3:, _D] = x_before, z_after
         points = o_before, after[:, 3, :3], o_before + a * x_before
         for k, axis, point in zip(_ANGLES, (x_before, z_after, y_tilted), points, strict=True):
             screws[:, :3, k] = axis
             for row, i, j in ((3, 1, 2), (4, 2, 0), (5, 0, 1)):  # the cross product
                 screws[:, row, k] = point[:, i] * axis[:, j] - point[:, j] * axis[:, i]
-        return screws.reshape(frames.shape[0], 6, 5 * n)
+        found[:, :, : 5 * n] = screws.reshape(len(frames), 6, 5 * n)
+        return found
 
 
 def link_end(a: float, alpha: float) -> Array:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -41,11 +42,29 @@ def inverse(T: Array) -> Array:
 
 def exp_so3(rotation_vector: ArrayLike) -> Array:
     """Return the rotation ``(..., 3, 3)`` of a rotation vector ``(..., 3)`` [rad]."""
+    if np.ndim(rotation_vector) == 1:
+        return _rotation(*np.asarray(rotation_vector, dtype=float).tolist())
     from scipy.spatial.transform import Rotation  # slow to import, and not needed to read a dataset
 
     rotation_vector = np.array(rotation_vector, dtype=float)  # a copy: SciPy refuses pandas' read-only views
     R = Rotation.from_rotvec(rotation_vector.reshape(-1, 3)).as_matrix()
     return R.reshape(*rotation_vector.shape[:-1], 3, 3)
+
+
+def _rotation(x: float, y: float, z: float) -> Array:
+    """Return the rotation ``(3, 3)`` of one rotation vector r [rad], ``I + sin(t)/t [r]x + (1 - cos t)/t^2 [r]x^2``, t = |r|: faster than SciPy."""
+    t = math.sqrt(x * x + y * y + z * z)
+    if t == 0.0:
+        return np.eye(3)
+    half = math.sin(t / 2) / (t / 2)
+    a, b = math.sin(t) / t, half * half / 2
+    return np.array(
+        [
+            [1 - b * (y * y + z * z), b * x * y - a * z, b * x * z + a * y],
+            [b * x * y + a * z, 1 - b * (x * x + z * z), b * y * z - a * x],
+            [b * x * z - a * y, b * y * z + a * x, 1 - b * (x * x + y * y)],
+        ]
+    )
 
 
 def log_so3(R: Array) -> Array:
@@ -60,7 +79,10 @@ def cross(u: Array, v: Array) -> Array:
     """Return ``u x v`` ``(..., 3)`` of vectors ``(..., 3)``; the same as ``numpy.cross``, several times faster on many short rows."""
     u0, u1, u2 = u[..., 0], u[..., 1], u[..., 2]
     v0, v1, v2 = v[..., 0], v[..., 1], v[..., 2]
-    return np.stack([u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0], axis=-1)
+    first = u1 * v2 - u2 * v1
+    found = np.empty((*first.shape, 3), dtype=first.dtype)
+    found[..., 0], found[..., 1], found[..., 2] = first, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+    return found
 
 
 def skew(w: ArrayLike) -> Array:

@@ -39,6 +39,15 @@ class PublishedStruct(ctypes.Structure):
     )
 
 
+class StartStruct(ctypes.Structure):
+    """``Start`` of ``linear_start.h``: scans of planes from which a scanner's pose is guessed."""
+
+    _fields_ = (
+        *((name, _int) for name in ("N", "K", "m")),
+        *((name, _at) for name in ("R", "R_metric", "T_base_flange", "index", "use", "normals", "distances")),
+    )
+
+
 class FreeStruct(ctypes.Structure):
     """``Free`` of ``normal_equations.h``: which coordinates are free, with their priors."""
 
@@ -46,11 +55,13 @@ class FreeStruct(ctypes.Structure):
 
 
 _ARGUMENTS = {
-    "frames": (_int, _int, _at, _at, _at, _at),
+    "frames": (_int, _int, _at, _at, ctypes.c_int, _at, _at),
+    "screws": (_int, _int, _at, _at, ctypes.c_int, _int, _at),
     "compress": (_int, _at, _at, _at, ctypes.c_int, _float, _at),
     "factors": (_int, _int, _at, _at, _at),
     "profiles": (_int, _at, _at, _at, ctypes.c_int, _float, _int, _at, _at),
     "published": (ctypes.POINTER(PublishedStruct), _at, _at, _at, _at),
+    "linear_start": (ctypes.POINTER(StartStruct), _int, _at, _at),
     "linearise": (ctypes.POINTER(ProblemStruct), _at, _at, _at),
     "fit": (
         ctypes.POINTER(ProblemStruct), ctypes.POINTER(FreeStruct), _float, _float, _int, _at,
@@ -109,7 +120,7 @@ def frames(q: Array, geometry: Array, T_base_0: Array) -> Array | None:
 
     Args:
         q: ``(N, n)`` [rad].
-        geometry: ``(5, n)``, rows a [m], alpha [rad], d [m], theta [rad], beta [rad].
+        geometry: ``(5, n)``, rows a [m], alpha [rad], d [m], theta [rad], beta [rad]; ``(N, 5, n)`` if it differs from pose to pose.
         T_base_0: ``(4, 4)``.
     """
     if LIBRARY is None:
@@ -117,10 +128,28 @@ def frames(q: Array, geometry: Array, T_base_0: Array) -> Array | None:
     N, n = q.shape
     q, geometry, T_base_0 = contiguous(q), contiguous(geometry), contiguous(T_base_0)
     found = np.empty((N, n + 1, 4, 4))
-    checked(
-        LIBRARY.frames(N, n, q.ctypes.data, geometry.ctypes.data, T_base_0.ctypes.data, found.ctypes.data)
-    )
+    angles, links, base = (each.ctypes.data for each in (q, geometry, T_base_0))
+    checked(LIBRARY.frames(N, n, angles, links, geometry.ndim == 3, base, found.ctypes.data))
     return found
+
+
+def screws(frames: Array, geometry: Array, out: Array) -> bool:
+    """Write the screw of every geometric parameter into an array, as ``Robot.screws`` defines them; return False without the library.
+
+    Args:
+        frames: ``(N, n + 1, 4, 4)``.
+        geometry: ``(5, n)`` or ``(N, 5, n)``, as for ``frames``.
+        out: ``(N, 6, P)``, contiguous; the first 5 n columns are written.
+    """
+    if LIBRARY is None:
+        return False
+    frames, geometry = contiguous(frames), contiguous(geometry)
+    N, n = len(frames), geometry.shape[-1]
+    assert out.flags.c_contiguous and out.shape[2] >= 5 * n
+    LIBRARY.screws(
+        N, n, frames.ctypes.data, geometry.ctypes.data, geometry.ndim == 3, out.shape[2], out.ctypes.data
+    )
+    return True
 
 
 def compress(

@@ -46,13 +46,13 @@ static void read_frame(const double *T, double *R, double *o) {
     }
 }
 
-/* frames (N, n + 1, 4, 4) from q (N, n), geometry (5, n), T_base_0 (4, 4). */
-int frames(int64_t N, int64_t n, const double *q, const double *geometry, const double *T_base_0, double *out) {
+/* frames (N, n + 1, 4, 4) from q (N, n), geometry (5, n), or (N, 5, n) where it is that of each pose, T_base_0 (4, 4). */
+int frames(int64_t N, int64_t n, const double *q, const double *geometry, int of_each_pose, const double *T_base_0, double *out) {
     Link *links = malloc((size_t)(n + 1) * sizeof(Link));
     if (!links) return -1;
-    for (int64_t i = 0; i < n; i++) link_of(geometry, n, i, links + i);
     for (int64_t p = 0; p < N; p++) {
         double R[9], o[3];
+        for (int64_t i = 0; i < n && (p == 0 || of_each_pose); i++) link_of(geometry + 5 * n * p, n, i, links + i);
         read_frame(T_base_0, R, o);
         write_frame(R, o, out);
         out += 16;
@@ -64,4 +64,31 @@ int frames(int64_t N, int64_t n, const double *q, const double *geometry, const 
     }
     free(links);
     return 0;
+}
+
+/* The screw (6), rotation then translation at the base's origin, of every geometric parameter from frames (N, n + 1, 4, 4): out (N, 6, width), of which
+the first 5 n columns are written. geometry as in `frames`. */
+WIDE void screws(int64_t N, int64_t n, const double *frames, const double *geometry, int of_each_pose, int64_t width, double *out) {
+    for (int64_t p = 0; p < N; p++, frames += 16 * (n + 1), out += 6 * width) {
+        const double *g = geometry + (of_each_pose ? 5 * n * p : 0);
+        for (int64_t i = 0; i < n; i++) {
+            const double *before = frames + 16 * i, *after = before + 16;
+            double a = g[i], c = cos(g[n + i]), s = sin(g[n + i]), axes[3][3], points[3][3];
+            for (int r = 0; r < 3; r++) {
+                axes[0][r] = before[4 * r], axes[1][r] = after[4 * r + 2], axes[2][r] = c * before[4 * r + 1] + s * before[4 * r + 2];
+                points[0][r] = before[4 * r + 3], points[1][r] = after[4 * r + 3], points[2][r] = before[4 * r + 3] + a * before[4 * r];
+                out[r * width + i] = out[r * width + 2 * n + i] = 0.0;
+                out[(3 + r) * width + i] = axes[0][r], out[(3 + r) * width + 2 * n + i] = axes[1][r];
+            }
+            const int kinds[3] = {1, 3, 4}; /* alpha, theta and beta turn about these axes through these points */
+            for (int k = 0; k < 3; k++) {
+                double shift[3];
+                cross3(points[k], axes[k], shift);
+                for (int r = 0; r < 3; r++) {
+                    out[r * width + kinds[k] * n + i] = axes[k][r];
+                    out[(3 + r) * width + kinds[k] * n + i] = shift[r];
+                }
+            }
+        }
+    }
 }

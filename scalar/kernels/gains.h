@@ -135,7 +135,20 @@ WIDE int extension_gains(int64_t e, const double *gram, const double *projection
     for (int64_t k = 0; k < n; k++)
         if (width[k] > widest) widest = width[k];
     double *memory = malloc((size_t)(2 * most * most + most * (e + 1) + (widest + 1) * (e + widest) + 1) * sizeof(double));
-    if (!memory) return -2;
+    int64_t *span = malloc((size_t)(2 * widest + 1) * sizeof(int64_t));
+    if (!memory || !span) {
+        free(memory), free(span);
+        return -2;
+    }
+    /* Of the columns c in span[2 d] to span[2 d + 1] - 1, c + d may belong to the same element. */
+    for (int64_t d = 0; d < widest; d++) {
+        span[2 * d] = e, span[2 * d + 1] = 0;
+        for (int64_t k = 0; k < n; k++) {
+            if (width[k] <= d) continue;
+            if (first[k] < span[2 * d]) span[2 * d] = first[k];
+            if (first[k] + width[k] - d > span[2 * d + 1]) span[2 * d + 1] = first[k] + width[k] - d;
+        }
+    }
     /* band[d * e + c]: the product of columns c and c + d, conditional on the set. */
     double *A = memory, *L = A + most * most, *X = L + most * most, *y = X + most * e, *left = y + most, *band = left + e, *work = band + widest * e;
     int status = 0;
@@ -148,7 +161,7 @@ WIDE int extension_gains(int64_t e, const double *gram, const double *projection
         if (status) break;
         memcpy(left, projection, (size_t)e * sizeof(double));
         for (int64_t d = 0; d < widest; d++)
-            for (int64_t c = 0; c + d < e; c++) band[d * e + c] = gram[c * e + c + d];
+            for (int64_t c = span[2 * d]; c < span[2 * d + 1]; c++) band[d * e + c] = gram[c * e + c + d];
         for (int64_t i = 0; i < s; i++) {
             double *row = X + i * e, pivot = L[i * s + i];
             memcpy(row, gram + at[i] * e, (size_t)e * sizeof(double));
@@ -163,7 +176,7 @@ WIDE int extension_gains(int64_t e, const double *gram, const double *projection
             for (int64_t c = 0; c < e; c++) row[c] /= pivot;
             for (int64_t c = 0; c < e; c++) left[c] -= y[i] * row[c];
             for (int64_t d = 0; d < widest; d++)
-                for (int64_t c = 0; c + d < e; c++) band[d * e + c] -= row[c] * row[c + d];
+                for (int64_t c = span[2 * d]; c < span[2 * d + 1]; c++) band[d * e + c] -= row[c] * row[c + d];
         }
         for (int64_t k = 0; k < n; k++) {
             int64_t from = first[k], w = width[k];
@@ -175,6 +188,6 @@ WIDE int extension_gains(int64_t e, const double *gram, const double *projection
             gain[k] = shrunk_gain(work, p, w, seen + k);
         }
     }
-    free(memory);
+    free(memory), free(span);
     return status;
 }

@@ -1,4 +1,4 @@
-/* The inner loops of a calibration on planes (frames of a chain, compression of scans, and a Levenberg-Marquardt fit), and gains of candidates.
+/* The inner loops of a calibration on planes (frames of a chain, compression of scans, a first guess, and a Levenberg-Marquardt fit), and gains of candidates.
 
 Each function has a counterpart in NumPy, which is used where no C compiler was at hand when the package was built. `scalar/kernels/__init__.py` loads
 the functions; tests/test_kernels.py compares the two. All numbers are double precision, all arrays are row-major and contiguous.
@@ -7,6 +7,7 @@ The sums are written in a fixed order, and no flag lets the compiler change it: 
 
 #include "gains.h"
 #include "levenberg_marquardt.h"
+#include "linear_start.h"
 #include "published_model.h"
 #include "scans.h"
 

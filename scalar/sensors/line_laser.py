@@ -26,6 +26,7 @@ from scalar.sensors.profile import (
     LINE_BASIS,
     PointFactors,
     contact,
+    contact_vectors,
     effect_rows,
     line_factors,
     point_basis,
@@ -194,10 +195,8 @@ class LineLaser(NoisyScans):
     def extra_columns(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any]) -> Array:
         """Return the rows of every effect's own functions of the points times what they add to c."""
         assert isinstance(target, Planes)
-        c = contact(T_base_sensor, target, self.target_index)[0]
-        return effect_rows(
-            self.R, self.basis_names, point_effects, (T_base_sensor, target, self.target_index, c)
-        )
+        where = T_base_sensor, target, self.target_index
+        return effect_rows(self.R, self.basis_names, point_effects, (*where, contact_vectors(*where)))
 
     def _extended(
         self, c: Array, T_base_sensor: Array, planes: Planes, point_effects: Sequence[Any]
@@ -216,7 +215,7 @@ class LineLaser(NoisyScans):
     def reweighted(self, T_base_sensor: Array, target: Target) -> LineLaser:
         """Return the scans weighted by the incidence of the estimate; a sigma that is not stated is estimated from the scatter within scans."""
         assert isinstance(target, Planes)
-        c, _, _ = contact(T_base_sensor, target, self.target_index)
+        c = contact_vectors(T_base_sensor, target, self.target_index)
         sigma = self.sigma
         if not self.sigma_stated and self.noise is None:
             unit = line_factors(self.points, self.starts, c, self.error_axis)
@@ -254,14 +253,14 @@ class LineLaser(NoisyScans):
     ) -> tuple[Array, Array]:
         """Return for each scan the whitened squared scatter about its own line ``(N,)`` and its degrees of freedom ``(N,)``."""
         assert isinstance(target, Planes)
-        c, _, _ = contact(T_base_sensor, target, self.target_index)
+        c = contact_vectors(T_base_sensor, target, self.target_index)
         full = self._extended(c, T_base_sensor, target, point_effects)
         return scatter_within(self.R, c, np.diff(self.starts), full)
 
     def common_error(self, T_base_sensor: Array, target: Target) -> Array:
         """Return the derivative ``(N, m, 1)`` of the profile rows by an error [m] of the range that all points of a scan share."""
         assert isinstance(target, Planes)
-        c = contact(T_base_sensor, target, self.target_index)[0]
+        c = contact_vectors(T_base_sensor, target, self.target_index)
         return self._profile_factors(("ux", "uz"), c, self.sigma) @ c[:, 1:, None]
 
     def given_noise(self, noise: PoseNoise | None) -> LineLaser:
@@ -273,7 +272,7 @@ class LineLaser(NoisyScans):
     ) -> tuple[Array, Array]:
         """Return for each pose the sum of squared distances to its plane ``(N,)`` [m^2] and the number of points ``(N,)``."""
         assert isinstance(target, Planes)
-        c, _, _ = contact(T_base_sensor, target, self.target_index)
+        c = contact_vectors(T_base_sensor, target, self.target_index)
         full = self._extended(c, T_base_sensor, target, point_effects)
         f = np.einsum("nij,nj->ni", self.R_metric, full)
         return np.sum(f * f, axis=1), np.diff(self.starts)

@@ -13,6 +13,7 @@ import numpy as np
 from scalar.errors import Undetermined
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array, nearest_rotation, transform
+from scalar.kernels.linear_start import linear_start
 from scalar.sensors.scans import Scans
 from scalar.sensors.target import Guess
 
@@ -39,8 +40,8 @@ def guesses(
     failure: Undetermined | None = None
     for use in _plane_choices(scans, planes, gravity)[: None if thorough else 1]:
         try:
-            found.append(Guess(_alternate(scans, T_base_flange, planes, use), True))
-            found.append(Guess(linear_guess(scans, T_base_flange, planes, use), False))
+            first, last = _alternate(scans, T_base_flange, planes, use)
+            found += [Guess(last, True), Guess(first, False)]
         except Undetermined as error:
             failure = error
     if not found and failure is not None:
@@ -88,8 +89,8 @@ def _plane_choices(scans: Scans, target: Planes, gravity: Array) -> list[Array]:
     return [scans.target_index == level, np.ones(len(scans.target_index), dtype=bool)]
 
 
-def _alternate(scans: Scans, T_base_flange: Array, target: Planes, use: Array) -> Array:
-    """Return the scanner's pose on the flange ``(4, 4)`` after computing in turn the planes that fit it and the linear guess for these planes.
+def _alternate(scans: Scans, T_base_flange: Array, target: Planes, use: Array) -> tuple[Array, Array]:
+    """Return the first linear guess of the scanner's pose on the flange ``(4, 4)``, and the last, after fitting planes and guessing in turn.
 
     Args:
         scans: What was measured.
@@ -97,9 +98,21 @@ def _alternate(scans: Scans, T_base_flange: Array, target: Planes, use: Array) -
         target: The planes at their initial guesses.
         use: ``(N,)`` bool, the poses for the first guess; later ones use all.
     """
-    T = linear_guess(scans, T_base_flange, target, use)
+    compiled = linear_start(
+        scans.R[:, :, :3],
+        scans.R_metric[:, :3, :3],
+        T_base_flange,
+        scans.target_index,
+        use,
+        target.normals,
+        target.distances,
+        _ALTERNATIONS,
+    )
+    if compiled is not None:
+        return compiled
+    T = first = linear_guess(scans, T_base_flange, target, use)
     everywhere = np.ones(len(scans.target_index), dtype=bool)
     for _ in range(_ALTERNATIONS):
         planes = scans.fitted_target(T_base_flange @ T, target)
         T = linear_guess(scans, T_base_flange, planes, everywhere)
-    return T
+    return first, T

@@ -19,6 +19,7 @@ from scalar.geometry.se3 import Array, skew
 from scalar.sensors.compression import compress, compress_keeping_q
 
 LINE_BASIS = ("1", "x", "z")
+_CARRIERS = [3, 0, 2]  # columns of the sensor's pose: its origin, X and Z
 _LEAST_INCIDENCE = 0.05  # |n . e|, 87 degrees: a grazing ray keeps a finite weight
 _CODES = {
     "1": (0, 0, 0, 0),
@@ -125,14 +126,25 @@ class PointFactors:
         return compress(point_basis(self.names, self.points, self.error_axis), self.starts)
 
 
+def contact_vectors(T_base_sensor: Array, planes: Planes, index: Array) -> Array:
+    """Return the contact vectors ``(N, 3)`` alone; arguments as for ``contact``."""
+    c = np.einsum("nxk,nx->nk", T_base_sensor[:, :3, _CARRIERS], planes.normals[index])
+    c[:, 0] -= planes.distances[index]
+    return c
+
+
 def contact(T_base_sensor: Array, planes: Planes, index: Array) -> tuple[Array, Array, Array]:
-    """Return the contact vectors ``(N, 3)``, their wrenches ``(N, 3, 6)`` and derivatives by (u, v, d) ``(N, 3, 3)``."""
-    X, Z, o = T_base_sensor[:, :3, 0], T_base_sensor[:, :3, 2], T_base_sensor[:, :3, 3]
+    """Return the contact vectors ``(N, 3)``, their wrenches ``(N, 3, 6)`` and derivatives by (u, v, d) ``(N, 3, 3)``.
+
+    Args:
+        T_base_sensor: ``(N, 4, 4)``.
+        planes: K planes.
+        index: ``(N,)``, which of them each pose measures.
+    """
     normals = planes.normals
     n = normals[index]
-    carriers = np.stack([o, X, Z], axis=1)
-    c = np.einsum("nkx,nx->nk", carriers, n)
-    c[:, 0] -= planes.distances[index]
+    c = contact_vectors(T_base_sensor, planes, index)
+    carriers = np.swapaxes(T_base_sensor[:, :3, _CARRIERS], 1, 2)
     wrench = np.zeros((len(n), 3, 6))
     wrench[:, :, :3] = carriers @ skew(normals)[index]  # carrier x normal
     wrench[:, 0, 3:] = n

@@ -15,7 +15,7 @@ from scalar.geometry.se3 import Array
 from scalar.sensors.noise_thresholds import NoiseThresholds
 from scalar.sensors.plane_targets import OnPlanes
 from scalar.sensors.pose_noise import PoseNoise
-from scalar.sensors.profile import contact, incidence
+from scalar.sensors.profile import contact_vectors, incidence
 from scalar.sensors.target import Target
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class NoisyScans(OnPlanes):
     def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
         """Return the root mean square distance [m] to the planes that the noise of the points alone causes."""
         assert isinstance(target, Planes)
-        slant = self._incidence(contact(T_base_sensor, target, self.target_index)[0])
+        slant = self._incidence(contact_vectors(T_base_sensor, target, self.target_index))
         level = 1.0 if self.noise is None else np.repeat(self.noise.level, np.diff(self.starts))
         return self.sigma * float(np.sqrt(np.mean((level * slant) ** 2)))
 
@@ -48,7 +48,7 @@ class NoisyScans(OnPlanes):
         from scalar.sensors.within_scan_noise import Profiles
 
         assert isinstance(target, Planes)
-        c = contact(T_base_sensor, target, self.target_index)[0]
+        c = contact_vectors(T_base_sensor, target, self.target_index)
         return Profiles.of(self, c, self._incidence(c))
 
     def noise_within_poses(

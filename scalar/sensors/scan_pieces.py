@@ -9,7 +9,7 @@ import numpy as np
 
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
-from scalar.sensors.profile import contact, point_basis
+from scalar.sensors.profile import contact_vectors, point_basis
 from scalar.sensors.rows import Pieces
 from scalar.sensors.scans import Scans
 
@@ -32,7 +32,7 @@ def cut_in_pieces(
     points, starts, axis = scans.points, scans.starts, scans.error_axis
     counts = np.diff(starts)
     scan = np.repeat(np.arange(len(counts)), counts)
-    c = contact(T, planes, index)[0]
+    c = contact_vectors(T, planes, index)
     flat = np.sum(point_basis(("1", "x", "z"), points, axis) * c[scan], axis=1)
 
     def added(other: Any) -> Array:

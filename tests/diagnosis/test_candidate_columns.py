@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from scalar.diagnosis import candidate_columns
+from scalar.diagnosis import candidate_columns, conditional_scores, unmodelled_structure
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
-from scalar.diagnosis.conditional_scores import rivals
+from scalar.diagnosis.conditional_scores import background_without, rivals
 from scalar.diagnosis.fitted_state import refit
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
@@ -40,3 +40,22 @@ def test_a_candidate_and_its_rivals_are_corrected_for_the_same_number():
         same = next(score for score in others if score.effect.same_answer(own.effect))
         assert own.evidence == pytest.approx(same.evidence, abs=1e-6)
         assert own.p_value == pytest.approx(same.p_value, rel=1e-6)
+
+
+def test_what_was_ranked_is_not_ranked_again(monkeypatch):
+    """Rivals and flexible terms in an effect's place are the same when asked for again, without another ranking, and a caller may change its list."""
+    dataset = make_scene(seed=3, poses_per_plane=15).dataset
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    state = refit(dataset, model, prepared.free, (JointScale(2),))
+    pool = CandidateSet.of([JointScale(2), JointScale(3)])
+    columns = CandidateColumns.of(state, pool)
+    background = background_without(state, [0])[0]
+    own, others = rivals(state, 0, columns)
+    terms = unmodelled_structure._ranked_once(state, [background], [pool])
+    for module in (conditional_scores, unmodelled_structure):
+        monkeypatch.setattr(module, "rank", None)
+    again = list(others)
+    others.clear()
+    assert rivals(state, 0, columns) == (own, again)
+    assert unmodelled_structure._ranked_once(state, [background, background], [pool]) == 2 * terms
+    assert background_without(state, [0])[0] is background

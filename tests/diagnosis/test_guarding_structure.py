@@ -19,7 +19,7 @@ from tests.diagnosis.stand_ins import Tried, scored, state
 def test_a_flexible_term_has_to_be_highly_significant(chance, is_tried, monkeypatch):
     """A flexible term with a p-value of seven in a million is tried, and one with fifteen in a million is not."""
     entry = scored(JointHarmonic(4, (7,)), p_value=chance)
-    monkeypatch.setattr(unmodelled_structure, "_ranked", lambda *_: [[entry]])
+    monkeypatch.setattr(unmodelled_structure, "_ranked_once", lambda *_: [[entry]])
     monkeypatch.setattr(unmodelled_structure, "refined", lambda state, background, entry: entry)
     given = state(background=lambda: None, effects=())
     if is_tried:
@@ -42,12 +42,13 @@ def replacing(monkeypatch: Any, evidence: float, dof: int, gain: float = 0.0) ->
     named = JointHarmonic(4, (7,))
     given: Any = SimpleNamespace(effects=(named,), dataset=None, settings=DEFAULTS, whitening=None)
     trial: Any = object()
+    given.background = lambda: None
     given.refitted = lambda effects: done.append("refitted") or trial
     stand_ins: dict[str, Any] = {
         "_evidence_of": lambda state, *_: gain if state is trial else 0.0,
         "background_without": lambda *_: (None, None, None),
         "score_together": lambda *_: scored(named, 100.0, dof=dof),
-        "_ranked": lambda *_: [[scored(JointScale(4), evidence, dof=dof)]],
+        "_ranked_once": lambda *_: [[scored(JointScale(4), evidence, dof=dof)], []],
         "_imitating": lambda *_: [],
         "refined": lambda state, background, entry: entry,
         "_with_partial_imitators": lambda *_: done.append("several") or (None, 0.0),

@@ -8,7 +8,7 @@ import pytest
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.gross_errors import Cleaned, clean, clean_given_effects
-from scalar.estimation.outlying_points import without_outlying_points
+from scalar.estimation.outlying_points import _median_within, without_outlying_points
 from tests.diagnosis.cases import knock, slip
 from tests.diagnosis.gross_errors import spoiled
 from tests.effects.injected import Flaws, make_cell, on_joint
@@ -27,6 +27,16 @@ def test_clean_data_stay_as_they_are():
         assert not found.outlier_poses and not found.mislabelled_poses
         points, flagged = points + len(dataset.points), flagged + found.points
     assert flagged <= FALSE_POINTS * points
+
+
+@pytest.mark.parametrize("counts", [[5, 5, 5], [4, 4], [3, 6, 1], [1]])
+def test_the_median_of_each_scan_is_the_larger_of_the_middle_two(counts):
+    """It is that of the scan's sorted values, whether or not all scans have as many points."""
+    rng, counts = np.random.default_rng(0), np.array(counts)
+    starts = np.r_[0, np.cumsum(counts)]
+    values = rng.normal(size=starts[-1])
+    found = _median_within(values, np.repeat(np.arange(len(counts)), counts), starts[:-1], counts)
+    assert found.tolist() == [sorted(own)[len(own) // 2] for own in np.split(values, starts[1:-1])]
 
 
 @pytest.mark.parametrize("share", [0.002, 0.02, 0.1])

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scalar.estimation.model import Model
+from scalar.estimation.model import Model, ParameterPrior
 from scalar.estimation.residuals import Residuals
 from scalar.sensors import measure
 from tests import kinematics
@@ -129,3 +129,19 @@ def test_a_jacobian_is_kept_for_its_model_and_cannot_be_changed():
         fresh = Residuals(residuals.measurement, residuals.poses, residuals.bases, residuals.known)
         np.testing.assert_array_equal(residuals.linearise(other)[1], fresh.linearise(other)[1])
         np.testing.assert_array_equal(residuals.residual(other), fresh.residual(other))
+
+
+@pytest.mark.parametrize("kind", ["line-laser", "tracker"])
+def test_models_that_differ_in_priors_alone_share_their_rows(kind):
+    """The Jacobian of the measured rows is the same object then, the rows of priors are the model's own, and another model shares nothing."""
+    scene = make_scene(kind=kind, seed=3, poses_per_plane=5)
+    residuals, model = residuals_and_model(scene.dataset, np.random.default_rng(0))
+    prior = ParameterPrior("a_2", 0.1, 0.01, "")
+    with_prior = replace(model, priors=(prior,), misfit_ratio=2.0)
+    rows, jacobian = residuals.linearise_measured(model)
+    assert residuals.linearise_measured(with_prior)[1] is jacobian
+    np.testing.assert_array_equal(residuals.residual(with_prior)[: len(rows)], rows)
+    expected = (model.vector[model.names.index("a_2")] - 0.1) * 2.0 / 0.01
+    assert residuals.residual(with_prior)[len(rows) :] == pytest.approx([expected])
+    for other in (model.with_vector(model.vector), replace(model, target=model.target.rebased())):
+        assert residuals.linearise_measured(other)[1] is not jacobian

@@ -105,6 +105,7 @@ def test_batches_are_the_single_results_stacked(outer, inner):
     for i in range(outer):
         for j in range(inner):
             np.testing.assert_array_equal(se3.inverse(T)[i, j], se3.inverse(T[i, j]))
+            np.testing.assert_allclose(T[i, j, :3, :3], se3.exp_so3(r[i, j]), atol=1e-14)
 
 
 @given(directions, st.one_of(small_angles, st.floats(1e-3, np.pi)))
