@@ -63,8 +63,8 @@ class HoldOutSettings:
         "chosen: a single block must not decide for an effect, nor hide one by its scatter",
     )  # fmt: skip
     most_of_pose: float = setting(
-        100.0, "of the median squared error", "where gains of blocks are limited, the squared error of a pose counts for at most this multiple of the "
-        "median before",
+        100.0, "of the median squared error", "where gains of blocks are limited, the squared error of a pose counts for at most this multiple of "
+        "the median before",
         "chosen: normal noise of one equation reaches 52 in one pose of a million; a pose of a stretched UR10 had 1,100",
     )  # fmt: skip
     tolerated_growth: float = setting(
