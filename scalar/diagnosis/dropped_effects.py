@@ -12,17 +12,22 @@ from scalar.diagnosis.fitted_state import FittedState
 
 
 def without_effects_of_same_curve(state: FittedState) -> FittedState:
-    """Return a state without the named effects of a joint's own angle if a flexible term describes that joint's error over the same angle.
+    """Return a state without the named effects of a joint's own angle if a flexible term over the same angle explains more than they do.
 
-    Such effects only fit what the flexible term leaves of the same curve.
+    Such effects only fit what the flexible term leaves of the same curve. If they explain more than the term, it is the term that fits what they
+    leave, and nothing is dropped.
     """
-    curves = {effect.own_angle_joint for effect in state.effects if effect.flexible} - {None}
-    kept = tuple(
-        effect for effect in state.effects if effect.flexible or effect.own_angle_joint not in curves
-    )
-    if len(kept) == len(state.effects):
+    by_joint: dict[int, tuple[list[int], list[int]]] = {}
+    for i, effect in enumerate(state.effects):
+        if effect.own_angle_joint is not None:
+            by_joint.setdefault(effect.own_angle_joint, ([], []))[effect.flexible].append(i)
+    plain, dropped = state.background_within_scans(), set[int]()
+    for named, flexible in by_joint.values():
+        if named and flexible and _explained(state, plain, named) <= _explained(state, plain, flexible):
+            dropped |= {*named}
+    if not dropped:
         return state
-    return state.refitted(kept)
+    return state.refitted([effect for i, effect in enumerate(state.effects) if i not in dropped])
 
 
 def without_minor_effects(state: FittedState) -> FittedState:
