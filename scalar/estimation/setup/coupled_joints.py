@@ -29,9 +29,10 @@ def coupled_joints(dataset: Dataset) -> Iterator[Alternative]:
         ):
             continue
         this, last = f"q{j + 1}", f"q{j}"
-        for sign, contains, link, remedy in (
-            (1, f"contains {last}", "plus", "minus"),
-            (-1, f"lacks {last}", "minus", "plus"),
+        of_mapping = f" (where 'scalar import' made it: 'plus' in the mapping of {this})"
+        for sign, contains, link, remedy, where in (
+            (1, f"contains {last}", "plus", "minus", ""),
+            (-1, f"lacks {last}", "minus", "plus", of_mapping),
         ):
             angles = dataset.q[:, j] - sign * dataset.q[:, j - 1]
             yield Alternative(
@@ -39,6 +40,6 @@ def coupled_joints(dataset: Dataset) -> Iterator[Alternative]:
                 f"joints {j} and {j + 1}",
                 f"{this} of poses.csv {contains}: joint {j + 1} is counted from the horizontal, as its angle {link} that of joint {j}",
                 f"with {this} {remedy} {last} in place of {this}",
-                f"write {this} {remedy} {last} into the column {this} of poses.csv, and into every table for this calibration",
+                f"write {this} {remedy} {last} into the column {this} of poses.csv{where}, and into every table for this calibration",
                 replace(dataset, poses=dataset.poses.assign(**{this: angles})),
             )
