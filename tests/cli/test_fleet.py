@@ -83,6 +83,7 @@ def instantly(monkeypatch: pytest.MonkeyPatch, diagnosed: Diagnosis) -> list[str
     return fates
 
 
+@pytest.mark.slow
 def test_a_bad_folder_harms_no_other(fleet: Path, instantly: list[str], tmp_path: Path) -> None:
     """Each dataset has its line, in the order of names: sound ones are diagnosed, the others say what is wrong, and the exit status is theirs."""
     result = run("diagnose", "--batch", fleet, "-o", tmp_path / "out", "--quick")
@@ -161,6 +162,7 @@ def test_killed_and_called_again_it_gives_the_same_bytes(fleet: Path, tmp_path: 
     assert contents(stopped) == contents(whole)
 
 
+@pytest.mark.slow
 def test_the_hidden_folder_of_a_worker_that_outlived_its_run_is_removed(
     fleet: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, instantly: list[str]
 ) -> None:

@@ -184,6 +184,7 @@ def test_an_effect_of_one_campaign_is_left_out(before):
     assert not compare(before, with_errors(replace(before, model=lag))).changed
 
 
+@pytest.mark.slow
 def test_no_change_is_named_by_chance_more_often_than_stated():
     """Over 400 draws of pure noise, the share of false alarms is at most the stated one, with four standard deviations allowed."""
     rng, alpha, draws = np.random.default_rng(7), 0.1, 400

@@ -79,6 +79,7 @@ def test_an_effect_so_large_that_the_first_fit_fails():
     assert verdict in (2, 3, "effect", "unattributed")
 
 
+@pytest.mark.slow
 def test_a_plane_measured_along_one_line_is_refused_or_fixed():
     """A plane that was measured along one line only does not determine its normal: the exit status is 3 with its name, or the undetermined part is
     fixed.
@@ -149,6 +150,7 @@ def test_a_sensor_pose_that_is_not_stated_is_estimated():
     assert (mapping["effects"][0]["name"], mapping["effects"][0]["target"]) == (name, target)
 
 
+@pytest.mark.slow
 def test_reference_planes_show_the_gain():
     """Planes known to 10 micrometres determine the scale of lengths: a gain of the range is then no longer unobservable."""
     cell = make_cell(Flaws(measured=lambda r: r / (1 + 2e-3)), seed=13, poses_per_plane=60)

@@ -89,6 +89,7 @@ def test_why_nothing_is_corrected_is_said(decided_by, words):
     assert "findings only" in text and all(word in text for word in words)
 
 
+@pytest.mark.slow
 def test_a_grid_of_two_joints_is_diagnosed_with_the_makers_tolerance():
     """Small moves of the other joints do not determine the geometry: without a tolerance that is refused; with it, errors of the geometry are no
     effects.

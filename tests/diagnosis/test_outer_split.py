@@ -189,6 +189,7 @@ def test_parts_are_diagnosed_in_the_way_of_the_whole(most, monkeypatch):
     assert set(asked) == {most if most == 120 else 0}
 
 
+@pytest.mark.slow
 def test_what_no_run_confirms_is_no_finding(monkeypatch):
     """An effect that the runs do not find is listed as not confirmed, with little confidence, and is not in after.json."""
     dataset = scale(5, poses_per_plane=40)[0].dataset
@@ -207,6 +208,7 @@ def test_what_no_run_confirms_is_no_finding(monkeypatch):
     assert "Not confirmed" in render_report(diagnosis)
 
 
+@pytest.mark.slow
 def test_an_unconfirmed_effect_without_which_predictions_are_worse_is_corrected_all_the_same(monkeypatch):
     """Joints 2 and 3 have a scale error, and the runs of the outer split find that of joint 3 alone. The other is no finding; after.json has both,
     and report and diagnosis.json say so.

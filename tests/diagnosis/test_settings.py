@@ -85,6 +85,7 @@ def test_a_threshold_of_the_selection_decides(dataset):
     assert not diagnose(dataset, settings=none).findings
 
 
+@pytest.mark.slow
 def test_a_threshold_of_the_estimator_decides(dataset):
     """Thresholds of gross errors reach the cleaning: no point is off by five standard deviations, and some are by three."""
     strict = {

@@ -136,6 +136,7 @@ def test_priors_leave_alone_what_the_data_determine(stated):
         assert abs(with_them.model.vector[i] - without.model.vector[i]) < 0.02 * std
 
 
+@pytest.mark.slow
 def test_a_grid_is_refused_without_a_tolerance_and_says_how_little_it_knows_with_one():
     """Poses that leave directions undetermined are refused.
 
@@ -179,6 +180,7 @@ def test_fifteen_poses_with_gears_predict_no_worse_than_base_and_tool(seed):
     assert rms(as_tracked(calibration, q) - truth(q)) < rms(as_tracked(base_and_tool(dataset), q) - truth(q))
 
 
+@pytest.mark.slow
 def test_fifteen_scans_are_calibrated_with_a_tolerance_and_nine_are_refused():
     """For 30 equations and 32 unknowns the data sheet supplies what is missing, and the error is within its predicted size."""
     size, angle = 2e-3, np.deg2rad(1.0)

@@ -95,6 +95,7 @@ def test_wrong_labels_are_found_without_a_nominal_pose(share):
     assert all(plane == truth[pose] for pose, plane in found.mislabelled_poses)
 
 
+@pytest.mark.slow
 def test_a_calibration_names_wrong_labels_and_not_the_guesses_of_planes():
     """A few wrong labels can turn the planes that are fitted to all poses by a right angle. The refusal names these poses, and no plane's normal."""
     cell = make_cell(seed=2)

@@ -77,6 +77,7 @@ def test_held_coordinates_stay():
     assert abs(jacobian[:, 1] @ residual) < 1e-8 * np.linalg.norm(jacobian[:, 1]) * np.linalg.norm(residual)
 
 
+@pytest.mark.slow
 def test_a_run_that_is_cut_short_is_not_converged(monkeypatch):
     """With three evaluations there is no optimum: the fit says so, and the calibration refuses it with exit status 3."""
     monkeypatch.setattr(least_squares, "MAX_EVALUATIONS", 3)

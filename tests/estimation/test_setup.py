@@ -99,7 +99,7 @@ def tracked() -> Dataset:
     return make_scene("vs060", "tracker", poses_per_plane=25, noise=1e-4, seed=7).dataset
 
 
-@pytest.mark.parametrize("joint", [2, 3, 4, 5])
+@pytest.mark.parametrize("joint", [2, *(pytest.param(joint, marks=pytest.mark.slow) for joint in (3, 4, 5))])
 @pytest.mark.parametrize("degrees", [90, 180])
 def test_a_zero_wrong_by_a_quarter_or_half_turn_is_named_for_a_tracker(tracked, joint, degrees):
     """The fit follows such a zero and leaves no residual, and yet no other parameter and no pose is blamed for it."""
@@ -131,6 +131,7 @@ def test_two_wrong_signs_are_named_together(sound, tracked, kind, joints):
     )
 
 
+@pytest.mark.slow
 def test_three_wrong_signs_are_named_together(tracked):
     """If three joints count the other way, as with some controllers, all are named together."""
     spoilt = with_columns(tracked, **{f"q{j}": -tracked.q[:, j - 1] for j in (1, 3, 5)})
@@ -139,6 +140,7 @@ def test_three_wrong_signs_are_named_together(tracked):
     assert "joints 1, 3 and 5" in [s.where for s in refused.value.suspicions]
 
 
+@pytest.mark.slow
 def test_a_refusal_that_need_not_be_explained_is_a_refusal(sound):
     """Whether a dataset is refused does not depend on whether the cause is looked for; the sentence that names it does."""
     for explain, named in ((True, True), (False, False)):
@@ -178,12 +180,14 @@ def test_a_sound_setup_is_left_in_peace(robot):
     assert calibrate(scene.dataset).summary["setup"] == []
 
 
+@pytest.mark.slow
 def test_a_diagnosis_refuses_what_a_calibration_refuses(sound):
     """A diagnosis names the same joint as a calibration, and does not fail otherwise."""
     with pytest.raises(InvalidInput, match="joint 4 counts the other way"):
         diagnose(spoiled(sound, "joint_sign"))
 
 
+@pytest.mark.slow
 def test_a_diagnosis_names_a_zero_that_its_fit_follows(tracked):
     """A tracker's fit leaves nothing of a zero that is a quarter turn off: the diagnosis names the zero all the same."""
     with pytest.raises(WrongSetup, match="the zero of joint 3 is off by -90"):

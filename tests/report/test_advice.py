@@ -30,6 +30,7 @@ def page(found: Diagnosis) -> str:
     return render_report(found)
 
 
+@pytest.mark.slow
 def test_what_was_found_stands_in_view_whatever_its_place_in_the_list(found: Diagnosis, page: str) -> None:
     """A finding is never folded away with the lesser candidates, whether it stands last among them or is not in the list."""
     title = words.capital(found.findings[0].effect.title)

@@ -45,6 +45,7 @@ def test_too_few_poses_are_said_with_how_many_more(few: Diagnosis) -> None:
     assert "Too few poses" in lead[1]
 
 
+@pytest.mark.slow
 def test_with_as_many_more_the_effect_is_named(few: Diagnosis) -> None:
     """With the poses that were asked for the compliance is named, and the report explains its confidence and no longer speaks of few poses."""
     more = int(re.search(r"Measure at least (\d+) more", few_poses(few)[0])[1])

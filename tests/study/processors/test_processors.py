@@ -32,6 +32,7 @@ def checksum(name: str) -> str:
     return ran.stdout
 
 
+@pytest.mark.slow
 def test_every_library_takes_the_kernels_that_are_asked_for():
     """NumPy's OpenBLAS and SciPy's both take the kernels, and the bits of the results differ.
 
