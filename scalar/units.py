@@ -21,3 +21,8 @@ DEG = math.pi / 180.0
 
 MRAD = 1e-3
 """One milliradian [rad]. The same number as a millimetre, but another unit."""
+
+
+def unit_of_joint(slides: bool) -> tuple[str, float]:
+    """Return the unit in which people write a joint's position, ``mm`` or ``deg``, and its size [m or rad]."""
+    return ("mm", MM) if slides else ("deg", DEG)

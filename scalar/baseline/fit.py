@@ -16,7 +16,7 @@ import numpy as np
 from scalar.baseline.parameterisation import READINGS, Parameterisation
 from scalar.data.dataset import Dataset
 from scalar.errors import Undetermined
-from scalar.estimation.measured_ranges import KEY as KEY_OF_RANGES
+from scalar.estimation.measured_ranges import MEASURED_RANGES
 from scalar.estimation.prepare import candidate_mask, prepare
 from scalar.estimation.random_poses import ranges_of_joints
 from scalar.estimation.reporting import sensor_mapping
@@ -133,7 +133,7 @@ def calibrate_baseline(
             "started_from": origin,
             "poses": dataset.n_poses,
             "points": len(dataset.points),
-            KEY_OF_RANGES: ranges_of_joints(dataset.q).tolist(),
+            MEASURED_RANGES: ranges_of_joints(dataset.q).tolist(),
         },
     )
 

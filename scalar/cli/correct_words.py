@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scalar.cli.pose_lines import MOST_SHOWN, first_lines, lines_on_limits
 from scalar.errors import Fault
-from scalar.units import DEG, MM
+from scalar.units import DEG, MM, unit_of_joint
 
 if TYPE_CHECKING:
     from scalar.estimation.correction import Correction, Sensitivity
@@ -146,7 +146,7 @@ def _how_near(robot: Robot, sensitivity: Sensitivity, i: int) -> str:
     # A travel counts as the turn, at half the arm's length, that moves as far; the joint that moves most is named.
     moves = sensitivity.travel[i] * MM
     joint = int(np.argmax(moves / np.where(robot.slides, arm_length(robot), 1.0)))
-    unit, size = ("mm", MM) if joint in robot.prismatic else ("deg", DEG)
+    unit, size = unit_of_joint(joint in robot.prismatic)
     move = moves[joint] / size
     size_of_move = f"{move:.2g}" if move < 99.5 else f"{move:.0f}"  # two digits of 170 would read 1.7e+02
     moved = f"up to {size_of_move} {unit}" if move < _MOST_TURN else f"more than {_MOST_TURN:.0f} {unit}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from scalar.units import DEG, MM
+from scalar.units import DEG, MM, unit_of_joint
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,7 +32,7 @@ def moves_in_words(q: Array, prismatic: Sequence[int]) -> str:
 def in_degrees(table: pd.DataFrame, prismatic: Sequence[int]) -> pd.DataFrame:
     """Return a table of poses [rad, m] with joint angles in degrees, and the travel of joints that slide (counted from 0) in millimetres."""
     names = [name for name in table.columns if name[0] == "q"]
-    units = [("mm", MM) if i in prismatic else ("deg", DEG) for i in range(len(names))]
+    units = [unit_of_joint(i in prismatic) for i in range(len(names))]
     scaled = {name: table[name] / unit for name, (_, unit) in zip(names, units, strict=True)}
     heads = {name: f"{name}_{word}" for name, (word, _) in zip(names, units, strict=True)}
     return table.assign(**scaled).rename(columns=heads)

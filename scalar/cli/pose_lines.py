@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scalar.units import DEG, MM
+from scalar.units import unit_of_joint
 
 if TYPE_CHECKING:
     from scalar.estimation.result import Calibration
@@ -36,7 +36,7 @@ def lines_on_limits(robot: Robot, ids: Array, q: Array) -> list[str]:
     lines = []
     for i in np.flatnonzero(beyond.any(axis=1)):
         joint = int(np.argmax(beyond[i]))
-        size, unit = (MM, "mm") if joint in robot.prismatic else (DEG, "deg")
+        unit, size = unit_of_joint(joint in robot.prismatic)
         low, high = robot.limits[joint] / size
         lines.append(
             f"  pose {ids[i]}: joint {joint + 1} at {q[i, joint] / size:.3f} {unit} is beyond its limits {low:.1f} to {high:.1f} {unit}"
@@ -65,7 +65,7 @@ def lines_on_measured_ranges(calibration: Calibration, q: Array) -> list[str]:
     by_joint = outside.sum(axis=0)
     joints = []
     for j in [int(j) for j in np.argsort(-by_joint, kind="stable") if by_joint[j]][:_MOST_JOINTS]:
-        size, unit = (MM, "mm") if j in calibration.model.robot.prismatic else (DEG, "deg")
+        unit, size = unit_of_joint(j in calibration.model.robot.prismatic)
         (low, high), here = ranges[j] / size, q[:, j] / size
         joints.append(
             f"joint {j + 1} was measured from {low:.0f} to {high:.0f} {unit} and goes from {here.min():.0f} to {here.max():.0f} {unit}"

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import expit, logsumexp
+from scipy.special import expit
 
 from scalar.diagnosis.background import Background
 from scalar.diagnosis.ranking import Scored
@@ -45,7 +45,7 @@ def akaike_weight(own: Scored, ranking: Sequence[Scored]) -> float:
         ranking: What ``compared_by_akaike`` returns.
     """
     curves = [s.evidence for s in ranking if _is_longer_curve(own, s)]
-    return float(expit(own.evidence - logsumexp(curves))) if curves else 1.0
+    return float(expit(own.evidence - np.logaddexp.reduce(curves))) if curves else 1.0
 
 
 def _is_longer_curve(own: Scored, other: Scored) -> bool:

@@ -17,14 +17,13 @@ def without_effects_of_same_curve(state: FittedState) -> FittedState:
     Such effects only fit what the flexible term leaves of the same curve. If they explain more than the term, it is the term that fits what they
     leave, and nothing is dropped.
     """
-    by_joint: dict[int, tuple[list[int], list[int]]] = {}
-    for i, effect in enumerate(state.effects):
-        if effect.own_angle_joint is not None:
-            by_joint.setdefault(effect.own_angle_joint, ([], []))[effect.flexible].append(i)
     plain, dropped = state.background_within_scans(), set[int]()
-    for named, flexible in by_joint.values():
-        if named and flexible and _explained(state, plain, named) <= _explained(state, plain, flexible):
-            dropped |= {*named}
+    for joint in {effect.own_angle_joint for effect in state.effects if effect.flexible} - {None}:
+        curves = [i for i, effect in enumerate(state.effects) if effect.own_angle_joint == joint]
+        named = [i for i in curves if not state.effects[i].flexible]
+        flexible = [i for i in curves if state.effects[i].flexible]
+        if named and _explained(state, plain, named) <= _explained(state, plain, flexible):
+            dropped.update(named)
     if not dropped:
         return state
     return state.refitted([effect for i, effect in enumerate(state.effects) if i not in dropped])

@@ -20,7 +20,7 @@ from scalar.data.io.atomic import plain
 from scalar.data.strict_schema import strict_validator
 from scalar.effects.effect import Effect
 from scalar.errors import InvalidInput
-from scalar.estimation.measured_ranges import KEY as KEY_OF_RANGES
+from scalar.estimation.measured_ranges import MEASURED_RANGES
 from scalar.geometry.se3 import Array
 
 _ROUNDING = 1e-6  # relative: what a covariance may be off by rounding
@@ -87,10 +87,10 @@ def _check_sizes(content: Description) -> None:
             ("robot", "calibrated", "joints"),
             f"{calibrated} joints where the nominal arm has {n}; calibrate again",
         )
-    ranges = content.items("summary", KEY_OF_RANGES)
+    ranges = content.items("summary", MEASURED_RANGES)
     if ranges and len(ranges) != n:
         message = f"{len(ranges)} ranges where the arm has {n} joints; calibrate again"
-        content.fault(("summary", KEY_OF_RANGES), message)
+        content.fault(("summary", MEASURED_RANGES), message)
     names = content.items("names")
     for i, name in enumerate(names):
         if name not in content.mapping["parameters"]:

@@ -11,7 +11,7 @@ from scalar.effects import registry
 from scalar.errors import Undetermined
 from scalar.estimation.fixed_parameter import NO_LENGTH_KNOWN
 from scalar.estimation.least_squares import Decomposed, Fit
-from scalar.estimation.measured_ranges import KEY as KEY_OF_RANGES
+from scalar.estimation.measured_ranges import MEASURED_RANGES
 from scalar.estimation.misfit import misfit, unexplained_shift
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
@@ -73,7 +73,7 @@ def conclude(
     summary: dict[str, Any] = {
         "poses": dataset.n_poses,
         "points": len(dataset.points) if len(dataset.points) else dataset.n_poses,
-        KEY_OF_RANGES: ranges_of_joints(dataset.q).tolist(),
+        MEASURED_RANGES: ranges_of_joints(dataset.q).tolist(),
         "sigma_m": residuals.measurement.sigma,
         "sigma_stated": residuals.measurement.sigma_stated,
         "misfit": lack.ratio,

@@ -12,6 +12,7 @@ from scipy.stats import f as f_distribution
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
+from scalar.estimation.pose_consistency import deletion_residuals
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration
 from scalar.geometry.se3 import Array
@@ -43,7 +44,7 @@ def far_poses(calibration: Calibration, dataset: Dataset) -> tuple[list[tuple[in
     distances = residuals.pose_distances(model)
     median = float(np.median(np.delete(distances, left_out)))
     far = [i for i in left_out if distances[i] > _FAR * median]
-    if len(far) > max(1, _FEW * dataset.n_poses):
+    if len(far) > _most_named(dataset.n_poses):
         return [], median
     return sorted(((i, float(distances[i])) for i in far), key=lambda one: -one[1]), median
 
@@ -58,36 +59,35 @@ def _left_out(residuals: Residuals, model: Model, free: Array) -> tuple[list[int
         model: About which all is linearised.
         free: ``(P,)`` bool, the F free parameters.
     """
-    N, m = residuals.measurement.target_index.shape[0], residuals.measurement.rows_per_pose
+    equations, m = residuals.measurement.equations, residuals.measurement.rows_per_pose
+    N, most = len(equations), _most_named(len(equations)) + 1
     residual, jacobian = residuals.reweighted(model).linearise(model)
     scale = np.maximum(np.linalg.norm(jacobian[:, free], axis=0), np.finfo(float).tiny)
     J = jacobian[:, free] / scale
-    of_pose = np.r_[np.repeat(np.arange(N), m), np.full(len(J) - N * m, -1)]
-    equations = residuals.measurement.equations
-    left_out: list[int] = []
-    most = int(max(1, _FEW * N)) + 1
+    n_priors = len(J) - N * m
+    rows, among, left_out = J[: N * m].reshape(N, m, -1), np.ones(N, dtype=bool), list[int]()
     while True:
-        used = ~np.isin(of_pose, left_out)
+        used = np.r_[np.repeat(among, m), np.ones(n_priors, dtype=bool)]
         inverse = np.linalg.pinv(J[used].T @ J[used], rcond=1e-12, hermitian=True)
         step = -inverse @ (J[used].T @ residual[used])
         rest = residual + J @ step
-        within = [i for i in range(N) if i not in left_out]
-        rows = J[: N * m].reshape(N, m, -1)[within]
-        kept = (1.0 + 1e-6) * np.eye(m) - rows @ inverse @ np.swapaxes(rows, 1, 2)
-        own = rest[: N * m].reshape(N, m)[within]
-        drops = np.einsum("nm,nm->n", own, np.linalg.solve(kept, own[:, :, None])[:, :, 0])
+        own = rest[: N * m].reshape(N, m)
+        leverages = np.where(among[:, None, None], rows @ inverse @ np.swapaxes(rows, 1, 2), 0.0)
+        # By how much the sum of squares falls without each pose.
+        drops = np.where(among, np.sum(own * deletion_residuals(leverages, own), axis=1), 0.0)
         worst = int(np.argmax(drops))
-        freedom = (
-            int(equations[within].sum())
-            + int((of_pose < 0).sum())
-            - J.shape[1]
-            - int(equations[within[worst]])
-        )
+        freedom = int(equations[among].sum()) + n_priors - J.shape[1] - int(equations[worst])
         if freedom < 1 or len(left_out) == most:
             break
         others = max(float(rest[used] @ rest[used]) - drops[worst], np.finfo(float).tiny)
-        ratio = drops[worst] / equations[within[worst]] / (others / freedom)
-        if f_distribution.sf(ratio, equations[within[worst]], freedom) > _BY_CHANCE / N:
+        ratio = drops[worst] / equations[worst] / (others / freedom)
+        if f_distribution.sf(ratio, equations[worst], freedom) > _BY_CHANCE / N:
             break
-        left_out.append(within[worst])
+        left_out.append(worst)
+        among[worst] = False
     return left_out, step / scale
+
+
+def _most_named(n_poses: int) -> int:
+    """Return how many poses may lie far off; if more do, the model is wrong, and not a few poses."""
+    return int(max(1, _FEW * n_poses))

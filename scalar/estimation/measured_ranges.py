@@ -13,8 +13,8 @@ import numpy as np
 
 from scalar.geometry.se3 import Array
 
-KEY = "measured_ranges"
-"""The entry of a calibration's summary: ``[[lowest, highest], ...]`` of each joint [rad; m of a joint that slides]."""
+MEASURED_RANGES = "measured_ranges"
+"""The key of a calibration's summary: ``[[lowest, highest], ...]`` of each joint [rad; m of a joint that slides]."""
 _MARGIN = 0.1  # chosen: of a joint's range; what lies nearer to it than this counts as within
 
 
@@ -24,7 +24,8 @@ def measured_ranges(summary: Mapping[str, Any]) -> Array | None:
     Args:
         summary: Of the calibration.
     """
-    return np.array(summary[KEY], dtype=float) if summary.get(KEY) else None
+    ranges = summary.get(MEASURED_RANGES)
+    return np.array(ranges, dtype=float) if ranges else None
 
 
 def clearly_outside(ranges: Array, q: Array) -> Array:

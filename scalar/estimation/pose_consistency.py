@@ -130,7 +130,7 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
 
 
 def _left_out(dataset: Dataset, model: Model, free: Array, trained: Array) -> Array:
-    """Return the length ``(N,)`` of the whitened residual that every pose would have if the fit had been made without it: ``(I - H_ii)^-1 r_i``.
+    """Return the lengths ``(N,)`` of the poses' ``deletion_residuals``.
 
     Args:
         dataset: All poses.
@@ -147,8 +147,20 @@ def _left_out(dataset: Dataset, model: Model, free: Array, trained: Array) -> Ar
     solved = np.linalg.lstsq(used.T @ used, measured.T, rcond=1e-12)[0]
     H = np.einsum("nmf,fnk->nmk", measured.reshape(N, m, -1), solved.reshape(-1, N, m))
     H[~trained] = 0.0
-    kept = (1.0 + 1e-6) * np.eye(m) - H  # I - H is singular for a pose that alone determines a direction
-    return np.linalg.norm(np.linalg.solve(kept, residual[: N * m].reshape(N, m, 1)), axis=(1, 2))
+    return np.linalg.norm(deletion_residuals(H, residual[: N * m].reshape(N, m)), axis=1)
+
+
+def deletion_residuals(leverages: Array, residual: Array) -> Array:
+    """Return the whitened residual ``(N, m)`` that each pose would have if the fit had been made without it: ``(I - H_ii)^-1 r_i``.
+
+    Args:
+        leverages: ``(N, m, m)``, the blocks H_ii of the fit; zero for a pose that it was not made with.
+        residual: ``(N, m)``, the whitened residuals r_i.
+    """
+    kept = (1.0 + 1e-6) * np.eye(
+        residual.shape[1]
+    ) - leverages  # I - H is singular for a pose that alone determines a direction
+    return np.linalg.solve(kept, residual[:, :, None])[:, :, 0]
 
 
 def outlier_limit(trusted: Array, settings: GrossErrorSettings) -> float:
