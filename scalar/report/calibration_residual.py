@@ -21,7 +21,7 @@ def residual_in_words(summary: Mapping[str, Any]) -> str:
 
 
 def far_poses_in_words(calibration: Calibration, dataset: Dataset) -> list[str]:
-    """Return one sentence that names a few poses that lie far from where the others say, none if there are none or many.
+    """Return one sentence that names a few poses that lie far from the fit to the others, none if there are none or many.
 
     Args:
         calibration: The calibration.
@@ -35,6 +35,6 @@ def far_poses_in_words(calibration: Calibration, dataset: Dataset) -> list[str]:
     named = [f"pose {dataset.pose_ids[i]} by {length(distance)}" for i, distance in far[:_SHOWN]]
     more = [f"{len(far) - _SHOWN} more"] if len(far) > _SHOWN else []
     return [
-        f"Far from where the other poses say, half of which are within {length(median)} of the model: {listed([*named, *more])}. Check what was "
-        "recorded there; 'scalar diagnose' sets gross errors aside, and 'scalar calibrate' does not."
+        f"Far from the fit to the other poses, half of which lie within {length(median)} of it: {listed([*named, *more])}. Check what was recorded "
+        "there; 'scalar diagnose' sets gross errors aside, and 'scalar calibrate' does not."
     ]
