@@ -39,20 +39,34 @@ def by_importance(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def clauses(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> list[str]:
-    """Return one clause with a size for each kind of finding, the most important kind first; structure without a certain name comes last."""
+    """Return one clause with a size for each kind of finding, the most important kind first; structure without a certain name comes last.
+
+    An effect whose confidence is below ``SURE`` is stated as what the cause may be, with its rivals.
+    """
     drawn = {id(finding): shown for finding, shown in zip(findings, pictures, strict=False)}
-    together: dict[str, list[Finding]] = {}
+    together: dict[tuple[str, bool], list[Finding]] = {}
     for finding in by_importance([finding for finding in findings if not finding.doubtful]):
-        together.setdefault(finding.effect.reported_with or finding.effect.name, []).append(finding)
-    certain = [
-        _with_size(
-            alike[0].effect.clause_of([finding.effect for finding in alike]),
-            _largest(alike, [drawn.get(id(finding), ()) for finding in alike]),
-        )
-        for alike in together.values()
-    ]
+        kind = finding.effect.reported_with or finding.effect.name
+        together.setdefault((kind, _is_unsure(finding)), []).append(finding)
+    named = []
+    for (_, unsure), alike in together.items():
+        clause = alike[0].effect.clause_of([finding.effect for finding in alike])
+        size = _largest(alike, [drawn.get(id(finding), ()) for finding in alike])
+        named.append(_as_unsure(clause, size, alike) if unsure else _with_size(clause, size))
     doubtful = [finding for finding in by_importance(findings) if finding.doubtful]
-    return certain + ([_without_a_name(doubtful)] if doubtful else [])
+    return named + ([_without_a_name(doubtful)] if doubtful else [])
+
+
+def _is_unsure(finding: Finding) -> bool:
+    """Return whether a name is given with so little confidence that the first sentence must not state it as a fact."""
+    return finding.confidence < SURE and not finding.effect.flexible
+
+
+def _as_unsure(clause: str, size: str, findings: Sequence[Finding]) -> str:
+    """Return a clause on effects whose names are not sure, with the names of the rivals that the data do not distinguish from them."""
+    rivals = dict.fromkeys(words.quoted(rival.title) for f in findings for rival in f.confounded_with)
+    said = _with_size(f"{'perhaps' if rivals else 'probably'} {clause}", size)
+    return f"{said}, which these data do not distinguish from {words.listed(list(rivals), 'or')}" if rivals else said
 
 
 def _without_a_name(findings: Sequence[Finding]) -> str:

@@ -22,6 +22,8 @@ def found(effect: Any, before: float, after: float) -> Any:
         before=SimpleNamespace(rms=before),
         after=SimpleNamespace(rms=after),
         doubtful=False,
+        confidence=0.95,
+        confounded_with=(),
     )
 
 
@@ -76,3 +78,18 @@ def test_a_doubtful_name_is_a_hint():
     assert "joint 3" in first and "no certain name, most like “joint 2: backlash”" in last
     warning = caution(SimpleNamespace(findings=()), doubtful)  # type: ignore[arg-type]
     assert "Look for the cause before anything is repaired" in warning and "30 %" in warning
+
+
+def test_an_unsure_name_is_not_stated_as_a_fact():
+    """A confidence below 0.8 makes a clause a guess that lists its rivals; a sure effect of its kind stays a fact."""
+    unsure, sure = (
+        found(JointBacklash(2, "approach"), 3e-4, 1e-4),
+        found(JointBacklash(3, "approach"), 1e-4, 9e-5),
+    )
+    unsure.confidence = 0.6
+    guess, fact = clauses([unsure, sure], [])
+    assert guess.startswith("probably ") and "joint 2" in guess and "joint 3" not in guess
+    assert "joint 3" in fact and "probably" not in fact
+    unsure.confounded_with = (JointHarmonic(2, (1,)),)
+    guess, _ = clauses([unsure, sure], [])
+    assert guess.startswith("perhaps ") and guess.endswith(f"do not distinguish from “{JointHarmonic(2, (1,)).title}”")
