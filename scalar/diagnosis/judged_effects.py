@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 
-from scalar.data.io.atomic import plain
+from scalar.diagnosis.akaike_rivals import akaike_weight, compared_by_akaike, name_and_target
 from scalar.diagnosis.candidate_columns import CandidateColumns
 from scalar.diagnosis.conditional_scores import background_without, rivals, rivals_of_strongest_part
 from scalar.diagnosis.confidence import confidence
-from scalar.diagnosis.curves_of_one_angle import akaike_weight, compared_by_akaike
 from scalar.diagnosis.explained import Explained
 from scalar.diagnosis.finding import Finding
 from scalar.diagnosis.fitted_state import FittedState
@@ -80,13 +78,13 @@ def _finding(
     ranking = sorted([*in_its_place, *in_place_of_strongest_part], key=lambda s: -s.evidence)
     ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
     its_rivals = [s for s in ranking if not s.effect.same_answer(effect)]
-    confounded, weight_among_curves = [], 1.0
+    confounded, weight_among_imitators = [], 1.0
     if is_shrunk(effect):
         its_rivals, unnamed = [], []
     elif not effect.flexible:
-        among_curves = compared_by_akaike(own, ranking, background_without(scored, [i])[0])
-        weight_among_curves = akaike_weight(own, among_curves)
-        confounded = _confounded(own, among_curves, settings)
+        among_imitators = compared_by_akaike(own, ranking, background_without(scored, [i])[0])
+        weight_among_imitators = akaike_weight(own, among_imitators)
+        confounded = _confounded(own, among_imitators, settings)
     nearest = [s for s in its_rivals if s.other_parts is None][:NEAREST_RIVALS]
     without_fold = fold_odds(i, [s.effect for s in nearest], folds)
     least_odds = [
@@ -101,7 +99,7 @@ def _finding(
         return grounds_of_effect(scored, i, own, evidence, least, final_residuals)
 
     grounds = grounds_against(its_rivals)
-    own_confidence = min(confidence(grounds, effect.name), weight_among_curves)
+    own_confidence = min(confidence(grounds, effect.name), weight_among_imitators)
     # A report lists the confounded effects together with the name. The name is therefore doubtful only if the confidence that the cause is the effect
     # or one of these is too low. This confidence in the whole group is computed against the rivals outside the group.
     outside = [s for s in its_rivals if not any(s.effect.same_place(like) for like in confounded)]
@@ -133,5 +131,5 @@ def _confounded(own: Scored, ranking: Sequence[Scored], settings: Settings) -> l
     """
     least = own.evidence - settings.selection.confounded_margin
     near = [s.effect for s in ranking if s.evidence > least and not s.effect.same_place(own.effect)]
-    answers = [f"{effect.name} {json.dumps(plain(effect.target), sort_keys=True)}" for effect in near]
+    answers = [name_and_target(effect) for effect in near]
     return [effect for k, effect in enumerate(near) if answers[k] not in answers[:k]]

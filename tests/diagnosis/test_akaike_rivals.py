@@ -1,4 +1,4 @@
-"""Harmonics of a gear, and an error in proportion to the angle, are distinguished only where the joint moves over enough of a turn."""
+"""Effects that imitate one another are sure only where the data distinguish them: curves over one angle, base and joints under one weight."""
 
 from dataclasses import replace
 
@@ -7,9 +7,11 @@ import pytest
 
 from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
+from scalar.diagnosis.akaike_rivals import akaike_weight, compared_by_akaike
 from scalar.diagnosis.background import Background
-from scalar.diagnosis.curves_of_one_angle import akaike_weight, compared_by_akaike
+from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.joint_backlash import JointBacklash
+from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from tests.diagnosis.stand_ins import scored
@@ -93,3 +95,16 @@ def test_a_curve_that_fits_better_and_a_flexible_one_do_not_raise_an_effect():
     assert [s.evidence for s in compared_by_akaike(own, [ahead], background())] == [5.0]
     assert [s.evidence for s in compared_by_akaike(own, [far_ahead], background())] == [7.0]
     assert akaike_weight(own, [replace(ahead, effect=JointHarmonic(3, (1,)))]) == 1.0
+
+
+def test_the_number_of_joints_does_not_favour_the_base():
+    """A joint that explains nearly as much as the base gets the weight that the residuals give it; compliances of one name and target count once."""
+    own = replace(scored(BaseCompliance((2, 3), True), evidence=12.0, dof=4), gain=20.0)
+    joint = replace(scored(JointCompliance(((2, 2), (2, 3))), evidence=6.0, dof=4), gain=19.0)
+    again = replace(joint, effect=JointCompliance(((2, 2),)), evidence=2.0)
+    other_base = replace(own, effect=BaseCompliance((2, 3)), evidence=10.0)
+    ranking = compared_by_akaike(own, [other_base, joint, again], background())
+
+    odds = (30.0 / 31.0) ** (40 / 2)  # of the joint against the base: the ratio of their likelihoods
+    assert [s.evidence for s in ranking[:2]] == pytest.approx([12.0 + np.log(odds)] * 2)
+    assert akaike_weight(own, ranking) == pytest.approx(1 / (1 + odds))
