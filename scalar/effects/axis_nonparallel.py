@@ -69,6 +69,11 @@ class AxisNonparallel(OneJoint, LinkEffect):
         return [cls(j) for j in near_parallel_joints(dataset.robot)]
 
     @classmethod
+    def in_every_arm(cls, dataset: Dataset) -> list[Effect]:
+        """Return the tilt of every such axis: none is assembled quite parallel to another."""
+        return cls.candidates(dataset)
+
+    @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
         """Return the tilt of the axis that is named, or of every one that is near-parallel to the one before."""
         return super().parsed(dataset, words) if words else cls.candidates(dataset)

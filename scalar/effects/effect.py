@@ -133,6 +133,14 @@ class Effect(Described):
         """
         return []
 
+    @classmethod
+    def in_every_arm(cls, dataset: Dataset) -> list[Effect]:
+        """Return the effects of this kind that every arm has to some degree, whether or not the data show them.
+
+        The band of the errors over the workspace allows for what the data leave open of them.
+        """
+        return []
+
     def generalised(self, dataset: Dataset) -> Effect | None:
         """Return an effect of which this one is a special case, if the special case would bias the geometry when it holds only roughly; else None."""
         return None

@@ -85,6 +85,11 @@ class JointCompliance(JointEffect):
         return [*alone, cls(tuple(pairs))]
 
     @classmethod
+    def in_every_arm(cls, dataset: Dataset) -> list[Effect]:
+        """Return the compliance of all joints together: no gear is rigid."""
+        return cls.candidates(dataset)[-1:]
+
+    @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
         """Return the compliance of the joints that are named, or of all joints, as one effect."""
         n = dataset.robot.n_joints

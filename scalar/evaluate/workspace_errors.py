@@ -5,13 +5,15 @@ At random poses within the joint limits, the position of the sensor's origin by 
 standard normal. Every workcell measures the place of its base and of the sensor on the flange anew, so the motion of the base and the
 shift of the sensor that fit best are removed from both terms. The remaining errors are those that no such measurement corrects.
 
-The band covers the random errors of the measurements, and the error of the scale where no length is known (``unknown_scale``). Errors that the
-calibration's model lacks enter only as one distance, ``excess``, by which the arm is taken to be off at every pose.
+The band covers the random errors of the measurements, and the error of the scale where no length is known (``unknown_scale``). Its upper end
+allows besides for effects that the model lacks and that the measurements would not show (``hidden``): the size that is most probable does not count
+them, but what is said to be rarely exceeded does. Other errors that the calibration's model lacks enter only as one distance, ``excess``, by which
+the arm is taken to be off at every pose.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -51,22 +53,77 @@ class WorkspaceErrors:
         errors: ``{name of the model: (N, 3)}`` [m], the estimated error of each model in the base frame.
         deviations: ``(N, 3, K)`` [m], K independent deviations of these estimates, of one standard deviation each.
         excess: Root mean square distance [m] by which the arm is off at every pose because of errors that the calibration's model lacks.
+        hidden: ``(N, 3, L)`` [m], deviations like the others by effects that the model lacks and the measurements do not show.
     """
 
     position: Array
     errors: Mapping[str, Array]
     deviations: Array
     excess: float = 0.0
+    hidden: Array | None = None
 
     @cached_property
     def _chance(self) -> Array:
         """Return R draws of the error of the estimate ``(R, N, 3)`` [m]."""
-        draws = np.random.default_rng(_SEED).standard_normal((N_DRAWS, self.deviations.shape[2]))
-        return np.einsum("nik,rk->rni", self.deviations, draws, optimize=True)
+        return _drawn(self.deviations, _SEED)
 
-    def sizes(self, model: str) -> Array:
-        """Return R draws of the size of a model's error at every pose ``(R, N)`` [m]; they vary as the covariance says."""
-        return np.hypot(np.linalg.norm(self.errors[model] + self._chance, axis=2), self.excess)
+    @cached_property
+    def _chance_and_hidden(self) -> Array:
+        """Return R draws of the error of the estimate with the effects that the measurements do not show ``(R, N, 3)`` [m]."""
+        return self._chance if self.hidden is None else self._chance + _drawn(self.hidden, _SEED + 1)
+
+    def sizes(self, model: str) -> Sizes:
+        """Return draws of the size of a model's error at every pose."""
+        error = self.errors[model]
+        found, more = (
+            np.hypot(np.linalg.norm(error + chance, axis=2), self.excess)
+            for chance in (self._chance, self._chance_and_hidden)
+        )
+        return Sizes(found, more)
+
+
+def mean_over_poses(draws: Array) -> Array:
+    """Return the mean size ``(R,)`` [m] over the poses of each draw ``(R, N)``."""
+    return draws.mean(axis=1)
+
+
+def _drawn(deviations: Array, seed: int) -> Array:
+    """Return R sums of independent deviations ``(N, 3, K)`` [m], each times a standard normal number: ``(R, N, 3)`` [m]."""
+    draws = np.random.default_rng(seed).standard_normal((N_DRAWS, deviations.shape[2]))
+    return np.einsum("nik,rk->rni", deviations, draws, optimize=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Sizes:
+    """R draws of the size of an error at N poses.
+
+    Attributes:
+        found: ``(R, N)`` [m], they vary as the covariance of the calibration says.
+        with_hidden: ``(R, N)`` [m], the same with effects that the measurements do not show.
+    """
+
+    found: Array
+    with_hidden: Array
+
+    def banded(self, statistic: Callable[[Array], Array]) -> Banded:
+        """Return a number with its band.
+
+        Args:
+            statistic: Returns the number ``(R,)`` of each draw, from draws ``(R, N)``.
+        """
+        return self.each_banded(lambda draws: statistic(draws)[:, None])[0]
+
+    def each_banded(self, statistic: Callable[[Array], Array]) -> list[Banded]:
+        """Return C numbers with their bands.
+
+        Args:
+            statistic: Returns the numbers ``(R, C)`` of each draw, from draws ``(R, N)``.
+        """
+        found, with_hidden = (statistic(draws).T for draws in (self.found, self.with_hidden))
+        return [
+            replace(band, high=max(band.high, Banded.of(draws).high))
+            for band, draws in zip(map(Banded.of, found), with_hidden, strict=True)
+        ]
 
 
 @dataclass(frozen=True)
@@ -90,7 +147,11 @@ class Banded:
 
 
 def errors_within_limits(
-    estimate: Calibration, models: Mapping[str, Model], seen: Poses, excess: float = 0.0
+    estimate: Calibration,
+    models: Mapping[str, Model],
+    seen: Poses,
+    excess: float = 0.0,
+    hidden: Callable[[Poses], Array] | None = None,
 ) -> WorkspaceErrors | None:
     """Return the position errors of the data sheet and of models at random poses within the joint limits.
 
@@ -102,16 +163,21 @@ def errors_within_limits(
         seen: The measured poses. A joint without limits keeps to the range that it has in them; other columns, such as the
             temperature, take values from them.
         excess: As in ``WorkspaceErrors``.
+        hidden: Returns the deviations ``(3 N, L)`` [m] of ``WorkspaceErrors.hidden`` at N poses; None without such effects.
     """
     robot = estimate.model.nominal
     count = int(np.clip(_MOST_DERIVATIVES // len(estimate.model.names), _LEAST_POSES, _MOST_POSES))
     poses = poses_within_limits(limits_or_measured_ranges(robot.limits, seen.q), seen, count, _SEED)
     nominal = replace(estimate.model, robot=robot, effects=())
-    return workspace_errors(estimate, {NOMINAL: nominal, **models}, poses, excess)
+    return workspace_errors(estimate, {NOMINAL: nominal, **models}, poses, excess, hidden)
 
 
 def workspace_errors(
-    calibration: Calibration, models: Mapping[str, Model], poses: Poses, excess: float = 0.0
+    calibration: Calibration,
+    models: Mapping[str, Model],
+    poses: Poses,
+    excess: float = 0.0,
+    hidden: Callable[[Poses], Array] | None = None,
 ) -> WorkspaceErrors | None:
     """Return the position errors of models against a calibration as the best estimate of the arm; None if it has no covariance.
 
@@ -120,6 +186,7 @@ def workspace_errors(
         models: The models to judge, by name.
         poses: The poses at which they are compared.
         excess: As in ``WorkspaceErrors``.
+        hidden: As for ``errors_within_limits``.
     """
     estimate = kinematics_at(calibration.model, poses)
     of_poses = pose_deviations(calibration.model, estimate, calibration.free, calibration.covariance)
@@ -130,13 +197,16 @@ def workspace_errors(
     if (scale := unknown_scale(calibration)) is not None:
         stretched = scale.relative * (T[:, :3, 3] - calibration.model.nominal.T_base_0[:3, 3])
         of_positions = np.column_stack([of_positions, stretched.ravel()])
-    deviations = projected_out(base_and_sensor_columns(T), of_positions, _RANK_TOLERANCE).reshape(
-        len(T), 3, -1
-    )
+
+    def apart_from_set_up(columns: Array) -> Array:
+        """Return deviations ``(N, 3, K)`` less the motions of base and sensor, from ``(3 N, K)``."""
+        return projected_out(base_and_sensor_columns(T), columns, _RANK_TOLERANCE).reshape(len(T), 3, -1)
+
     errors = {
         name: aligned_errors(kinematics_at(model, poses).T_base_sensor, T) for name, model in models.items()
     }
-    return WorkspaceErrors(T[:, :3, 3], errors, deviations, excess)
+    more = None if hidden is None else apart_from_set_up(hidden(poses))
+    return WorkspaceErrors(T[:, :3, 3], errors, apart_from_set_up(of_positions), excess, more)
 
 
 def aligned_errors(T_model: Array, T_hat: Array) -> Array:

@@ -6,6 +6,7 @@ from typing import Any
 
 from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
+from scalar.diagnosis.hidden_effects import HiddenEffects
 from scalar.estimation.misfit import lacks_something, may_lack_something
 from scalar.estimation.result import Calibration
 from scalar.report.calibration_residual import far_poses_in_words, residual_in_words
@@ -27,7 +28,8 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
         dataset: The dataset from which it was estimated.
     """
     seen = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
-    workspace = workspace_section(calibration, None, seen, FILE, excess_distance(calibration))
+    hidden = HiddenEffects.of_calibration(calibration, dataset)
+    workspace = workspace_section(calibration, None, seen, FILE, excess_distance(calibration), hidden)
     about = [f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints", kind_of(dataset).words]
     return {
         "name": dataset.name,

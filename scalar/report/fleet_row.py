@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from scalar.diagnosis.hidden_effects import hidden_effects
 from scalar.errors import ScalarError, printable
-from scalar.evaluate.workspace_errors import NOMINAL, Banded, errors_within_limits
+from scalar.evaluate.workspace_errors import NOMINAL, errors_within_limits, mean_over_poses
 from scalar.report.excess_residual import excess_distance_after
 from scalar.report.words import title
 from scalar.units import MM
@@ -65,10 +66,11 @@ def _over_workspace(diagnosis: Diagnosis) -> dict[str, float]:
     """Return the mean errors [mm] over the workspace of the data sheet and of the shipped model; empty if the fit has no covariance."""
     after = diagnosis.calibration_after
     seen = diagnosis.after.residuals.poses
-    errors = errors_within_limits(after, {SHIPPED: after.model}, seen, excess_distance_after(diagnosis))
+    excess, hidden = excess_distance_after(diagnosis), hidden_effects(diagnosis)
+    errors = errors_within_limits(after, {SHIPPED: after.model}, seen, excess, hidden and hidden.deviations)
     if errors is None:
         return {}
-    data_sheet, shipped = (Banded.of(errors.sizes(model).mean(axis=1)) for model in (NOMINAL, SHIPPED))
+    data_sheet, shipped = (errors.sizes(model).banded(mean_over_poses) for model in (NOMINAL, SHIPPED))
     return {
         "data_sheet_error_mm": data_sheet.value / MM,
         "after_error_mm": shipped.value / MM,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scalar.diagnosis.hidden_effects import hidden_effects
 from scalar.diagnosis.partial_residuals import FittedView
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
 from scalar.effects.command_line import named_effects
@@ -140,7 +141,8 @@ def _workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
     before, after = diagnosis.calibration_before.model, diagnosis.calibration_after
     seen = diagnosis.after.residuals.poses
     without_effects = before if after.model.effects else None
-    section = workspace_section(after, without_effects, seen, SHIPPED, excess_distance_after(diagnosis))
+    excess, hidden = excess_distance_after(diagnosis), hidden_effects(diagnosis)
+    section = workspace_section(after, without_effects, seen, SHIPPED, excess, hidden)
     if section is None or diagnosis.shipped.without_effects or (more := error_left_open(diagnosis)) is None:
         return section
     return section | {"left_open": words.length(more.error)}

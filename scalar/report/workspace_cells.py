@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scalar.evaluate.workspace_errors import Banded
+from scalar.evaluate.workspace_errors import Banded, Sizes
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 from scalar.units import MM
@@ -99,13 +99,13 @@ class Cells:
     found: tuple[list[Banded], list[Banded]]
 
     @classmethod
-    def of(cls, view: Slice, before: Array, after: Array) -> Cells:
+    def of(cls, view: Slice, before: Sizes, after: Sizes) -> Cells:
         """Return the cells of a view that have enough poses.
 
         Args:
             view: The view, with N random poses.
-            before: ``(R, N)`` [m], R draws of the errors of these poses before.
-            after: ``(R, N)`` [m], the same after.
+            before: The errors of these poses before.
+            after: The same after.
         """
         low, high = view.at.min(axis=0), view.at.max(axis=0)
         if view.from_axis:
@@ -117,8 +117,10 @@ class Cells:
         cell = np.floor((view.at - corner) / width).astype(int)
         names, index, count = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
         drawn = np.flatnonzero(count >= LEAST_POSES)
-        means = [means_of(draws, index.ravel(), len(count))[:, drawn] for draws in (before, after)]
-        earlier, later = ([Banded.of(column) for column in mean.T] for mean in means)
+        earlier, later = (
+            errors.each_banded(lambda draws: means_of(draws, index.ravel(), len(count))[:, drawn])
+            for errors in (before, after)
+        )
         return cls(view, corner + (names[drawn] + 0.5) * width, width, count[drawn], (earlier, later))
 
     @property

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from scalar.data.poses import Poses
+from scalar.diagnosis.hidden_effects import HiddenEffects
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
 from scalar.estimation.result import Calibration
-from scalar.evaluate.workspace_errors import NOMINAL, Banded, errors_within_limits
+from scalar.evaluate.workspace_errors import NOMINAL, Banded, Sizes, errors_within_limits, mean_over_poses
 from scalar.geometry.se3 import Array
 from scalar.report.panel import Panel
 from scalar.report.pictures import Pair, sentences
@@ -35,7 +36,12 @@ _LEAST_ERROR = 1e-9  # m: smaller errors are rounding, and no picture is drawn
 
 
 def workspace_section(
-    judged: Calibration, without_effects: Model | None, seen: Poses, file: str, excess: float = 0.0
+    judged: Calibration,
+    without_effects: Model | None,
+    seen: Poses,
+    file: str,
+    excess: float = 0.0,
+    hidden: HiddenEffects | None = None,
 ) -> dict[str, Any] | None:
     """Return the table and the pictures of the errors over the workspace, or None if there is no covariance, or no error.
 
@@ -45,14 +51,15 @@ def workspace_section(
         seen: The measured poses.
         file: File name of the calibration, for the texts.
         excess: Root mean square distance [m] by which the residual exceeds the noise; it is counted as an error at every pose (``excess_residual``).
+        hidden: Effects that every arm has and the model lacks, or None; the upper ends of the bands allow for them.
     """
     robot = judged.model.nominal
     models = {**({} if without_effects is None else {WITHOUT_EFFECTS: without_effects}), file: judged.model}
-    errors = errors_within_limits(judged, models, seen, excess)
+    errors = errors_within_limits(judged, models, seen, excess, hidden and hidden.deviations)
     if errors is None:
         return None
     sizes = {model: errors.sizes(model) for model in errors.errors}
-    if max(float(draws.max()) for draws in sizes.values()) < _LEAST_ERROR:
+    if max(float(draws.found.max()) for draws in sizes.values()) < _LEAST_ERROR:
         return None
     bases = EffectBases.of(robot, seen, judged.model.effects)
     measured = Kinematics.of(judged.model, seen, bases).T_base_sensor[:, :3, 3]
@@ -64,20 +71,25 @@ def workspace_section(
     pictures = [_draw_cells(one, edges, file) for one in cells]
     return {
         "rows": [
-            {"state": model, "mean": _banded(Banded.of(draws.mean(axis=1))), "most": _banded(_bound(draws))}
+            {
+                "state": model,
+                "mean": _banded(draws.banded(mean_over_poses)),
+                "most": _banded(draws.banded(_bound)),
+            }
             for model, draws in sizes.items()
         ],
         "poses": len(errors.position),
         "excess": f"{number(excess / MM)} mm" if excess else "",
         "left_open": "",
+        "hidden": ", ".join(hidden.kinds) if hidden else "",
         "scale": scale_in_words(judged),
         "pictures": [*pictures, _draw_reach(side, before, after, file)],
     }
 
 
-def _bound(draws: Array) -> Banded:
-    """Return the error that most poses do not exceed, from draws ``(R, N)`` [m]."""
-    return Banded.of(np.quantile(draws, _MOST, axis=1))
+def _bound(draws: Array) -> Array:
+    """Return the error ``(R,)`` [m] that most poses of each draw ``(R, N)`` do not exceed."""
+    return np.quantile(draws, _MOST, axis=1)
 
 
 def _banded(found: Banded) -> dict[str, str]:
@@ -154,7 +166,7 @@ def _shade_in_words(edges: Array, k: int) -> str:
     return f"{edges[k - 1]:g} to {edges[k]:g} mm"
 
 
-def _draw_reach(view: Slice, before: Array, after: Array, file: str) -> Pair:
+def _draw_reach(view: Slice, before: Sizes, after: Sizes, file: str) -> Pair:
     """Return the mean error against the horizontal distance from the first joint's axis, with its band."""
     r = view.at[:, 0]
     edges = np.linspace(0.0, max(float(r.max()), LEAST_SPAN), _SHELLS + 1)
@@ -164,9 +176,9 @@ def _draw_reach(view: Slice, before: Array, after: Array, file: str) -> Pair:
     chosen = np.isin(index, kept)
     centre = (edges[:-1] + edges[1:])[kept] / 2
     curves = []
-    for draws in (before, after):
-        means = means_of(draws[:, chosen], renumbered[chosen], len(kept))
-        curves.append(np.array([[b.low, b.value, b.high] for b in map(Banded.of, means.T)]).T / MM)
+    for errors in (before, after):
+        banded = errors.each_banded(lambda draws: means_of(draws[:, chosen], renumbered[chosen], len(kept)))
+        curves.append(np.array([[b.low, b.value, b.high] for b in banded]).T / MM)
     low, high = (float(f(curves)) for f in (np.min, np.max))
     panel = Panel(
         (0.0, float(edges[-1])),

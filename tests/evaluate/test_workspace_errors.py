@@ -12,8 +12,8 @@ from scalar.estimation.calibrate import calibrate
 from scalar.estimation.random_poses import limits_or_measured_ranges, poses_within_limits
 from scalar.estimation.result import Calibration
 from scalar.evaluate.workspace_errors import (
-    Banded,
     aligned_errors,
+    mean_over_poses,
     workspace_errors,
 )
 from scalar.geometry.robot import Robot
@@ -68,7 +68,7 @@ def test_the_band_is_that_of_the_parameters():
     poses = Poses(rng.uniform(ROBOT.limits[:, 0], ROBOT.limits[:, 1], (300, 6)), np.zeros(300), {})
     found = workspace_errors(calibration, {"same": calibration.model}, poses)
     assert found is not None
-    draws = found.sizes("same").mean(axis=1)
+    draws = mean_over_poses(found.sizes("same").found)
     T = calibration.predict(poses.q)
     index = [calibration.model.names.index(name) for name in calibration.free]
     exact = []
@@ -80,6 +80,22 @@ def test_the_band_is_that_of_the_parameters():
     # The scatter of the draws is about a third of their mean, so means of 200 differ by a tenth, three standard errors, only rarely.
     assert abs(np.mean(draws) / np.mean(exact) - 1.0) < 0.1
     assert abs(np.std(draws) / np.std(exact) - 1.0) < 0.3
+
+
+def test_hidden_effects_raise_the_upper_end_alone():
+    """Deviations that the measurements do not show leave number and lower end as they are, and raise the upper end as if they were present."""
+    rng = np.random.default_rng(3)
+    calibration = with_covariance(calibrated(ROBOT, rng), 2e-4)
+    poses = Poses(rng.uniform(ROBOT.limits[:, 0], ROBOT.limits[:, 1], (300, 6)), np.zeros(300), {})
+    by_joint = rng.normal(0.0, 3e-4, (3 * len(poses), 4))
+    bands = []
+    for hidden in (None, lambda _: by_joint):
+        found = workspace_errors(calibration, {"same": calibration.model}, poses, hidden=hidden)
+        assert found is not None
+        bands.append(found.sizes("same").banded(mean_over_poses))
+    without, hidden_too = bands
+    assert (hidden_too.low, hidden_too.value) == (without.low, without.value)
+    assert hidden_too.high > np.hypot(without.value, np.sqrt(3 * 4) * 3e-4 * 0.9)
 
 
 def test_without_covariance_nothing_is_claimed():
@@ -104,7 +120,7 @@ def test_the_band_holds_the_truth_as_often_as_it_says():
         nominal = replace(calibration.model, robot=robot)
         found = workspace_errors(calibration, {"data sheet": nominal}, poses)
         assert found is not None
-        band = Banded.of(found.sizes("data sheet").mean(axis=1))
+        band = found.sizes("data sheet").banded(mean_over_poses)
         T_nominal = Calibration.nominal(scene.dataset, calibration.model.T_flange_sensor).predict(poses.q)
         true = np.linalg.norm(aligned_errors(T_nominal, scene.truth.sensor(poses.q)), axis=1).mean()
         inside += band.low <= true <= band.high
