@@ -20,6 +20,7 @@ from multiprocessing import active_children, get_all_start_methods, get_context
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from scalar.data.dataset import Dataset
 from scalar.data.io.processes import end_with
@@ -248,7 +249,11 @@ def _run_all(
 
 
 def _begin_work(parent: int) -> None:
-    """Make a worker end with the process that started it, or when that process terminates it; only that process handles interruptions."""
+    """Make a worker end with the process that started it, or when that process terminates it; only that process handles interruptions.
+
+    Each worker keeps to one thread of BLAS: threads of several workers wait for one another, and take ten times as long.
+    """
+    threadpool_limits(1)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with(parent)

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 
 import jsonschema
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
 from scalar.diagnosis.hold_out import HeldOutErrors
-from scalar.diagnosis.outer_split import Answer, OuterSplit, outer_split
+from scalar.diagnosis.outer_split import Answer, OuterSplit, _begin_work, outer_split
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
@@ -95,6 +99,20 @@ def test_the_numbers_do_not_depend_on_the_number_of_processes(cleaned, monkeypat
         np.testing.assert_array_equal(a.metric, b.metric)
     for a, b in zip(one.answers, two.answers, strict=True):
         np.testing.assert_array_equal(a.after.vector, b.after.vector)
+
+
+def blas_threads() -> set[int]:
+    """Return how many threads the BLAS libraries of this process use."""
+    return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+
+
+def test_workers_keep_to_one_thread_of_blas():
+    """However many threads the process itself uses, a worker uses one: threads of several workers would wait for one another."""
+    with threadpool_limits(2):
+        assert blas_threads() == {2}
+        context = get_context("fork")
+        with ProcessPoolExecutor(1, context, initializer=_begin_work, initargs=(os.getpid(),)) as pool:
+            assert pool.submit(blas_threads).result() == {1}
 
 
 def test_repetitions_are_left_out_together(cleaned):

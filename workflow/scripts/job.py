@@ -1,11 +1,19 @@
-"""Send what a script of the workflow prints to its log; every script uses this."""
+"""Send what a script of the workflow prints to its log; every script imports this first.
 
+It also keeps each process to one thread of BLAS, before NumPy reads the number: Snakemake sets it to the cores of the job, and a job that takes
+several cores starts as many processes.
+"""
+
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from traceback import print_exc
 
+from study.common.job_environment import THREADED_LIBRARIES
 from study.common.take_over import end_with_workflow
+
+os.environ.update({f"{library}_NUM_THREADS": "1" for library in THREADED_LIBRARIES})
 
 
 @contextmanager
