@@ -2,8 +2,8 @@
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 from scalar.data.description import Description
 from scalar.data.formats import COMMANDED, PAYLOAD, TORQUE
@@ -13,7 +13,8 @@ from scalar.ingest.orientation import EULER, QUATERNION, VECTOR
 from scalar.ingest.raw_table import Reference
 from scalar.ingest.row_profiles import RowProfiles
 
-TEXT_COLUMNS = ("plane", "session", "target", "nest")
+TARGET = "target"
+TEXT_COLUMNS = ("plane", "session", TARGET, "nest")
 JOINT = re.compile(r"qc?[1-9][0-9]*")
 _BY_JOINT = re.compile(rf"(q|{COMMANDED}|{TORQUE})([1-9][0-9]*)")
 
@@ -73,6 +74,7 @@ class Block:
         row_profiles: where the values of the profiles stand, if each row of the files is a whole profile; else None.
         column_profiles: the same, if each column is one.
         rows_per_pose: how many successive rows belong to each pose, where no column says it; else None.
+        targets: if a row measures several targets, the columns of each target by its name; ``columns`` are then those that all have in common.
     """
 
     columns: Mapping[str, Column]
@@ -84,6 +86,22 @@ class Block:
     row_profiles: RowProfiles | None = None
     column_profiles: ColumnProfiles | None = None
     rows_per_pose: int | None = None
+    targets: Mapping[str, Mapping[str, Column]] = field(default_factory=dict)
+
+    @property
+    def column_names(self) -> list[str]:
+        """Return the columns of the dataset that it gives, those of targets among them, without those that are the same in a whole file."""
+        of_targets = [name for columns in self.targets.values() for name in columns]
+        return list(dict.fromkeys([*self.columns, *of_targets, *([TARGET] if self.targets else [])]))
+
+    def of_each_target(self) -> list[tuple[Self, dict[str, str]]]:
+        """Return a block for each target of a row, with the text columns that name the target; the block itself without several targets in a row."""
+        if not self.targets:
+            return [(self, {})]
+        return [
+            (replace(self, columns={**self.columns, **columns}, targets={}), {TARGET: name})
+            for name, columns in self.targets.items()
+        ]
 
 
 @dataclass(frozen=True)
@@ -129,7 +147,7 @@ class MappingFile:
     @property
     def measured_columns(self) -> tuple[str, ...]:
         """Return the columns of the sensor's table that this mapping gives: the coordinates, and the further columns that it names."""
-        columns = set((self.poses if self.points is None else self.points).columns)
+        columns = set((self.poses if self.points is None else self.points).column_names)
         if columns & {*EULER, *QUATERNION}:
             columns |= set(VECTOR)
         return (*self.point_columns, *(name for name in self.further_points if name in columns))

@@ -1,12 +1,14 @@
 """Check that the columns that a mapping names are those that the robot and the sensor need."""
 
 import re
+from collections.abc import Mapping
+from typing import Any
 
 from scalar.data.description import Description
 from scalar.data.formats import COMMANDED, PAYLOAD, TORQUE
 from scalar.data.located_table import did_you_mean, shorten
 from scalar.data.sensor_formats import sensor_formats
-from scalar.ingest.mapping import TEXT_COLUMNS, MappingFile, quantity_of
+from scalar.ingest.mapping import TARGET, TEXT_COLUMNS, MappingFile, quantity_of
 from scalar.ingest.orientation import check_orientation
 
 
@@ -33,7 +35,10 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
             ("points",), f"a {sensor} has no points of its own, only {', '.join(kinds)} have; remove this key"
         )
     else:
-        _check_block(given, "points", ["pose", *points], ["pose", *measured], mapping)
+        if mapping.points.targets:
+            _check_targets(given, mapping, sensor)
+        else:
+            _check_block(given, "points", ["pose", *points], ["pose", *measured], mapping)
         required.append("pose")
         if not mapping.poses.files:
             given.fault(
@@ -72,6 +77,26 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
             given.fault(path, f"not a name for a column ({shorten(name)}); use letters, digits and _")
 
 
+def _check_targets(given: Description, mapping: MappingFile, sensor: str | None) -> None:
+    """Add the faults of the block ``points``, whose rows measure several targets, to ``given.faults``."""
+    if mapping.table is None or mapping.table.item != TARGET:
+        given.fault(("points", "targets"), f"a {sensor} has no targets, only a tracker has; remove this key")
+        return
+    own = [
+        name
+        for name in (*mapping.point_columns, *mapping.further_points, *mapping.foreign_points)
+        if name != TARGET
+    ]
+    common = given.get("points", "columns")
+    _check_block(given, "points", ["pose"], ["pose", *own], mapping)
+    for target, columns in given.get("points", "targets").items():
+        place = ("points", "targets", target)
+        _check_names(given, place, columns, own)
+        for name in (name for name in columns if name in common):
+            given.fault((*place, name), "stands under points.columns as well; keep one of the two")
+        _check_present(given, place, {**common, **columns}, list(mapping.point_columns), mapping)
+
+
 def _check_nests(given: Description, mapping: MappingFile, sensor: str | None) -> None:
     """Add the faults of the block ``nests``, points fixed to the base, to ``given.faults``."""
     table = mapping.references
@@ -97,16 +122,39 @@ def _check_block(
 ) -> None:
     """Add the unknown and the missing columns of the block ``key`` to ``given.faults``."""
     columns = given.get(key, "columns")
+    _check_names(
+        given,
+        (key, "columns"),
+        columns,
+        known,
+        "" if key != "poses" else "; a column of your own goes under covariates",
+    )
+    _check_present(given, (key, "columns"), columns, required, mapping)
+
+
+def _check_names(
+    given: Description, place: tuple[str, ...], columns: Mapping[str, Any], known: list[str], extra: str = ""
+) -> None:
+    """Add the columns at a place of the mapping file that are not known there to ``given.faults``; ``extra`` ends the message."""
     for name in columns:
         if name not in known:
             hint = did_you_mean(name, [k for k in known if k not in columns])
-            extra = "" if key != "poses" else "; a column of your own goes under covariates"
             message = f"unknown column; {hint}the columns here are {', '.join(known)}{extra}"
-            given.fault((key, "columns", name), message)
+            given.fault((*place, name), message)
+
+
+def _check_present(
+    given: Description,
+    place: tuple[str, ...],
+    columns: Mapping[str, Any],
+    required: list[str],
+    mapping: MappingFile,
+) -> None:
+    """Add the required columns that a place of the mapping file lacks to ``given.faults``."""
     for name in required:
         if name not in columns:
             unit = {"length": "m", "angle": "rad"}.get(
                 quantity_of(name, mapping.table, mapping.description) or ""
             )
             message = "missing; add it, as {column: name in the file" + (f", unit: {unit}}}" if unit else "}")
-            given.fault((key, "columns", name), message)
+            given.fault((*place, name), message)

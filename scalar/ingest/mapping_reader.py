@@ -156,6 +156,16 @@ def _block(
         )
     for name, entry in block.get("covariates", {}).items():
         columns[name] = _column(given, (key, "covariates", name), name, entry, None)
+    targets = {
+        target: {
+            name: _column(
+                given, (key, "targets", target, name), name, entry, quantity_of(name, table, description)
+            )
+            for name, entry in of_target.items()
+        }
+        for target, of_target in block.get("targets", {}).items()
+    }
+    named = [*columns, *(name for of_target in targets.values() for name in of_target)]
     files = tuple(
         FileRule(
             rule["name"],
@@ -167,11 +177,11 @@ def _block(
     )
     dropped = tuple(block.get("drop_without", []))
     for i, name in enumerate(dropped):
-        if name not in columns:
-            hint = did_you_mean(name, list(columns))
+        if name not in named:
+            hint = did_you_mean(name, named)
             given.fault(
                 (key, "drop_without", i),
-                f"no such column here ({shorten(name)}); {hint}write one of {', '.join(columns)}",
+                f"no such column here ({shorten(name)}); {hint}write one of {', '.join(dict.fromkeys(named))}",
             )
     row_profiles, column_profiles = block.get("row_profiles"), block.get("column_profiles")
     if row_profiles is not None and column_profiles is not None:
@@ -191,6 +201,7 @@ def _block(
         None if row_profiles is None else RowProfiles(**row_profiles),
         None if column_profiles is None else ColumnProfiles(**column_profiles),
         block.get("rows_per_pose"),
+        targets,
     )
 
 

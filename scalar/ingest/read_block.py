@@ -81,7 +81,12 @@ def read_block(
             elif block.column_profiles is not None:
                 raw = points_of_columns(raw, block.column_profiles)
             raw = replace(raw, rows_per_pose=block.rows_per_pose)
-            whole = _read_columns(raw, block, rule, faults, left_out)
+            whole = _in_order(
+                [
+                    _read_columns(raw, one, replace(rule, text={**rule.text, **text}), faults, left_out)
+                    for one, text in block.of_each_target()
+                ]
+            )
             keep, owner = _first_rows(raw, whole, block, faults)
         except InvalidInput as error:
             faults += error.faults
@@ -102,6 +107,17 @@ def read_block(
     if faults or not parts:
         return None, None
     return joined(parts), joined(points) if points else None
+
+
+def _in_order(tables: Sequence[ImportedTable]) -> ImportedTable:
+    """Return the rows of several tables from one file in the order of the file, those of one row in the order of the tables."""
+    if len(tables) == 1:
+        return tables[0]
+    of_columns = {name: dict.fromkeys(table.labels[name] for table in tables) for name in tables[0].labels}
+    together = replace(
+        joined(tables), labels={name: " or ".join(found) for name, found in of_columns.items()}
+    )
+    return select_rows(together, np.argsort(together.line_numbers(), kind="stable"))
 
 
 def _read_columns(
