@@ -9,7 +9,7 @@ from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
-_STEPS = 10  # largest number of steps; usually three suffice
+_STEPS = 20  # largest number of steps; usually three suffice, and fits of hundreds of coefficients have taken thirteen
 _LEAST_DROP = 1e-8  # a step that is expected to lower the cost by a smaller share of the residual's mean square (at least 1) is the last
 _LEAST_EIGENVALUE = (
     1e-11  # as a share of the largest: with a smaller one, normal equations lose too many digits
