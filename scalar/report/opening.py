@@ -66,7 +66,11 @@ def _as_unsure(clause: str, size: str, findings: Sequence[Finding]) -> str:
     """Return a clause on effects whose names are not sure, with the names of the rivals that the data do not distinguish from them."""
     rivals = dict.fromkeys(words.quoted(rival.title) for f in findings for rival in f.confounded_with)
     said = _with_size(f"{'perhaps' if rivals else 'probably'} {clause}", size)
-    return f"{said}, which these data do not distinguish from {words.listed(list(rivals), 'or')}" if rivals else said
+    return (
+        f"{said}, which these data do not distinguish from {words.listed(list(rivals), 'or')}"
+        if rivals
+        else said
+    )
 
 
 def _without_a_name(findings: Sequence[Finding]) -> str:

@@ -92,4 +92,6 @@ def test_an_unsure_name_is_not_stated_as_a_fact():
     assert "joint 3" in fact and "probably" not in fact
     unsure.confounded_with = (JointHarmonic(2, (1,)),)
     guess, _ = clauses([unsure, sure], [])
-    assert guess.startswith("perhaps ") and guess.endswith(f"do not distinguish from “{JointHarmonic(2, (1,)).title}”")
+    assert guess.startswith("perhaps ") and guess.endswith(
+        f"do not distinguish from “{JointHarmonic(2, (1,)).title}”"
+    )
