@@ -85,6 +85,17 @@ def test_radians_that_are_read_as_degrees_are_suspected(command, sound, tmp_path
         assert out.exists() and ("if they are radians" in result.output) == suspect
 
 
+def test_what_stands_beside_a_calibration_leads_to_it(sound, tmp_path):
+    """The folder of a calibration, and a diagnosis, are refused with the name of the file that is wanted."""
+    joints, out = sound / "joints.csv", tmp_path / "f.csv"
+    refused(
+        run("predict", sound / "out", joints, "-o", out), INPUT_AT_FAULT, "give", "calibration.json", lines=1
+    )
+    (tmp_path / "diagnosis.json").write_text('{"format": "scalar-diagnosis/2"}', encoding="utf-8")
+    result = run("predict", tmp_path / "diagnosis.json", joints, "-o", out)
+    refused(result, INPUT_AT_FAULT, "a diagnosis, not a calibration", "after.json", lines=1)
+
+
 def test_an_output_that_cannot_be_written_is_said(sound, tmp_path):
     """With a folder in the place of the file, or a file in the place of the folder, the exit status is 2, with one line, and nothing is changed."""
     (tmp_path / "taken").write_text("mine", encoding="utf-8")
