@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from scalar.geometry.robot import Robot
     from scalar.geometry.se3 import Array
 
+_CHOSEN = "  each posture was chosen near that of the row before; joint angles q1..qn beside the frames choose another, a turn back for one"
 _FAR = 20.0  # times the length of all links: places farther away were probably given in millimetres and read as metres
 
 
@@ -171,7 +172,8 @@ def correct(
         *unsure,
         *(lines_on_left_out(refused) if leave_out else []),
         *warnings_on_written(robot, ids, found, near),
-        *lines_on_measured_ranges(calibrated, found.q),
+        *(outside := lines_on_measured_ranges(calibrated, found.q)),
+        *([_CHOSEN] if outside and not with_joints else []),
     ]:
         say(line)
     written = table.iloc[rows] if leave_out else table
