@@ -20,6 +20,7 @@ from scalar.units import DEG, MM
 
 README = "README.txt"
 _POSES = "poses.csv"
+_REMEDY = "a dataset is begun in a new or an empty folder only; give another place"
 
 
 def write_blank_dataset(
@@ -45,7 +46,7 @@ def write_blank_dataset(
     }
     if format.table is not None:
         files[format.table.files[0]] = ",".join(format.table.columns) + "\n"
-    with atomic_directory(folder) as temporary:
+    with atomic_directory(folder, remedy=_REMEDY) as temporary:
         for name, text in files.items():
             (temporary / name).write_text(text, encoding="utf-8", newline="\n")
 
