@@ -185,7 +185,8 @@ def parse_yaml(file: str, raw: bytes, text_keys: bool = True) -> tuple[Any, Line
         mark = error.problem_mark or error.context_mark
         what = " ".join(filter(None, [error.context, error.problem]))
         row = None if mark is None else mark.line + 1
-        raise InvalidInput(Fault(file, f"not YAML ({what}); correct this place", row)) from error
+        remedy = "indent with spaces, not with a tab" if r"'\t'" in what else "correct this place"
+        raise InvalidInput(Fault(file, f"not YAML ({what}); {remedy}", row)) from error
     except (ValueError, OverflowError) as error:  # an escape that names no character
         wrong = (found for found in _CHARACTER.finditer(text) if int(found[1], 16) > sys.maxunicode)
         row = next((text.count("\n", 0, found.start()) + 1 for found in wrong), None)
