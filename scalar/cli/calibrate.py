@@ -134,10 +134,11 @@ def describe_calibration(calibration: Calibration) -> str:
     misfit = summary.get("misfit")
     if misfit is not None and summary.get("misfit_p_value") is not None:
         what = residual_in_words(summary)
+        loud = "" if summary["points"] > summary["poses"] else ", or the noise is larger than stated"
         if lacks_something(summary):
             lines.append(
                 f"  {what} is {misfit:.1f} times what the noise explains: "
-                "the model lacks something; try 'scalar diagnose'"
+                f"the model lacks something{loud}; try 'scalar diagnose'"
             )
         elif may_lack_something(summary):
             lines.append(
