@@ -25,7 +25,7 @@ from scalar.errors import Fault, InvalidInput
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 20
-LARGEST = 1e300  # beyond it integers do not fit into float64, and products of floats do not either
+LARGEST = 1e100  # as in tables; the square of a number from 1e154 on is not finite, and integers beyond 1e308 do not fit into float64
 
 Lines = dict[tuple[str | int, ...], int]
 """The line of every value, or of its key, by its path: ``("robot", "joints", 2, "alpha") -> 14``."""
