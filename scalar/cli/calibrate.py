@@ -20,6 +20,9 @@ from scalar.units import DEG, MM
 if TYPE_CHECKING:
     from scalar.estimation.result import Calibration
 
+_NOTHING = 1e-6  # standard errors: a coefficient below it stands where its prior has it
+_HIDDEN_SHOWN = 4  # such coefficients that are named
+
 
 @cli.command()
 @click.argument("dataset", type=PATH)
@@ -134,10 +137,11 @@ def describe_calibration(calibration: Calibration) -> str:
     misfit = summary.get("misfit")
     if misfit is not None and summary.get("misfit_p_value") is not None:
         what = residual_in_words(summary)
+        loud = "" if summary["points"] > summary["poses"] else ", or the noise is larger than stated"
         if lacks_something(summary):
             lines.append(
                 f"  {what} is {misfit:.1f} times what the noise explains: "
-                "the model lacks something; try 'scalar diagnose'"
+                f"the model lacks something{loud}; try 'scalar diagnose'"
             )
         elif may_lack_something(summary):
             lines.append(
@@ -183,8 +187,12 @@ def describe_calibration(calibration: Calibration) -> str:
             f"  plane {plane['name']}: normal [{n[0]:.5f} {n[1]:.5f} {n[2]:.5f}], distance {plane['distance'] / MM:.3f} mm"
             + (f" +- {plane['distance_std_m'] / MM:.3f}" if plane["distance_std_m"] else "")
         )
+    hidden: list[str] = []
     for effect, names in zip(model.effects, model.effect_names, strict=True):
         for name, unit, value in zip(names, effect.coefficient_units, effect.coefficients, strict=True):
+            if abs(value) < _NOTHING * std.get(name, 0.0):
+                hidden.append(name)
+                continue
             error = f" +- {std[name]:.2g}" if name in std else " (fixed)"
             degrees = f" ({value / DEG:.4g} deg)" if unit == "rad" else ""
             lines.append(f"  effect {name}: {value:.4g}{error} {unit}{degrees}")
@@ -195,6 +203,9 @@ def describe_calibration(calibration: Calibration) -> str:
                 else f"{stiffness:.4g}" + (f" +- {error:.2g}" if error else "")
             )
             lines.append(f"    joint {joint}: stiffness {known} N m/rad")
+    if hidden:
+        more = f", and {len(hidden) - _HIDDEN_SHOWN} more" if len(hidden) > _HIDDEN_SHOWN else ""
+        lines.append(f"  zero, because no pose shows them: {', '.join(hidden[:_HIDDEN_SHOWN])}{more}")
     lines += transfer.describe(summary.get("effects_from"))
     near = summary.get("kept_near_data_sheet") or {}
     if near:

@@ -110,7 +110,8 @@ def describe_comparison(comparison: Comparison) -> list[str]:
     elif comparison.positions_changed:
         lines.append(_unexplained(comparison))
     else:
-        lines.append("no change of the arm beyond chance")
+        rest = " in what was compared (the last lines name the rest)" if comparison.not_compared else ""
+        lines.append(f"no change of the arm beyond chance{rest}")
     if lacking and comparison.changed:
         how = (
             "both with the same --effects"

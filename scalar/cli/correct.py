@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from scalar.geometry.robot import Robot
     from scalar.geometry.se3 import Array
 
+_CHOSEN = "  each posture was chosen near that of the row before; joint angles q1..qn beside the frames choose another, a turn back for one"
 _FAR = 20.0  # times the length of all links: places farther away were probably given in millimetres and read as metres
 
 
@@ -97,8 +98,9 @@ def correct(
     """
     import numpy as np
 
-    from scalar.cli.kinds_of_targets import naming_mixed_rows
-    from scalar.cli.pose_lines import lines_on_measured_ranges
+    from scalar.cli.kinds_of_targets import naming_mixed_rows, naming_table
+    from scalar.cli.pose_lines import lines_on_measured_ranges, lines_on_small_degrees
+    from scalar.data.moves import joint_angles
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.poses import Poses
     from scalar.data.table_units import base_name, columns_of, units_named, units_to_write
@@ -134,6 +136,8 @@ def correct(
             prismatic=robot.prismatic,
             columns=columns,
         )
+    angles = joint_angles(table, robot.n_joints) if with_joints else np.empty((0, robot.n_joints))
+    unsure = lines_on_small_degrees(robot, angles, units_to_write(units, columns).angle)
     rows, dropped = np.arange(len(table)), []
     if frames_wanted:
         table = with_rotation_vectors(table, form, targets.name)
@@ -144,7 +148,8 @@ def correct(
         if not len(rows):
             raise InvalidInput(faults_of(dropped, str(targets), is_written=False))
         going = table.iloc[rows].reset_index(drop=True)
-        found = correct_table(model, going, _frames(going) if frames_wanted else None)
+        with naming_table(targets.name):
+            found = correct_table(model, going, _frames(going) if frames_wanted else None)
         poses = Poses.from_frame(going, robot.n_joints, order_is_row=False)
         ids, given, exact = going["pose"].to_numpy(), None, found
         if frames_wanted:
@@ -164,9 +169,11 @@ def correct(
     refused = _in_order([*dropped, *marked], table)
     near = sensitivity(model, poses, found.q)
     for line in [
+        *unsure,
         *(lines_on_left_out(refused) if leave_out else []),
         *warnings_on_written(robot, ids, found, near),
-        *lines_on_measured_ranges(calibrated, found.q),
+        *(outside := lines_on_measured_ranges(calibrated, found.q)),
+        *([_CHOSEN] if outside and not with_joints else []),
     ]:
         say(line)
     written = table.iloc[rows] if leave_out else table

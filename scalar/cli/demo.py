@@ -15,6 +15,7 @@ from scalar.cli.simulator import simulator
 from scalar.cli.terminal import say
 from scalar.units import DEG, MM
 
+_REMEDY = "the demo overwrites nothing; name another folder by -o"
 _SEEDS = 10_000
 """A seed is drawn below this number if none is given. Arbitrary: small, so that a seed is quick to retype."""
 
@@ -50,7 +51,7 @@ def demo(output: Path | None, seed: int | None) -> None:
     from scalar.diagnosis import diagnose
     from scalar.report.output import write_diagnosis
 
-    with atomic_directory(output) as folder:
+    with atomic_directory(output, remedy=_REMEDY) as folder:
         say(
             f"1 of 3: a simulated {scene['robot']['name']} gets a secret effect and scans {len(scene['planes'])} planes "
             f"(seed {seed})"

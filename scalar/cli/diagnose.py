@@ -111,7 +111,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     from scalar.effects.registry import module_of
     from scalar.estimation.misfit import lacks_something
     from scalar.report import words
-    from scalar.report.excess_residual import cause_of_excess
+    from scalar.report.excess_residual import cause_of_excess, excess_beside_findings
     from scalar.report.few_poses import few_poses
     from scalar.report.scale_words import scale_in_words
     from scalar.report.shipped_words import shipped_sentences
@@ -166,7 +166,12 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
         f"  error on held-out poses {before['held_out_rms_mm']:.4f} -> {after['held_out_rms_mm']:.4f} mm RMS; "
         f"noise alone would leave {d['residual']['floor_mm']:.4f} mm"
     )
-    sentences = [*few_poses(diagnosis), *unseen_sentences(diagnosis, d), *shipped_sentences(diagnosis)]
+    sentences = [
+        *excess_beside_findings(diagnosis),
+        *few_poses(diagnosis),
+        *unseen_sentences(diagnosis, d),
+        *shipped_sentences(diagnosis),
+    ]
     lines += [f"  {sentence}" for sentence in sentences]
     if scale := scale_in_words(diagnosis.calibration_after):
         lines.append(f"  no length is known in these data: every length is relative to {scale}")

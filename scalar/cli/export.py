@@ -22,7 +22,7 @@ _FORMS = {
     ".urdf": "a URDF",
     ".yaml": "UR's kinematics.yaml",
     ".csv": "a DH table",
-    ".md": "DH tables for people",
+    ".md": "a DH table for people",
 }
 _WRITES = {
     ".urdf": "Joint origins by scalar",
@@ -167,7 +167,8 @@ def _included_and_left_out(rigid: RigidPart, form: str) -> list[str]:
     """Return lines that name the effects in the file and those that it cannot hold, with the size of these."""
     lines = [f"  included in the geometry: {effect.title}" for effect in rigid.included]
     if not rigid.left_out:
-        return [*lines, f"  {form} holds the whole calibration"]
+        but_for = " but for the place of the sensor" if form == _FORMS[".csv"] else ""
+        return [*lines, f"  {form} holds the whole calibration{but_for}"]
     for left_out in rigid.left_out:
         if left_out.rms is None or left_out.largest is None:
             size = f"not sized: give --at {left_out.missing}=NUMBER"

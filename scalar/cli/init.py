@@ -32,7 +32,8 @@ from scalar.errors import Fault, InvalidInput
 @click.option(
     "--convention",
     type=click.Choice(["modified-dh", "standard-dh"]),
-    help="With --dh: modified (Craig) or standard (distal) parameters.",
+    help="With --dh: modified parameters (Craig: Rx(alpha) Tx(a) Rz(q + theta) Tz(d)), or standard ones (distal: Rz(q + theta) Tz(d) "
+    "Tx(a) Rx(alpha)).",
 )
 @click.option("--sensor", metavar="KIND", help="line-laser, probe or tracker.")
 @click.option("--list", "list_arms", is_flag=True, help="List the arms of the library, and do nothing else.")
@@ -78,7 +79,8 @@ def init(
         raise InvalidInput(
             Fault(
                 missing,
-                "is missing; --dh and --convention belong together: modified-dh is Craig's, standard-dh the other",
+                "missing; --dh and --convention belong together: in modified-dh (Craig's) a and alpha of a row come before the turn of its joint, "
+                "in standard-dh after it",
             )
         )
     from scalar.data.blank_dataset import write_blank_dataset

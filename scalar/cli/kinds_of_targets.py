@@ -6,6 +6,7 @@ import csv
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from scalar.errors import Fault, InvalidInput
@@ -28,6 +29,21 @@ def refuse_frames(columns: Sequence[str], file: str) -> None:
             "for the joint angles at which the arm takes these frames, use `scalar correct`"
         )
         raise InvalidInput(Fault(file, message, 1))
+
+
+@contextmanager
+def naming_table(file: str) -> Iterator[None]:
+    """Where the poses of a table are refused within the block, because they lack a column that an effect needs, name the table.
+
+    Args:
+        file: Name of the table.
+    """
+    try:
+        yield
+    except InvalidInput as error:
+        raise InvalidInput(
+            [replace(f, file=file) if f.file == "poses" else f for f in error.faults]
+        ) from None
 
 
 @contextmanager

@@ -13,7 +13,12 @@ from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, lock_output
 from scalar.cli.outputs import FORCE, refuse_foreign_plan
 from scalar.cli.plan_moves import in_degrees, moves_in_words
-from scalar.cli.plan_source import calibration_near, read_plan_source, with_noise
+from scalar.cli.plan_source import (
+    calibration_near,
+    lines_on_poses_not_counted,
+    read_plan_source,
+    with_noise,
+)
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
 from scalar.planning.defaults import N_CANDIDATES, PLANNED_POSES, REPEATABILITY
@@ -153,6 +158,8 @@ def plan(
             f"  measure them, append the rows to the tables of {robot} (pose numbers and order continue from there; give them a session of their "
             "own if base, planes or tracker were set up anew), and diagnose again"
         )
+    elif near is None:
+        lines += lines_on_poses_not_counted(robot)
     say(f"{arm.name}, {sensor.kind}: {len(chosen)} poses of {len(found.q)} candidates")
     say("\n".join(lines))
     if no_collisions:

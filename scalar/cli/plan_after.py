@@ -20,10 +20,6 @@ if TYPE_CHECKING:
 _FORMATS = ("scalar-diagnosis/1", "scalar-diagnosis/2")
 _NOTHING = "nothing is written: these poses would tell nothing; "
 _LESS_NOISE = "a sensor with less noise, or more --candidates, would help"
-_OTHERWISE = (
-    "wider joint limits, --range and --fan, other target planes, or a column that was not recorded (approach, temperature, torque) may show what "
-    "these poses cannot"
-)
 _FAR = 10.0  # if the noise had to be smaller by a larger factor, no better sensor and no number of poses are suggested
 
 
@@ -66,7 +62,7 @@ def plan_after(
         raise InvalidInput(Fault(str(path), message))
     if not any(answer.separable for answer in answers):
         near = any(_noise_to_separate(answer) <= _FAR or answer.alone < ANSWERED for answer in answers)
-        remedy = f"{_LESS_NOISE}; {_OTHERWISE}" if near else _OTHERWISE
+        remedy = f"{_LESS_NOISE}; {_otherwise(dataset)}" if near else _otherwise(dataset)
         raise Undetermined(
             [
                 *(_not_separable(*each, len(found.q)) for each in zip(after.pairs, answers, strict=True)),
@@ -136,9 +132,22 @@ def _not_separable(pair: Pair, answer: Answer, candidates: int) -> str:
         return f"{said}, and {ANSWERED**0.5:g} are needed: at its size it moves the sensor by less than these measurements can show"
     remedy = f"; {pair.effect.remedy}" if pair.effect.remedy else ""
     return (
-        f"{said}, and {ANSWERED**0.5:g} are needed: at all of them it moves the measurements as what else may act does, so a better sensor would not "
-        f"tell them apart{remedy}"
+        f"{said}, and {ANSWERED**0.5:g} are needed: at all of them, what else may act moves the measurements in the same way, so a better sensor "
+        f"would not help{remedy}"
     )
+
+
+def _otherwise(dataset: Dataset) -> str:
+    """Return what may show an effect that no candidate shows, for this kind of sensor."""
+    from scalar.sensors import kind_of
+
+    ways = ["wider joint limits"]
+    ways += ["--range and --fan"] if kind_of(dataset).scans else []
+    ways += ["other target planes"] if dataset.planes else []
+    recorded = (
+        "a column that was not recorded (approach, temperature, torque) may show what these poses cannot"
+    )
+    return f"{', '.join(ways)}, or {recorded}"
 
 
 def _read(path: Path) -> dict[str, Any]:

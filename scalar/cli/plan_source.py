@@ -64,6 +64,22 @@ def read_plan_source(
     return robot, sensor, planes, dataset
 
 
+def lines_on_poses_not_counted(source: str) -> list[str]:
+    """Return one line if the folder for which a plan was made without its measured poses has some; else none."""
+    from scalar.data.folder import POSES
+    from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
+
+    path = Path(source) / POSES
+    lines = read_regular_file(path, MAX_TABLE_BYTES).splitlines() if path.is_file() else []
+    rows = [line for line in lines if line.strip()]
+    if len(rows) < 2:
+        return []
+    return [
+        f"  the {len(rows) - 1} poses in {path} are not counted, and the planned ones are numbered from 1: a campaign of its own; for poses that add "
+        "to those measured, give --near CALIBRATION"
+    ]
+
+
 def calibration_near(near: Path | None, after: Path | None, arm: Robot) -> Calibration | None:
     """Return the calibration to plan near: the one given as ``--near``, else ``after.json`` next to the diagnosis, else None."""
     from scalar.estimation.result import load_calibration

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 MOST_SHOWN = 10
 """Most poses that are listed one by one."""
+_FEW_ROWS = 3  # chosen: so few poses may all be near zero
 _MOST_JOINTS = 3  # named in the line on measured ranges, those with the most poses outside first
 
 
@@ -42,6 +43,28 @@ def lines_on_limits(robot: Robot, ids: Array, q: Array) -> list[str]:
             f"  pose {ids[i]}: joint {joint + 1} at {q[i, joint] / size:.3f} {unit} is beyond its limits {low:.1f} to {high:.1f} {unit}"
         )
     return first_lines(lines)
+
+
+def lines_on_small_degrees(robot: Robot, q: Array, unit: str) -> list[str]:
+    """Return one line if all joint angles of a table in degrees are so small that they are probably radians; else none.
+
+    Args:
+        robot: Whose joints slide or turn.
+        q: ``(N, n)`` [rad; m of a joint that slides].
+        unit: The unit of the angles in the table.
+    """
+    import numpy as np
+
+    turning = [i for i in range(robot.n_joints) if i not in robot.prismatic]
+    numbers = np.abs(q[:, turning]) / unit_of_joint(slides=False)[1]
+    if unit != "deg" or len(numbers) < _FEW_ROWS or numbers.max(initial=0.0) > 2.0 * np.pi:
+        return []
+    if np.count_nonzero(numbers.max(axis=0) > 1.0) < 2:  # poses near the zeros of all joints
+        return []
+    return [
+        f"  check the units: no joint angle of these {len(numbers)} poses is larger than {numbers.max():.3g} deg; if they are radians, "
+        "say --units rad or rad,mm, or rename columns that end in _deg"
+    ]
 
 
 def lines_on_measured_ranges(calibration: Calibration, q: Array) -> list[str]:

@@ -75,8 +75,8 @@ def predict(
       scalar predict out/calibration.json joints.csv -o frames.csv --std
       scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm --orientation rpy
     """
-    from scalar.cli.kinds_of_targets import refuse_frames
-    from scalar.cli.pose_lines import lines_on_limits, lines_on_measured_ranges
+    from scalar.cli.kinds_of_targets import naming_table, refuse_frames
+    from scalar.cli.pose_lines import lines_on_limits, lines_on_measured_ranges, lines_on_small_degrees
     from scalar.data.moves import joint_angles
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.table_units import columns_of, units_named, units_to_write
@@ -99,11 +99,13 @@ def predict(
             prismatic=robot.prismatic,
             columns=columns,
         )
-    covariance = model.predict_covariance(table, target=target) if with_std else None
+    with naming_table(joints.name):
+        covariance = model.predict_covariance(table, target=target) if with_std else None
+        frames = model.predict(table, target=target)
     write_frames(
         output,
         table["pose"].to_numpy(),
-        model.predict(table, target=target),
+        frames,
         covariance,
         units=units_to_write(units, columns),
         orientation_known=model.observes_orientation,
@@ -111,5 +113,9 @@ def predict(
     )
     say_written(output, len(table), "pose")
     q = joint_angles(table, robot.n_joints)
-    for line in [*lines_on_limits(robot, table["pose"].to_numpy(), q), *lines_on_measured_ranges(model, q)]:
+    for line in [
+        *lines_on_small_degrees(robot, q, units_to_write(units, columns).angle),
+        *lines_on_limits(robot, table["pose"].to_numpy(), q),
+        *lines_on_measured_ranges(model, q),
+    ]:
         say(line)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
@@ -13,13 +14,15 @@ import click
 from scalar.cli.group import cli
 from scalar.cli.options import PATH
 from scalar.cli.terminal import say
-from scalar.units import MM
+from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
     from scalar.data.folder import Content
     from scalar.data.located_table import Table
     from scalar.data.sensor_formats import MeasuredTable
 
+_SEVERAL = 10  # poses from which their angles are looked at
+_TWO_TURNS_AS_DEGREES = 4.0 * math.pi * DEG  # rad
 _LIDAR_NOISE = 2e-3  # m: stated noise from which a note is written; line scanners have 1e-5 to 2e-4
 
 
@@ -97,9 +100,24 @@ def describe_content(content: Content) -> str:
         lines.append(
             f"  note: a noise of {noise / MM:g} mm is that of a lidar, and ten times that of a line scanner or more; dataset.yaml states it in metres"
         )
+    lines += _small_angles(poses, robot["joints"])
     if points is not None:
         lines += _copies(poses, points)
     return "\n".join(lines)
+
+
+def _small_angles(poses: Table, joints: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return a line if no joint turns by more than it would if radians had been read as degrees."""
+    turning = [f"q{i + 1}" for i, joint in enumerate(joints) if joint.get("type") != "prismatic"]
+    if poses.n_rows < _SEVERAL or not turning:
+        return []
+    largest = max(float(poses.columns[name].max() - poses.columns[name].min()) for name in turning)
+    if largest > _TWO_TURNS_AS_DEGREES:
+        return []
+    return [
+        f"  note: over all poses no joint turns by more than {largest / DEG:.2g} deg; were radians taken for degrees? poses.csv holds radians, and "
+        "`unit` in a mapping is that of the file"
+    ]
 
 
 def _copies(poses: Table, points: Table) -> list[str]:

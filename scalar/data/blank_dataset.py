@@ -20,6 +20,7 @@ from scalar.units import DEG, MM
 
 README = "README.txt"
 _POSES = "poses.csv"
+_REMEDY = "a dataset is begun in a new or an empty folder only; give another place"
 
 
 def write_blank_dataset(
@@ -45,7 +46,7 @@ def write_blank_dataset(
     }
     if format.table is not None:
         files[format.table.files[0]] = ",".join(format.table.columns) + "\n"
-    with atomic_directory(folder) as temporary:
+    with atomic_directory(folder, remedy=_REMEDY) as temporary:
         for name, text in files.items():
             (temporary / name).write_text(text, encoding="utf-8", newline="\n")
 
@@ -152,8 +153,8 @@ def _readme(n: int, format: SensorFormat) -> str:
         "pose is a whole number of your choice"
         + (", plane a name from dataset.yaml." if format.on_planes else "."),
         "Optional columns, used where present: order (of acquisition; without it, that of the rows), time [s], temperature [deg C],",
-        "session (after the planes, the tracker or the sensor were set up again), approach1, approach2, ... (-1 or 1: the direction",
-        "from which a joint arrived). 60 to 100 poses, spread over the workspace, are a usual number.",
+        "session (after the planes, the tracker or the sensor were set up again), approach1, approach2, ... (1 if a joint arrived with",
+        "a growing position, -1 if with a falling one). 60 to 100 poses, spread over the workspace, are a usual number.",
         "",
     ]
     table = format.table

@@ -1,6 +1,6 @@
 """Read a dataset folder and find all its faults, in the list of its files and in their content."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +8,7 @@ from scalar.data.description import DESCRIPTION, Description, check_description
 from scalar.data.io.csv_reader import read_csv
 from scalar.data.io.parquet_reader import read_parquet
 from scalar.data.io.plain_yaml import load_yaml_lines
-from scalar.data.located_table import Table, did_you_mean
+from scalar.data.located_table import MISSING_COLUMN, SEPARATED, Table, did_you_mean
 from scalar.data.references import check_references, references_layout
 from scalar.data.sensor_formats import MeasuredTable, sensor_formats
 from scalar.data.table_consistency import (
@@ -91,6 +91,7 @@ def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
             check_points(points, poses, table, faults)
             suspect_points(points, table, faults)
     references = _read_references(path, description, poses, names, faults)
+    _mention_import(faults)
     if faults or poses is None:
         return None
     return Content(description.mapping, poses, points, references)
@@ -107,6 +108,16 @@ def read_folder(path: Path) -> Content:
     if content is None:
         raise InvalidInput(faults)
     return content
+
+
+def _mention_import(faults: list[Fault]) -> None:
+    """Add to the first fault of each file, where its columns are others or are separated otherwise, that such a table can be imported."""
+    files: set[str] = set()
+    for i, fault in enumerate(faults):
+        if fault.message.startswith((SEPARATED, MISSING_COLUMN)) and fault.file not in files:
+            files.add(fault.file)
+            message = f"{fault.message}; or import the table as it is by a mapping: `scalar import --help`"
+            faults[i] = replace(fault, message=message)
 
 
 def _list_folder(path: Path, faults: list[Fault]) -> list[str] | None:

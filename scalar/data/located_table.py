@@ -14,6 +14,8 @@ import numpy as np
 
 from scalar.errors import Fault
 
+MISSING_COLUMN = "the column is missing"
+SEPARATED = "cells are separated by"
 MAX_SHOWN = 100
 """Most faults of one kind in one column that are listed; one more line counts the rest."""
 MAX_COLUMNS = 2000
@@ -125,7 +127,7 @@ def header_faults(file: str, names: list[str], layout: Layout, row: int | None =
     if len(names) > MAX_COLUMNS:
         return [Fault(file, too_many_columns(len(names)), row)]
     if len(names) == 1 and ";" in names[0]:
-        message = f"cells are separated by ';'; separate them by commas, and write decimal points: {wanted}"
+        message = f"{SEPARATED} ';'; separate them by commas, and write decimal points: {wanted}"
         return [Fault(file, message, row)]
     if all(NUMBER.fullmatch(name) for name in names):
         return [Fault(file, f"there is no header; the first line has to be {wanted}", row)]
@@ -149,9 +151,7 @@ def header_faults(file: str, names: list[str], layout: Layout, row: int | None =
     for name in layout.required:
         if name not in names:
             hint = did_you_mean(name, unknown).replace("did you mean", "is it").replace("? ", "? rename it; ")
-            faults.append(
-                Fault(file, f"the column is missing; {hint}the header has to name {wanted}", row, name)
-            )
+            faults.append(Fault(file, f"{MISSING_COLUMN}; {hint}the header has to name {wanted}", row, name))
     return faults
 
 

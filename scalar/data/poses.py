@@ -27,6 +27,15 @@ def _numbers(name: str, values: ArrayLike) -> Array:
     return numbers
 
 
+def _meaning(column: str) -> str:
+    """Return in brackets what a column that an effect needs contains; empty for one that its name explains."""
+    joint = column.removeprefix("approach")
+    if joint != column and joint.isdecimal():
+        return f" (1 if joint {joint} arrives with a growing position, -1 if with a falling one)"
+    units = {"time": "s", "temperature": "deg C", "payload": "kg"}
+    return f" [{units[column]}]" if column in units else ""
+
+
 def is_joint(column: str) -> bool:
     """Return whether a column holds a joint's angle or travel: q1, q2 and so on."""
     return column.startswith("q") and column[1:].isdigit()
@@ -129,7 +138,7 @@ class Poses:
                 [
                     Fault(
                         "poses",
-                        f"the calibrated effects need the column '{name}', and it is missing",
+                        f"the calibrated effects need the column '{name}'{_meaning(name)}, and it is missing; add it to the table",
                         None,
                         name,
                     )

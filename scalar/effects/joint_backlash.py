@@ -218,8 +218,9 @@ class JointBacklash(OneAxis, JointEffect):
         if all(told_by(dataset, j) == "approach" for j in moving_joints(dataset)):
             return []
         return [
-            "Record from which side each joint came to a pose (columns approach1, approach2, …; −1 or 1), and let it come from both "
-            "sides: without these columns, backlash could be looked for by the order of the poses and the sign of the gravity torque only."
+            "Record from which side each joint came to a pose (columns approach1, approach2, …; 1 with a growing position, −1 with a falling "
+            "one), and let it come from both sides: without these columns, backlash could be looked for by the order of the poses and the sign of "
+            "the gravity torque only."
         ]
 
     def pictures(self, view: View) -> list[Profile | Map]:

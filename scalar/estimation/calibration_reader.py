@@ -19,6 +19,7 @@ KEYS = frozenset(
     {"format", "run", "robot", "sensor", "parameters", "gauge", "effects", "residual_rms_m", "planes", "tracker_frames", "summary"}
     | {"names", "covariance", "target", "targets", "noise"}
 )  # fmt: skip
+_IN_A_FOLDER = ("calibration.json", "after.json")  # what the commands write into the folder given as --output
 PARAMETER_KEYS = frozenset({"value", "std", "unit", "held", "reason", "prior"})
 
 _Built = TypeVar("_Built")
@@ -38,10 +39,17 @@ def read_calibration(path: Path, build: Callable[[Mapping[str, Any]], _Built]) -
     if not path.exists():
         command = "diagnose" if path.name in DIAGNOSIS_FILES else "calibrate"
         raise InvalidInput(Fault(str(path), f"no such file; 'scalar {command} DATASET -o DIR' writes one"))
+    inside = [path / name for name in _IN_A_FOLDER if (path / name).is_file()]
+    if inside:
+        raise InvalidInput(Fault(str(path), f"a folder, not a calibration; give {inside[0]}"))
     check_run(path)
     content: Any = read_json(path)
     if not isinstance(content, dict) or content.get("format") not in (VERSION_1, FORMAT):
         wrong = f"not a calibration: its format is not '{FORMAT}'"
+        if isinstance(content, dict) and str(content.get("format")).startswith("scalar-diagnosis/"):
+            wrong = (
+                "a diagnosis, not a calibration; give the after.json (or the before.json) that lies beside it"
+            )
         raise InvalidInput(Fault(str(path), wrong, None, "format"))
     try:
         mapping = _as_version_2(cast(dict[str, Any], content))

@@ -63,7 +63,8 @@ def _read_text(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable:
         content = raw.decode("utf-8-sig" if encoding == "utf-8" else encoding)
     except UnicodeDecodeError as error:
         row = raw.count(b"\n", 0, error.start) + 1
-        message = f"byte {error.start} is not {encoding}; set text.encoding in the mapping, e.g. latin-1"
+        guess = " to utf-16" if raw.startswith((b"\xff\xfe", b"\xfe\xff")) else ", e.g. latin-1"
+        message = f"byte {error.start} is not {encoding}; set text.encoding in the mapping{guess}"
         raise InvalidInput(Fault(file, message, row)) from error
     named: str = text.get("separator", ",")
     separator = _SEPARATORS.get(named, named)

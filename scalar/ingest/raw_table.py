@@ -25,6 +25,7 @@ MOST_COLUMNS = 10_000  # of a foreign table: a profile in a row has up to some t
 # If this share of the rows has the same number of cells, and the first row has fewer, the first row is a title and not a header.
 _MOST_ROWS = 0.8
 _TIME_OF_DAY = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?")
+_DATE = re.compile(r"\s*\d{1,4}([-./])\d{1,2}\1\d{1,4}(?!\d)")
 _HALF_A_DAY = 43_200.0  # s
 _MAX_WRONG = 10  # most cells of one column that are listed as not being numbers
 MISSING = frozenset({"", "nan", "na", "n/a", "null"})
@@ -142,6 +143,11 @@ class RawTable:
                 values = np.full(len(cells), np.nan)
                 values[~missing] = times + 2 * _HALF_A_DAY * days
                 return values, missing
+            dates = [i for i in np.flatnonzero(~missing) if _DATE.match(str(cells[i]))]
+            if dates:
+                message = f"a date ({shorten(cells[dates[0]])}), and dates are not read; write seconds, or times of day such as 09:04:30"
+                faults.append(Fault(self.file, message, int(self.lines[dates[0]]), self.label(reference)))
+                return np.full(len(cells), np.nan), missing
         return self.numbers(reference, faults)
 
     def pose_numbers(self, reference: Reference, faults: list[Fault]) -> tuple[np.ndarray, np.ndarray]:

@@ -2,10 +2,21 @@
 
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.mapping import FileRule, MappingFile
+
+
+def _not_among_sources(name: str) -> str:
+    """Return what to do about a name, or a pattern, of a mapping that fits no file among the sources."""
+    alone = PurePath(name).name
+    where = "folders inside a source are not searched"
+    if alone and alone != name:
+        where = f"names stand without folders: write {alone}, and give the folder that holds it as a source"
+    if any(sign in name for sign in "*?["):
+        return f"names these files, but none is among the sources; give them, or their folder ({where})"
+    return f"names this file, but it is not among the sources; give it, or its folder ({where})"
 
 
 def choose_files(
@@ -48,8 +59,7 @@ def choose_files(
         for rule in block.files:
             matching = [path for path in given if fnmatchcase(path.name, rule.name) and path not in taken]
             if not matching:
-                message = f"{file} names this file, but it is not among the sources; give it, or its folder"
-                faults.append(Fault(rule.name, message))
+                faults.append(Fault(rule.name, f"{file} {_not_among_sources(rule.name)}"))
             found += [(path, rule) for path in matching]
             taken.update(matching)
         used |= taken

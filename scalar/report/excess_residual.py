@@ -43,3 +43,16 @@ def cause_of_excess(diagnosis: Diagnosis) -> str:
     if diagnosis.after.residuals.measurement.scans:
         return "something that these data do not name"
     return "a noise that is larger than stated, or something that these data do not name"
+
+
+def excess_beside_findings(diagnosis: Diagnosis) -> list[str]:
+    """Return a sentence if the residual clearly exceeds the noise although every finding is in the model and has a name; else none."""
+    summary = diagnosis.calibration_after.summary
+    told = diagnosis.reported_noise or diagnosis.verdict != "effect" or diagnosis.shipped.without_effects
+    if told or not diagnosis.findings or not lacks_something(summary):
+        return []
+    return [
+        f"With what was found in the model, the residual is still {summary['misfit']:.1f} times what the noise explains, because of "
+        f"{cause_of_excess(diagnosis)}. A confidence does not say that nothing else acts; what was not recorded (directions of approach, "
+        "temperature, payload) may show what else does."
+    ]

@@ -15,7 +15,7 @@ from scalar.effects.picture import Map, Profile
 from scalar.report import further_poses, shipped_words, unseen_words, words
 from scalar.report.advice import advice
 from scalar.report.beyond_ranges import error_left_open
-from scalar.report.excess_residual import excess_distance_after
+from scalar.report.excess_residual import excess_beside_findings, excess_distance_after
 from scalar.report.noise_card import noise_card
 from scalar.report.opening import opening
 from scalar.report.own_noise import own_noise
@@ -71,7 +71,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "opening": opening(diagnosis, mapping, shown),
         "files": _files(diagnosis),
         "unseen": unseen_words.unseen_sentences(diagnosis, mapping),
-        "shipped": shipped_words.shipped_sentences(diagnosis),
+        "shipped": [*excess_beside_findings(diagnosis), *shipped_words.shipped_sentences(diagnosis)],
         "errors": _errors(mapping, bool(diagnosis.findings)),
         "workspace": _workspace(diagnosis),
         "file": "after.json",
@@ -145,7 +145,7 @@ def _workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
     section = workspace_section(after, without_effects, seen, SHIPPED, excess, hidden)
     if section is None or diagnosis.shipped.without_effects or (more := error_left_open(diagnosis)) is None:
         return section
-    return section | {"left_open": words.length(more.error)}
+    return section | {"left_open": words.length(float(np.hypot(more.error, excess)))}
 
 
 def _errors(mapping: Mapping[str, Any], changed: bool) -> dict[str, Any]:

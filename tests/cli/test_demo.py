@@ -40,7 +40,7 @@ def test_the_demo_writes_a_report_and_then_tells_the_secret(tmp_path):
     assert 3 < report < at and str(output / "diagnosis" / "report.html") in lines[report]
     before = {path: path.read_bytes() for path in output.rglob("*") if path.is_file()}
     again = CliRunner().invoke(cli, ["demo", "--seed", "7", "-o", str(output)])
-    assert again.exit_code == 2 and "already there" in again.stderr
+    assert again.exit_code == 2 and "already there, and the demo overwrites nothing" in again.stderr
     assert {path: path.read_bytes() for path in output.rglob("*") if path.is_file()} == before
 
 

@@ -35,6 +35,21 @@ def test_poses_beyond_the_measured_ranges_are_counted(command, sound, tmp_path):
     assert f"joint 2 was measured from {low:.0f} to {high:.0f} deg" in result.output
 
 
+def test_how_a_posture_was_chosen_is_said_where_it_lies_outside(sound, tmp_path):
+    """Frames without joint angles get postures near one another, which may lie outside the ranges: a line says how to choose others."""
+    q, calibration = measured(sound)[:2], tmp_path / "calibration.json"
+    content = json.loads((sound / "out/calibration.json").read_text())
+    content["summary"]["measured_ranges"][0] = [5.0, 5.1]  # no posture of these frames turns joint 1 so far
+    calibration.write_text(json.dumps(content))
+    table(tmp_path / "joints.csv", q)
+    assert run("predict", calibration, tmp_path / "joints.csv", "-o", tmp_path / "frames.csv").exit_code == 0
+    frames = pd.read_csv(tmp_path / "frames.csv")
+    pd.concat([frames, pd.DataFrame(q, columns=JOINTS)], axis=1).to_csv(tmp_path / "both.csv", index=False)
+    for name, chosen in (("frames", True), ("both", False)):
+        result = run("correct", calibration, tmp_path / f"{name}.csv", "-o", tmp_path / f"{name}_out.csv")
+        assert WORDS in result.output and ("each posture was chosen" in result.output) == chosen
+
+
 @pytest.mark.parametrize("command", ["predict", "correct"])
 def test_poses_within_the_measured_ranges_are_not_mentioned(command, sound, tmp_path):
     """At measured poses, and with a calibration that states no ranges, nothing is said of ranges."""

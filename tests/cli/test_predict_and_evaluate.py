@@ -49,7 +49,7 @@ def test_a_column_that_an_effect_needs_is_named(sound, tmp_path):
     assert result.exit_code == 0, result.output
     calibration = tmp_path / "out/calibration.json"
     result = run("predict", calibration, sound / "joints.csv", "-o", tmp_path / "f.csv")
-    refused(result, INPUT_AT_FAULT, "time", "missing", output=tmp_path / "f.csv")
+    refused(result, INPUT_AT_FAULT, "joints.csv, column time", "[s]", "missing", output=tmp_path / "f.csv")
     pd.read_csv(sound / "joints.csv").assign(time=0.0).to_csv(tmp_path / "joints.csv", index=False)
     assert run("predict", calibration, tmp_path / "joints.csv", "-o", tmp_path / "f.csv").exit_code == 0
 
@@ -67,6 +67,33 @@ def test_poses_beyond_the_limits_are_predicted_and_named(sound, tmp_path):
         len(named) == 1
         and f"pose {joints['pose'][2]}: joint 3 at 177.617 deg is beyond its limits" in named[0]
     )
+
+
+@pytest.mark.parametrize("command", ["predict", "correct"])
+def test_radians_that_are_read_as_degrees_are_suspected(command, sound, tmp_path):
+    """Joint angles in radians under `--units deg` are all tiny: a line says so. The same angles in degrees, or a few poses near zero, are not."""
+    calibration, joints = sound / "out/calibration.json", pd.read_csv(sound / "joints.csv")
+    tables = {
+        "rad": (joints, True),
+        "deg": (joints.assign(**{name: np.rad2deg(joints[name]) for name in JOINTS}), False),
+        "home": (joints.assign(**{name: 0.5 for name in JOINTS}), False),
+    }
+    for name, (table, suspect) in tables.items():
+        table.to_csv(tmp_path / f"{name}.csv", index=False)
+        out = tmp_path / f"{name}_out.csv"
+        result = run(command, calibration, tmp_path / f"{name}.csv", "-o", out, "--units", "deg,mm")
+        assert out.exists() and ("if they are radians" in result.output) == suspect
+
+
+def test_what_stands_beside_a_calibration_leads_to_it(sound, tmp_path):
+    """The folder of a calibration, and a diagnosis, are refused with the name of the file that is wanted."""
+    joints, out = sound / "joints.csv", tmp_path / "f.csv"
+    refused(
+        run("predict", sound / "out", joints, "-o", out), INPUT_AT_FAULT, "give", "calibration.json", lines=1
+    )
+    (tmp_path / "diagnosis.json").write_text('{"format": "scalar-diagnosis/2"}', encoding="utf-8")
+    result = run("predict", tmp_path / "diagnosis.json", joints, "-o", out)
+    refused(result, INPUT_AT_FAULT, "a diagnosis, not a calibration", "after.json", lines=1)
 
 
 def test_an_output_that_cannot_be_written_is_said(sound, tmp_path):

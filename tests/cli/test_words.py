@@ -60,3 +60,30 @@ def test_a_copied_pose_is_named(kind, step, tmp_path):
     result = run("validate", tmp_path / "d")
     assert result.exit_code == 0, result.output
     assert ("poses 12 and 99 have the same joint angles and measurements" in result.output) == (step == 0)
+
+
+@pytest.mark.parametrize("size", [1.0, DEG])
+def test_radians_that_were_taken_for_degrees_are_noted(size, tmp_path):
+    """`validate` asks about the unit if no joint turns by more than radians would make of it that were read as degrees."""
+    tables = small_datasets.tables("tracker")
+    poses = pd.concat([tables["poses"].assign(pose=lambda t, k=k: t["pose"] + 100 * k) for k in range(3)])
+    points = pd.concat(
+        [tables["points"].assign(pose=lambda t, k=k: t["pose"] + 100 * k, x=1.0 + k) for k in range(3)]
+    )
+    poses[[f"q{i}" for i in range(1, 7)]] *= size
+    write_dataset(tmp_path / "d", mapping=small_datasets.description("tracker"), poses=poses, points=points)
+    result = run("validate", tmp_path / "d")
+    assert result.exit_code == 0, result.output
+    assert ("were radians taken for degrees?" in result.output) == (size == DEG)
+
+
+def test_coefficients_that_no_pose_shows_have_one_line(sound, tmp_path):
+    """The weight of an upright arm puts no torque on joint 1, so nothing shows its compliance: it is not listed among the estimates."""
+    result = run("calibrate", sound / "dataset", "-o", tmp_path / "out", "--effects", "joint_compliance:1:2")
+    assert result.exit_code == 0, result.output
+    (line,) = [
+        line for line in result.output.splitlines() if line.startswith("  zero, because no pose shows them: ")
+    ]
+    assert "joint1_frame1_x_rad" in line and line.endswith("more") and "joint2" not in line
+    listed = [line for line in result.output.splitlines() if line.startswith("  effect joint_compliance.")]
+    assert listed and all("joint2" in line for line in listed)

@@ -81,7 +81,7 @@ BOMB = "a: &a [x, x]\nb: &b [*a, *a]\nc: [*b, *b]\n"
         ("a: !x 1", 1, "tags"), ("a: ! 1", 1, "tags"), ("%TAG ! x:\n---\na: 1", 2, "%TAG"),
         ("a: 1\na: 2", 2, "twice"),
         ("a: 1\n--- \nb: 2", 2, "second document"), ("1: a", 1, "not text"), ("? [a]\n: b", 1, "not text"),
-        ("a: [1,\n", 2, "not YAML"), ("a: b: c", 1, "not YAML"), ("a:\n\tb: 1", 2, "not YAML"),
+        ("a: [1,\n", 2, "not YAML"), ("a: b: c", 1, "not YAML"), ("a:\n\tb: 1", 2, "not YAML.*spaces, not with a tab"),
         ("a: \x01", None, "not YAML"),
         ("[" * 100_000, 1, "deep"), ("- " * 50 + "a", 1, "deep"), (b"a: 1\nb: \xff", 2, "UTF-8"),
         ("a: 1\n".encode("utf-16"), 1, "UTF-8"), ("# " + "x" * 1_000_000, None, "1 MB"),

@@ -150,3 +150,21 @@ def test_a_number_too_large_to_compute_with_is_named(tmp_path: Path) -> None:
         assert [(f.row, f.column) for f in found if "too large a number" in f.message] == [
             (4, "temperature")
         ] * faults
+
+
+@pytest.mark.parametrize("key", ["nominal_pose", "normal"])
+def test_a_vector_whose_square_overflows_is_named(tmp_path: Path, key: str) -> None:
+    """dataset.yaml with 1.4e154 in a vector is refused by the key; its length is not computed."""
+    mapping = description()
+    where = {"nominal_pose": "sensor.nominal_pose.translation[2]", "normal": "planes[0].normal[2]"}[key]
+    write_dataset(tmp_path / "d", mapping=mapping, **tables())
+    if key == "normal":
+        mapping["planes"][0]["normal"] = [0.0, 0.0, 1.4e154]
+    else:
+        mapping["sensor"]["nominal_pose"] = {
+            "translation": [0.0, 0.0, 1.4e154],
+            "rotation_vector": [0.0, 0.0, 0.0],
+        }
+    dump_yaml(mapping, tmp_path / "d" / "dataset.yaml")
+    found = validate_dataset(tmp_path / "d")
+    assert any(f.column == where and "too large a number" in f.message for f in found)

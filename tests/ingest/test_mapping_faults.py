@@ -64,6 +64,16 @@ def changed(path: tuple[str, ...], value: Any) -> dict[str, Any]:
         (("poses", "columns", "q1", "column"), "J8", ("a.csv", "column J8", "no such column", "J1")),
         (("poses", "columns", "q1", "column"), 12, ("a.csv", "no column 12", "9")),
         (("poses", "files"), [{"name": "b.csv"}], ("b.csv", "not among the sources")),
+        (
+            ("poses", "files"),
+            [{"name": "run_*.csv"}],
+            ("run_*.csv", "none is among the sources", "not searched"),
+        ),
+        (
+            ("poses", "files"),
+            [{"name": "runs/a.csv"}],
+            ("runs/a.csv", "not among the sources", "write a.csv"),
+        ),
         (("dataset", "sensor", "kind"), "trakker", ("dataset.sensor.kind", "did you mean 'tracker'")),
         (("dataset", "robot", "joints"), [], ("dataset.robot.joints",)),
         (("dataset",), "missing.yaml", ("missing.yaml", "no such file")),

@@ -87,6 +87,26 @@ def test_what_is_no_time_of_day_is_refused(tmp_path):
     refused(tmp_path, result, "not a number ('soon')")
 
 
+@pytest.mark.parametrize("date", ["24.11.2026 09:00:00", "2026-11-24T09:00:00Z", "11/24/26 9:00"])
+def test_dates_are_named_as_such(tmp_path, date):
+    """A column `time` with dates is one fault, which says what is read instead."""
+    mapping = tracker_mapping()
+    mapping["poses"]["columns"]["time"] = {"column": "Clock"}
+    table = [[*row, date] for row in cells()]
+    result = run(tmp_path, mapping, write_table(tmp_path / "a.csv", table, [*header(), "Clock"]))
+    refused(tmp_path, result, "a.csv, row 2, column Clock", "dates are not read", "09:04:30")
+    assert len(result.stderr.splitlines()) == 1
+
+
+def test_a_file_in_utf_16_is_recognised(tmp_path):
+    """A spreadsheet's "Unicode text" is refused with the encoding to write, and read with it."""
+    path, mapping = write_table(tmp_path / "a.csv", cells()), tracker_mapping()
+    path.write_bytes(path.read_bytes().decode().encode("utf-16"))
+    refused(tmp_path, run(tmp_path, mapping, path), "set text.encoding in the mapping to utf-16")
+    mapping["text"]["encoding"] = "utf-16"
+    assert run(tmp_path, mapping, path).exit_code == 0
+
+
 def test_all_faults_of_all_files_are_reported_at_once(tmp_path):
     """Faults of two files are reported together."""
     rows = cells()

@@ -14,7 +14,7 @@ from scalar.diagnosis.diagnose import diagnose
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
 from scalar.evaluate.workspace_errors import aligned_errors
-from scalar.report.excess_residual import excess_distance_after
+from scalar.report.excess_residual import excess_beside_findings, excess_distance_after
 from scalar.report.fleet_row import row_of
 from scalar.report.page import page
 from tests.diagnosis.test_patterns_are_no_noise import loose_mount
@@ -89,3 +89,21 @@ def test_a_random_error_that_is_named_is_not_counted() -> None:
     assert excess_distance_after(named) == 0.0
     named.reported_noise = ()
     assert excess_distance_after(named) == 1e-4
+
+
+def test_what_a_named_effect_leaves_is_said() -> None:
+    """Backlash whose side was not recorded scatters like noise beside a compliance that has a name: the report says that more is lacking."""
+    named: Any = SimpleNamespace(
+        verdict="effect",
+        findings=(object(),),
+        reported_noise=(),
+        shipped=SimpleNamespace(without_effects=False),
+        calibration_after=SimpleNamespace(summary={"misfit": 2.29, "misfit_p_value": 0.0}),
+        after=SimpleNamespace(residuals=SimpleNamespace(measurement=SimpleNamespace(scans=False))),
+    )
+    (sentence,) = excess_beside_findings(named)
+    assert "still 2.3 times what the noise explains" in sentence and "larger than stated" in sentence
+    for change in ({"verdict": "unattributed"}, {"findings": ()}, {"reported_noise": (object(),)}):
+        assert not excess_beside_findings(SimpleNamespace(**{**vars(named), **change}))  # type: ignore[arg-type]
+    named.calibration_after = SimpleNamespace(summary={"misfit": 1.05, "misfit_p_value": 0.1})
+    assert not excess_beside_findings(named)

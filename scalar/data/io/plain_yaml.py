@@ -25,7 +25,7 @@ from scalar.errors import Fault, InvalidInput
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 20
-LARGEST = 1e300  # beyond it integers do not fit into float64, and products of floats do not either
+LARGEST = 1e100  # as in tables; the square of a number from 1e154 on is not finite, and integers beyond 1e308 do not fit into float64
 
 Lines = dict[tuple[str | int, ...], int]
 """The line of every value, or of its key, by its path: ``("robot", "joints", 2, "alpha") -> 14``."""
@@ -185,7 +185,8 @@ def parse_yaml(file: str, raw: bytes, text_keys: bool = True) -> tuple[Any, Line
         mark = error.problem_mark or error.context_mark
         what = " ".join(filter(None, [error.context, error.problem]))
         row = None if mark is None else mark.line + 1
-        raise InvalidInput(Fault(file, f"not YAML ({what}); correct this place", row)) from error
+        remedy = "indent with spaces, not with a tab" if r"'\t'" in what else "correct this place"
+        raise InvalidInput(Fault(file, f"not YAML ({what}); {remedy}", row)) from error
     except (ValueError, OverflowError) as error:  # an escape that names no character
         wrong = (found for found in _CHARACTER.finditer(text) if int(found[1], 16) > sys.maxunicode)
         row = next((text.count("\n", 0, found.start()) + 1 for found in wrong), None)

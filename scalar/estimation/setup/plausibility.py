@@ -59,7 +59,8 @@ def implausible(
                 "orientation",
                 "points.csv, rx,ry,rz",
                 f"the measured orientations disagree with the arm's by {rotation_noise / DEG:.0f} degrees from pose to pose: rx,ry,rz have to be "
-                "a rotation vector (the axis times the angle, in radians), and Euler angles have to be converted to it",
+                "a rotation vector (the axis times the angle, in radians), and Euler angles have to be converted to it (by `scalar import`, if "
+                "euler_axes of the mapping is right)",
             )
         )
     if misfit_ratio is not None and misfit_ratio < QUIET:
