@@ -32,18 +32,29 @@ def select_forward(state: FittedState, candidates: CandidateSet) -> FittedState:
         return state
     refused: set[str] = set()
     columns = CandidateColumns.of(state, candidates)
+    seen = {_answer(state)}
     for _ in range(state.settings.selection.max_effects):
-        better = _with_best_candidate(state, columns, refused)
-        if better is None:
+        found = _with_best_candidate(state, columns, refused)
+        if found is None:
             break
+        better, label = found
         state, columns = reconsidered(better, candidates)
+        # A candidate that the other effects then push out again, or whose addition leads back to an earlier answer, would be added for ever.
+        if _answer(state) in seen:
+            refused.add(label)
+        seen.add(_answer(state))
     return state
+
+
+def _answer(state: FittedState) -> frozenset[str]:
+    """Return the labels of the effects of a state."""
+    return frozenset(effect.label for effect in state.effects)
 
 
 def _with_best_candidate(
     state: FittedState, columns: CandidateColumns, refused: set[str]
-) -> FittedState | None:
-    """Return the state with the best candidate that held-out poses confirm, or None.
+) -> tuple[FittedState, str] | None:
+    """Return the state with the best candidate that held-out poses confirm, and the label of this candidate; or None.
 
     Args:
         state: The fitted state.
@@ -60,7 +71,7 @@ def _with_best_candidate(
         gain = improvement(before_whitened, held_out_errors(trial, state.whitening))
         clearly = trial.is_plausible and gain >= state.settings.selection.least_improvement
         if clearly and no_worse(before, held_out_errors(trial)):
-            return trial
+            return trial, entry.effect.label
         refused.add(entry.effect.label)
     return None
 

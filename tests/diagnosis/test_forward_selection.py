@@ -1,6 +1,8 @@
 """Forward selection: when a candidate replaces an effect of the model."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from scalar.diagnosis import forward_selection
 from scalar.diagnosis.candidate_columns import named_candidates
 from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.forward_selection import reconsidered
+from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.command_line import parse_effects
 from scalar.estimation.geometry_fit import geometry_fit
 from tests.effects.injected import Flaws, make_cell, on_joint, sag
@@ -56,3 +59,34 @@ def test_what_a_further_term_explains_as_well_is_no_further_cause(seed):
     assert [(effect.name, effect.target) for effect in kept.effects] == [
         ("joint_compliance", {"joints": [2, 3]})
     ]
+
+
+def test_a_candidate_that_is_pushed_out_again_is_not_added_for_ever(monkeypatch):
+    """Of two candidates, the better one is dropped as soon as it is in the model: it is tried once, and the other one is then found."""
+
+    def fitted(*labels: str) -> Any:
+        return SimpleNamespace(
+            is_rounding=False,
+            settings=DEFAULTS,
+            effects=tuple(SimpleNamespace(label=label) for label in labels),
+        )
+
+    tried: list[str] = []
+
+    def with_best(state: Any, columns: None, refused: set[str]) -> tuple[Any, str] | None:
+        present = [effect.label for effect in state.effects]
+        label = next((label for label in ("better", "other") if label not in {*refused, *present}), None)
+        if label is None:
+            return None
+        tried.append(label)
+        return fitted(*present, label), label
+
+    def without_better(state: Any, candidates: None) -> tuple[Any, None]:
+        return fitted(*(effect.label for effect in state.effects if effect.label != "better")), None
+
+    monkeypatch.setattr(forward_selection, "CandidateColumns", SimpleNamespace(of=lambda *_: None))
+    monkeypatch.setattr(forward_selection, "_with_best_candidate", with_best)
+    monkeypatch.setattr(forward_selection, "reconsidered", without_better)
+    found = forward_selection.select_forward(fitted("first"), None)  # type: ignore[arg-type]
+    assert [effect.label for effect in found.effects] == ["first", "other"]
+    assert tried == ["better", "other"]

@@ -103,9 +103,11 @@ def test_a_joint_that_yields_under_its_brake_does_not_move():
 def test_a_selection_ends_however_many_effects_are_found(monkeypatch):
     """If one more effect is always found, the selection ends after dozens of effects, far more than an arm has."""
     found: list[Any] = []
-    state: Any = SimpleNamespace(is_rounding=False, settings=DEFAULTS)
+    state: Any = SimpleNamespace(is_rounding=False, settings=DEFAULTS, effects=())
     monkeypatch.setattr(forward_selection, "CandidateColumns", SimpleNamespace(of=lambda *_: None))
-    monkeypatch.setattr(forward_selection, "_with_best_candidate", lambda *_: found.append(state) or state)
+    monkeypatch.setattr(
+        forward_selection, "_with_best_candidate", lambda *_: found.append(state) or (state, "one more")
+    )
     monkeypatch.setattr(forward_selection, "reconsidered", lambda better, candidates: (better, None))
     forward_selection.select_forward(state, None)  # type: ignore[arg-type]
     assert 40 < len(found) < 80
@@ -185,7 +187,9 @@ def test_a_residual_of_rounding_errors_is_not_searched(monkeypatch):
     )
     for settings, times in ((DEFAULTS.selection, 1), (doubled(DEFAULTS.selection, "rounding_variance"), 1)):
         state: Any = SimpleNamespace(
-            background=lambda: SimpleNamespace(variance=1.5e-4), settings=SimpleNamespace(selection=settings)
+            background=lambda: SimpleNamespace(variance=1.5e-4),
+            settings=SimpleNamespace(selection=settings),
+            effects=(),
         )
         state.is_rounding = FittedState.is_rounding.fget(state)  # type: ignore[attr-defined]
         assert forward_selection.select_forward(state, None) is state  # type: ignore[arg-type]
