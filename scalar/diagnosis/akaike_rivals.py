@@ -26,7 +26,7 @@ from scalar.data.io.atomic import plain
 from scalar.diagnosis.background import Background
 from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.score_test import remainder
-from scalar.effects import Effect
+from scalar.effects import BaseEffect, Effect
 
 
 def compared_by_akaike(own: Scored, ranking: Sequence[Scored], background: Background) -> list[Scored]:
@@ -66,9 +66,10 @@ def name_and_target(effect: Effect) -> str:
 
 
 def _imitates(own: Scored, other: Scored) -> bool:
-    """Return whether another score is that of a longer curve over the same joint's angle, or of something else that gives way under the same load.
+    """Return whether another score is that of a longer curve over the same joint's angle, or of the base where joints give way, or the reverse.
 
-    Flexible terms imitate nothing: they have no name that could be the right one.
+    Flexible terms imitate nothing: they have no name that could be the right one. Nor does one description of a joint that gives way imitate
+    another, by its measured torque or by the weight of the arm: the cause is the same.
     """
     effect, rival = own.effect, other.effect
     if rival.flexible:
@@ -76,7 +77,8 @@ def _imitates(own: Scored, other: Scored) -> bool:
     joint = effect.own_angle_joint
     if joint is not None and rival.own_angle_joint == joint and other.dof > own.dof:
         return True
-    return bool(effect.load) and rival.load == effect.load and not effect.same_place(rival)
+    same_load = bool(effect.load) and rival.load == effect.load
+    return same_load and isinstance(effect, BaseEffect) != isinstance(rival, BaseEffect)
 
 
 def _lag(own: Scored, other: Scored, background: Background) -> float:

@@ -14,6 +14,7 @@ from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
+from scalar.effects.torque_compliance import TorqueCompliance
 from tests.diagnosis.stand_ins import scored
 from tests.estimation.test_data_sheet_priors import workcell
 from tests.kinematics import joint_names
@@ -108,3 +109,11 @@ def test_the_number_of_joints_does_not_favour_the_base():
     odds = (30.0 / 31.0) ** (40 / 2)  # of the joint against the base: the ratio of their likelihoods
     assert [s.evidence for s in ranking[:2]] == pytest.approx([12.0 + np.log(odds)] * 2)
     assert akaike_weight(own, ranking) == pytest.approx(1 / (1 + odds))
+
+
+def test_a_joint_that_gives_way_is_one_cause_however_it_is_described():
+    """By its measured torque a joint's compliance is as sure as the evidence says, although the weight of the arm explains as much."""
+    own = replace(scored(TorqueCompliance((2,)), evidence=12.0, dof=1), gain=20.0)
+    by_weight = replace(scored(JointCompliance(((2, 2),)), evidence=6.0, dof=1), gain=20.0)
+    assert compared_by_akaike(own, [by_weight], background()) == [by_weight]
+    assert akaike_weight(own, [by_weight]) == 1.0
