@@ -123,7 +123,9 @@ def open_questions(
     names_of = dict(zip(map(id, model.effects), model.effect_names, strict=True))
 
     def columns(effect: Effect) -> Array:
-        own = next(e for e in model.effects if same_effect(e, effect))
+        # Two flexible terms of the same kind at different links are alike in all but numbers, so an effect of the model is looked for itself first.
+        alike = [e for e in model.effects if same_effect(e, effect)]
+        own = next((e for e in alike if e is effect), alike[0])
         return np.array([all_names.index(name) for name in names_of[id(own)]], dtype=int)
 
     of_effects = {name for own in model.effect_names for name in own}

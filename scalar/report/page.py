@@ -231,9 +231,10 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the table of the candidates by their evidence: the first ones and those that were added, and the others apart."""
     sum_of_squares = max(diagnosis.before.background().sum_of_squares, 1e-300)
     taken = {f.effect.title for f in diagnosis.findings}
-    top = max([entry.evidence for entry in diagnosis.ranking] + [1e-9])
-    # A candidate with several sets of columns has one line, for its best.
-    best = {entry.effect.title: entry for entry in reversed(diagnosis.ranking)}
+    # A candidate with several sets of columns has one line, for its best. One of which the poses show nothing has no evidence and no line.
+    ranked = [entry for entry in diagnosis.ranking if entry.dof]
+    top = max([entry.evidence for entry in ranked] + [1e-9])
+    best = {entry.effect.title: entry for entry in reversed(ranked)}
     rows = [
         {
             "title": words.capital(entry.effect.title),
@@ -243,7 +244,7 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
             "share": f"{100 * min(entry.gain / sum_of_squares, 1.0):.1f} %",
             "taken": entry.effect.title in taken,
         }
-        for entry in diagnosis.ranking
+        for entry in ranked
         if best[entry.effect.title] is entry
     ]
     first = [row for i, row in enumerate(rows) if i < _RANKS_SHOWN or row["taken"]]

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from scalar.data.io.atomic import plain
 from scalar.diagnosis.observability import Unobservable
+from scalar.effects.flexible.link import UnattributedLink
+from scalar.effects.flexible.variable import GRAVITY
 from scalar.effects.joint_backlash import JointBacklash
-from scalar.planning.questions import open_pairs
+from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.estimation.calibrate import calibrate
+from scalar.planning.candidates import draw_candidates
+from scalar.planning.questions import Pair, open_pairs, open_questions
+from scalar.planning.workcell import Workcell
 from tests.random_scene import make_scene
 
 
@@ -36,3 +44,19 @@ def test_a_diagnosis_of_an_earlier_version_is_read() -> None:
     entry = {"name": "joint_backlash", "target": {"joint": 2}, "observability": 1e-3, "consequence": ""}
     (pair,), _ = open_pairs({"effects": [], "silent": [entry]}, (), dataset)
     assert isinstance(pair.effect, JointBacklash) and pair.effect.by == "moves"
+
+
+def test_two_flexible_terms_of_one_kind_are_two_effects() -> None:
+    """Terms of two links that bend with gravity are alike in all but the number of the link; a question has the columns of both, each once."""
+    dataset = make_scene("vs060", "tracker", seed=2, poses_per_plane=30).dataset
+    terms = (UnattributedLink(4, GRAVITY), UnattributedLink(6, GRAVITY))
+    made = calibrate(dataset, effects=terms)
+    cell = Workcell.of(dataset.robot, dataset.sensor, (), made, repeatability=2e-5, same_campaign=True)
+    found = draw_candidates(cell, 5, np.random.default_rng(0))
+    asked = [e for e in JointHarmonic.candidates(dataset) if e.target == {"joint": 2, "order": 1}]
+    pair = Pair(asked[0].with_coefficients(asked[0].natural_sizes), None)
+    what = open_questions(cell, [pair], dataset, cell.dataset(found.q, found.plane), 1.0)
+    (question,) = what.questions
+    columns = np.r_[question.rest, question.own]
+    tilts = dataset.robot.n_joints  # of the axes, which are no columns of a question
+    assert len(np.unique(columns)) == len(columns) == len(what.start) - tilts

@@ -130,6 +130,18 @@ def test_a_page_without_effects_claims_none(null_diagnosis: Diagnosis) -> None:
         assert len(re.findall(OF_RESIDUAL, text)) == 1
 
 
+def test_a_candidate_of_which_the_poses_show_nothing_has_no_line(null_diagnosis: Diagnosis) -> None:
+    """Where the noise hides all directions of a candidate its evidence is minus infinity; the table leaves it out, as ``diagnosis.json`` does."""
+    first, *others = null_diagnosis.ranking
+    hidden = replace(first, gain=0.0, dof=0, evidence=-np.inf, p_value=1.0)
+    same_title = [entry for entry in others if entry.effect.title == first.effect.title]
+    others = [entry for entry in others if entry not in same_title]
+    for ranking in ((*others, hidden), (hidden,)):
+        page = render_report(replace(null_diagnosis, ranking=ranking))
+        table = page.split("<h2>The candidates</h2>")[1].split("<h2>")[0]
+        assert f"<td>{words.capital(first.effect.title)}" not in table
+
+
 def test_the_report_says_of_further_poses_what_the_plan_says(periodic_diagnosis: Diagnosis) -> None:
     """If two causes are confounded, the report states the sizes and the verdict of `scalar plan --after`, and its opening agrees with them."""
     (finding, *_) = periodic_diagnosis.findings
