@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from scalar.data.located_table import Layout, Table
+from scalar.data.rigid_references import strange_readings
 from scalar.data.sensor_formats import MeasuredTable
 from scalar.errors import Fault
+from scalar.units import MM
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +88,7 @@ def references_layout(table: MeasuredTable) -> Layout:
 
 
 def check_references(table: Table, poses: Table | None, faults: list[Fault]) -> None:
-    """Add a fault for each reference of an unknown pose; a pose without references is no fault."""
+    """Add a fault for each reference of an unknown pose, and for each that contradicts the others; a pose without references is no fault."""
     if poses is None or not poses.whole or "pose" not in poses.columns or "pose" not in table.columns:
         return
     ids = table.columns["pose"]
@@ -96,4 +98,35 @@ def check_references(table: Table, poses: Table | None, faults: list[Fault]) -> 
         "pose",
         strange,
         lambda i: f"unknown pose {ids[i]:.15g}; remove the row, or add the pose to {poses.file}",
+    )
+    item = next((name for name, values in table.columns.items() if values.dtype == object), None)
+    readable = (
+        table.whole and item is not None and not strange.any() and {"x", "y", "z"} <= table.columns.keys()
+    )
+    if readable and all(np.isfinite(table.columns[name]).all() for name in ("pose", "x", "y", "z")):
+        _check_distances(table, str(item), poses, faults)
+
+
+def _check_distances(table: Table, item: str, poses: Table, faults: list[Fault]) -> None:
+    """Add a fault for each reference whose distances to the others are not those of the other poses, session by session."""
+    ids = table.columns["pose"]
+    session_of = dict(
+        zip(poses.columns["pose"], poses.columns.get("session", np.zeros(poses.n_rows)), strict=True)
+    )
+    session = np.array([str(session_of[pose]) for pose in ids])
+    nest = np.unique(table.columns[item].astype(str), return_inverse=True)[1]
+    points = np.column_stack([table.columns[name] for name in ("x", "y", "z")])
+    off: dict[int, float] = {}
+    for one in np.unique(session):
+        rows = np.flatnonzero(session == one)
+        off |= {int(rows[i]): d for i, d in strange_readings(ids[rows], nest[rows], points[rows]).items()}
+    wrong = np.isin(np.arange(len(ids)), list(off))
+    table.report(
+        faults,
+        item,
+        wrong,
+        lambda i: (
+            f"{table.columns[item][i]} at pose {ids[i]:.15g} is up to {off[i] / MM:.3g} mm nearer to the other points, or farther from them, "
+            "than at other poses, and points on one base keep their distances: remove the row, or correct its name"
+        ),
     )

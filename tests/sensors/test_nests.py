@@ -187,3 +187,37 @@ def test_validate_says_how_often_each_nest_was_measured(tmp_path):
     said = CliRunner().invoke(cli, ["validate", str(tmp_path / "d")])
     assert said.exit_code == 0, said.output
     assert "nests: nest_0 12, nest_1 12" in said.output
+
+
+def with_wrong_readings(folder, wrong):
+    """Write a campaign of 60 poses with three nests of which some readings are 0.2 m off; ``wrong`` lists them as (pose, nest)."""
+    campaign(4)[1].write(folder)
+    nests = pd.read_csv(folder / "nests.csv")
+    for pose, nest in wrong:
+        nests.loc[(nests.pose == pose) & (nests.nest == nest), ["x", "y"]] += [0.2, 0.1]
+    nests.to_csv(folder / "nests.csv", index=False)
+    return nests
+
+
+def test_a_reading_of_another_reflector_is_named(tmp_path):
+    """A reading that does not keep its distances to the other nests is refused with its row, nest and pose, and no other one is."""
+    folder = tmp_path / "cell"
+    wrong = [(2, "nest_1"), (30, "nest_0"), (31, "nest_0")]
+    nests = with_wrong_readings(folder, wrong)
+    faults = validate_dataset(folder)
+    rows = [int(np.flatnonzero((nests.pose == pose) & (nests.nest == nest))[0]) + 2 for pose, nest in wrong]
+    assert sorted(fault.row for fault in faults) == sorted(rows)
+    assert all("keep their distances" in fault.message and fault.file == "nests.csv" for fault in faults)
+
+
+def test_a_tracker_that_is_knocked_keeps_the_distances_of_nests(tmp_path):
+    """A motion of centimetres in the middle of a campaign changes no distance and is no fault of the nests; nor is the drift of other campaigns."""
+    folder = tmp_path / "cell"
+    campaign(4)[1].write(folder)
+    assert not validate_dataset(folder)
+    nests = pd.read_csv(folder / "nests.csv")
+    later = nests.pose >= 30
+    turn = np.tile([0.0, 0.0, 0.02, 0.03, -0.05, 0.01], (int(later.sum()), 1))
+    nests.loc[later, ["x", "y", "z"]] = moved(nests.loc[later, ["x", "y", "z"]].to_numpy(), turn)
+    nests.to_csv(folder / "nests.csv", index=False)
+    assert not validate_dataset(folder)
