@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from scalar.diagnosis.akaike_rivals import akaike_weight, compared_by_akaike, name_and_target
 from scalar.diagnosis.candidate_columns import CandidateColumns
@@ -16,7 +17,7 @@ from scalar.diagnosis.grounds import FinalResiduals, Grounds, grounds_of_effect
 from scalar.diagnosis.harmonic_spectrum import has_all_orders, is_shrunk, priors_for_whitened_rows
 from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors
 from scalar.diagnosis.merging import merged
-from scalar.diagnosis.ranking import Scored
+from scalar.diagnosis.ranking import Scored, rank
 from scalar.diagnosis.repeated_changes import repeated_changes_doubted
 from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.unmodelled_structure import evidence_without_a_name
@@ -38,11 +39,16 @@ def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Findin
     columns = CandidateColumns.of(scored, candidates)
     folds = without_each_fold(scored) if after.effects else []
     without_a_name = evidence_without_a_name(scored, run.flexible_candidates)
+    beside = (
+        [s for s in rank(scored, scored.background(), columns) if s.evidence > 0] if after.effects else []
+    )
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
         state = after.refitted(effects, state.model)
         errors = error_before, held_out_errors(state)
-        found.append(_finding(after, scored, i, columns, folds, without_a_name[i], errors, final_residuals))
+        found.append(
+            _finding(after, scored, i, columns, beside, folds, without_a_name[i], errors, final_residuals)
+        )
         error_before = errors[1]
     return repeated_changes_doubted(found, after.settings.naming.least_confidence)
 
@@ -52,6 +58,7 @@ def _finding(
     scored: FittedState,
     i: int,
     columns: CandidateColumns,
+    beside: Sequence[Scored],
     folds: Sequence[WithoutFold],
     unnamed: list[float],
     errors: tuple[HeldOutErrors, HeldOutErrors],
@@ -64,6 +71,7 @@ def _finding(
         scored: The same state with the priors for whitened rows.
         i: Index of the effect.
         columns: The candidates' columns at ``scored``.
+        beside: The candidates that explain something beside all effects of the state. What they explain so does not speak against effect i.
         folds: What ``without_each_fold`` returns for ``scored``.
         unnamed: Log evidence [nats] of flexible terms in the effect's place.
         errors: Held-out errors without and with the effect.
@@ -75,7 +83,8 @@ def _finding(
     in_place_of_strongest_part = (
         [] if is_shrunk(effect) else rivals_of_strongest_part(scored, i, own, columns)
     )
-    ranking = sorted([*in_its_place, *in_place_of_strongest_part], key=lambda s: -s.evidence)
+    ranking = [_in_place_alone(s, beside) for s in (*in_its_place, *in_place_of_strongest_part)]
+    ranking.sort(key=lambda s: -s.evidence)
     ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
     its_rivals = [s for s in ranking if not s.effect.same_answer(effect)]
     confounded, weight_among_imitators = [], 1.0
@@ -88,7 +97,10 @@ def _finding(
     nearest = [s for s in its_rivals if s.other_parts is None][:NEAREST_RIVALS]
     without_fold = fold_odds(i, [s.effect for s in nearest], folds)
     least_odds = [
-        *zip(nearest, without_fold[1:].tolist(), strict=True),
+        *(
+            (s, odds + _evidence_beside(s, beside))
+            for s, odds in zip(nearest, without_fold[1:].tolist(), strict=True)
+        ),
         *((s, own.evidence - s.evidence) for s in its_rivals if s.other_parts is not None),
     ]
 
@@ -119,6 +131,19 @@ def _finding(
         grounds,
         doubtful=not (effect.flexible or likely),
     )
+
+
+def _in_place_alone(entry: Scored, beside: Sequence[Scored]) -> Scored:
+    """Return the score of a candidate in an effect's place, less the log evidence that it has beside the effect.
+
+    Let E be log evidence, A the effect and R a rival. Whether A is needed where R acts is E(A and R) - E(R), which is E(A) - (E(R) - E(R beside A)).
+    """
+    return replace(entry, evidence=entry.evidence - _evidence_beside(entry, beside))
+
+
+def _evidence_beside(entry: Scored, beside: Sequence[Scored]) -> float:
+    """Return the log evidence [nats] that a candidate has beside all effects of the state; zero if there it explains nothing."""
+    return max((s.evidence for s in beside if s.effect.same_place(entry.effect)), default=0.0)
 
 
 def _confounded(own: Scored, ranking: Sequence[Scored], settings: Settings) -> list[Effect]:
