@@ -39,9 +39,7 @@ def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Findin
     columns = CandidateColumns.of(scored, candidates)
     folds = without_each_fold(scored) if after.effects else []
     without_a_name = evidence_without_a_name(scored, run.flexible_candidates)
-    beside = (
-        [s for s in rank(scored, scored.background(), columns) if s.evidence > 0] if after.effects else []
-    )
+    beside = _beside_all(scored, columns) if after.effects else []
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
         state = after.refitted(effects, state.model)
@@ -131,6 +129,11 @@ def _finding(
         grounds,
         doubtful=not (effect.flexible or likely),
     )
+
+
+def _beside_all(state: FittedState, columns: CandidateColumns) -> list[Scored]:
+    """Return the scores of the candidates that explain something beside all effects of a state."""
+    return [s for s in rank(state, state.background(), columns) if s.evidence > 0]
 
 
 def _in_place_alone(entry: Scored, beside: Sequence[Scored]) -> Scored:

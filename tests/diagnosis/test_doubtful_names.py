@@ -10,8 +10,12 @@ import pytest
 from scalar.cli.diagnose import describe_diagnosis
 from scalar.data.declared import PlaneGuess
 from scalar.diagnosis import Diagnosis, diagnose
+from scalar.diagnosis.judged_effects import _in_place_alone
 from scalar.diagnosis.settings import DEFAULTS, NamingSettings
+from scalar.effects.joint_backlash import JointBacklash
+from scalar.effects.joint_scale import JointScale
 from scalar.report import render_report
+from tests.diagnosis.stand_ins import scored
 from tests.effects.injected import Flaws, make_cell
 from tests.random_scene import make_scene
 
@@ -99,3 +103,11 @@ def test_a_name_that_is_confounded_is_given_with_its_rivals():
     (entry,) = diagnose(replace(cell.dataset, planes=known), settings=strict).to_mapping()["effects"]
     assert entry["name"] == "range_scale" and entry["confidence"] < 0.8
     assert [other["name"] for other in entry["confounded_with"]] == ["range_distortion"]
+
+
+def test_what_a_rival_explains_beside_an_effect_does_not_speak_against_it():
+    """Of a rival's evidence in an effect's place, only what it loses beside the effect counts; a rival that explains nothing beside it keeps all."""
+    rival, other = scored(JointScale(3), evidence=40.0), scored(JointScale(4), evidence=12.0)
+    beside = [scored(JointScale(3), evidence=37.0), scored(JointBacklash(3, "approach"), evidence=9.0)]
+    assert _in_place_alone(rival, beside).evidence == 3.0
+    assert _in_place_alone(other, beside).evidence == 12.0

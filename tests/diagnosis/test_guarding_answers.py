@@ -149,6 +149,7 @@ def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
         "priors_for_whitened_rows": lambda after: after,
         "CandidateColumns": SimpleNamespace(of=lambda *_: None),
         "evidence_without_a_name": lambda *_: [[]],
+        "_beside_all": lambda *_: [],
         "held_out_errors": lambda _: None,
         "rivals": lambda *_: (own, [own, scored(near, 96.0), scored(far, 93.0)]),
         "rivals_of_strongest_part": lambda *_: [],
