@@ -22,6 +22,7 @@ from scalar.geometry.se3 import Array
 
 ANSWERED = 25.0
 """Noncentrality from which a question counts as answered: a signal of five standard errors."""
+_RANK_TOLERANCE = 1e-12  # smaller eigenvalues, over the largest, count as zero
 _LEAST = 1e-6  # lower bound of noncentralities, so that their logarithms are finite
 
 
@@ -80,7 +81,7 @@ class _QuestionState:
         index = np.r_[question.rest, question.own].astype(int)
         self.rows = rows[:, :, index]
         self.start = start[np.ix_(index, index)]
-        self.covariance = np.linalg.inv(self.start)
+        self.covariance = _inverse(self.start)
         self.own = slice(len(question.rest), len(index))
 
     def value(self) -> float:
@@ -106,7 +107,7 @@ class _QuestionState:
     def value_with_all(self) -> float:
         """Return the noncentrality with all candidates added to the measured poses."""
         A = self.rows.reshape(-1, len(self.start))
-        C = np.linalg.inv(self.start + A.T @ A)
+        C = _inverse(self.start + A.T @ A)
         return float(self._noncentrality(C[None, self.own, self.own])[0])
 
     def value_alone(self) -> float:
@@ -118,10 +119,15 @@ class _QuestionState:
     def _noncentrality(self, covariance: Array) -> Array:
         """Return ``c' covariance^-1 c`` for covariances ``(K, k, k)`` of the effect's coefficients, ``(K,)``."""
         c = self.question.size
-        return (
-            np.linalg.solve(covariance, np.broadcast_to(c[:, None], (len(covariance), len(c), 1)))[:, :, 0]
-            @ c
-        )
+        return np.einsum("i,kij,j->k", c, _inverse(covariance), c)
+
+
+def _inverse(matrix: Array) -> Array:
+    """Return the inverse of a symmetric matrix, or of each of several; the pseudoinverse where one is singular, which finds less to separate."""
+    try:
+        return np.linalg.inv(matrix)
+    except np.linalg.LinAlgError:
+        return np.linalg.pinv(matrix, rcond=_RANK_TOLERANCE, hermitian=True)
 
 
 def separating_poses(

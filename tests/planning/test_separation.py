@@ -73,3 +73,17 @@ def test_more_poses_never_tell_less():
         now = [a.planned for a in answers]
         assert all(n >= b - 1e-9 for n, b in zip(now, before, strict=True))
         before = now
+
+
+def test_columns_that_are_the_same_do_not_end_a_plan():
+    """If two coefficients of an effect move all measurements alike, the information is singular: the plan is as if there were one of them."""
+    rng = np.random.default_rng(2)
+    rows, measured = rng.standard_normal((12, 2, 4)), rng.standard_normal((5, 2, 4))
+    doubled = np.array([0, 1, 2, 3, 3])
+    start = np.eye(4) * 1e-9 + np.einsum("nmp,nmq->pq", measured, measured)
+    once = Question("q", np.array([3]), np.array([0, 1, 2]), np.array([2.0]))
+    twice = Question("q", np.array([3, 4]), np.array([0, 1, 2]), np.array([1.0, 1.0]))
+    _, (expected,) = separating_poses([once], start, rows, 2)
+    _, (found,) = separating_poses([twice], start[np.ix_(doubled, doubled)], rows[:, :, doubled], 2)
+    assert np.isfinite([found.now, found.planned, found.limit]).all()
+    assert found.separable == expected.separable
