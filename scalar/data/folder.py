@@ -183,7 +183,7 @@ def _read_references(
     if table is not None:
         check_items(table, str(table_format.item), faults)
         check_optional_columns(table, table_format, faults)
-        check_references(table, poses, faults)
+        check_references(table, table_format, poses, faults)
         suspect_points(table, table_format, faults)
     return table
 

@@ -87,7 +87,7 @@ def references_layout(table: MeasuredTable) -> Layout:
     return Layout(("pose", item, *table.units), tuple(table.optional), frozenset({item}))
 
 
-def check_references(table: Table, poses: Table | None, faults: list[Fault]) -> None:
+def check_references(table: Table, layout: MeasuredTable, poses: Table | None, faults: list[Fault]) -> None:
     """Add a fault for each reference of an unknown pose, and for each that contradicts the others; a pose without references is no fault."""
     if poses is None or not poses.whole or "pose" not in poses.columns or "pose" not in table.columns:
         return
@@ -99,23 +99,22 @@ def check_references(table: Table, poses: Table | None, faults: list[Fault]) -> 
         strange,
         lambda i: f"unknown pose {ids[i]:.15g}; remove the row, or add the pose to {poses.file}",
     )
-    item = next((name for name, values in table.columns.items() if values.dtype == object), None)
-    readable = (
-        table.whole and item is not None and not strange.any() and {"x", "y", "z"} <= table.columns.keys()
-    )
-    if readable and all(np.isfinite(table.columns[name]).all() for name in ("pose", "x", "y", "z")):
-        _check_distances(table, str(item), poses, faults)
+    needed = ("pose", str(layout.item), *layout.units)
+    if not table.whole or strange.any() or not table.columns.keys() >= {*needed}:
+        return
+    if all(np.isfinite(table.columns[name]).all() for name in ("pose", *layout.units)):
+        _check_distances(table, layout, poses, faults)
 
 
-def _check_distances(table: Table, item: str, poses: Table, faults: list[Fault]) -> None:
+def _check_distances(table: Table, layout: MeasuredTable, poses: Table, faults: list[Fault]) -> None:
     """Add a fault for each reference whose distances to the others are not those of the other poses, session by session."""
-    ids = table.columns["pose"]
+    ids, item = table.columns["pose"], str(layout.item)
     session_of = dict(
         zip(poses.columns["pose"], poses.columns.get("session", np.zeros(poses.n_rows)), strict=True)
     )
     session = np.array([str(session_of[pose]) for pose in ids])
     nest = np.unique(table.columns[item].astype(str), return_inverse=True)[1]
-    points = np.column_stack([table.columns[name] for name in ("x", "y", "z")])
+    points = np.column_stack([table.columns[name] for name in layout.units])
     off: dict[int, float] = {}
     for one in np.unique(session):
         rows = np.flatnonzero(session == one)

@@ -48,7 +48,7 @@ def read_calibration(path: Path, build: Callable[[Mapping[str, Any]], _Built]) -
         wrong = f"not a calibration: its format is not '{FORMAT}'"
         if isinstance(content, dict) and str(content.get("format")).startswith("scalar-diagnosis/"):
             wrong = (
-                "a diagnosis, not a calibration; give the after.json (or the before.json) that lies beside it"
+                "a diagnosis, not a calibration; give the after.json (or the before.json) in the same folder"
             )
         raise InvalidInput(Fault(str(path), wrong, None, "format"))
     try:

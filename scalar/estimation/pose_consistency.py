@@ -157,9 +157,8 @@ def deletion_residuals(leverages: Array, residual: Array) -> Array:
         leverages: ``(N, m, m)``, the blocks H_ii of the fit; zero for a pose that it was not made with.
         residual: ``(N, m)``, the whitened residuals r_i.
     """
-    kept = (1.0 + 1e-6) * np.eye(
-        residual.shape[1]
-    ) - leverages  # I - H is singular for a pose that alone determines a direction
+    # I - H is singular for a pose that alone determines a direction.
+    kept = (1.0 + 1e-6) * np.eye(residual.shape[1]) - leverages
     return np.linalg.solve(kept, residual[:, :, None])[:, :, 0]
 
 

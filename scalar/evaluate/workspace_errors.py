@@ -197,16 +197,15 @@ def workspace_errors(
     if (scale := unknown_scale(calibration)) is not None:
         stretched = scale.relative * (T[:, :3, 3] - calibration.model.nominal.T_base_0[:3, 3])
         of_positions = np.column_stack([of_positions, stretched.ravel()])
-
-    def apart_from_set_up(columns: Array) -> Array:
-        """Return deviations ``(N, 3, K)`` less the motions of base and sensor, from ``(3 N, K)``."""
-        return projected_out(base_and_sensor_columns(T), columns, _RANK_TOLERANCE).reshape(len(T), 3, -1)
-
+    n_found = of_positions.shape[1]
+    if hidden is not None:
+        of_positions = np.column_stack([of_positions, hidden(poses)])
+    apart = projected_out(base_and_sensor_columns(T), of_positions, _RANK_TOLERANCE).reshape(len(T), 3, -1)
+    deviations, more = apart[:, :, :n_found], None if hidden is None else apart[:, :, n_found:]
     errors = {
         name: aligned_errors(kinematics_at(model, poses).T_base_sensor, T) for name, model in models.items()
     }
-    more = None if hidden is None else apart_from_set_up(hidden(poses))
-    return WorkspaceErrors(T[:, :3, 3], errors, apart_from_set_up(of_positions), excess, more)
+    return WorkspaceErrors(T[:, :3, 3], errors, deviations, excess, more)
 
 
 def aligned_errors(T_model: Array, T_hat: Array) -> Array:

@@ -74,7 +74,7 @@ def import_dataset(
     _check(mapping, poses, points, faults, file)
     if nests is not None and mapping.references is not None:
         check_cells(nests, references_layout(mapping.references), faults)
-        check_references(nests, poses, faults)
+        check_references(nests, mapping.references, poses, faults)
         for part in by_file(nests):
             suspect_points(part, mapping.references, faults, _unit_advice(file, "nests", mapping.nests))
     if faults:

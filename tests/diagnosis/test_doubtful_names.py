@@ -106,7 +106,7 @@ def test_a_name_that_is_confounded_is_given_with_its_rivals():
 
 
 def test_what_a_rival_explains_beside_an_effect_does_not_speak_against_it():
-    """Of a rival's evidence in an effect's place, only what it loses beside the effect counts; a rival that explains nothing beside it keeps all."""
+    """What a rival explains with the effect in the model as well does not count against the effect; a rival without such evidence keeps all of it."""
     rival, other = scored(JointScale(3), evidence=40.0), scored(JointScale(4), evidence=12.0)
     beside = [scored(JointScale(3), evidence=37.0), scored(JointBacklash(3, "approach"), evidence=9.0)]
     assert _in_place_alone(rival, beside).evidence == 3.0

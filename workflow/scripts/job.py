@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from traceback import print_exc
 
-from study.common.job_environment import THREADED_LIBRARIES
+from study.common.job_environment import ONE_THREAD
 from study.common.take_over import end_with_workflow
 
-os.environ.update({f"{library}_NUM_THREADS": "1" for library in THREADED_LIBRARIES})
+os.environ.update(ONE_THREAD)
 
 
 @contextmanager

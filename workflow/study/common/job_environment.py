@@ -6,7 +6,8 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-THREADED_LIBRARIES = ("OMP", "OPENBLAS", "MKL", "NUMEXPR")
+ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "NUMEXPR")}
+"""One thread for every library that does arithmetic."""
 
 
 def job_environment(folders: Sequence[Path], now: Mapping[str, str]) -> dict[str, str]:
@@ -21,5 +22,5 @@ def job_environment(folders: Sequence[Path], now: Mapping[str, str]) -> dict[str
     search = [*map(str, folders), now.get("PYTHONPATH", "")]
     return {
         "PYTHONPATH": os.pathsep.join(filter(None, search)),
-        **{f"{library}_NUM_THREADS": "1" for library in THREADED_LIBRARIES},
+        **ONE_THREAD,
     }
