@@ -1,14 +1,14 @@
-"""A joint whose angle was not logged at the moment of the measurement, while the joint still moved: it errs by a share of the last step."""
+"""A joint whose angle was not logged at the moment of the measurement, while the joint still moved: it errs with the last move of the arm."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from scalar.data.moves import step_column
+from scalar.data.moves import STILL, step_column
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import moving_joints, steps_are_known
 from scalar.effects.effect import Effect
@@ -22,55 +22,102 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 
+STEP, SPEED = "step", "speed"
+TERMS = (STEP, SPEED)
+"""What a lag may be in proportion to: the last step of the joint, or its speed in the last move."""
+
+
 @dataclass(frozen=True, eq=False)
 class PoseLag(OneAxis, JointEffect):
-    """A joint's angle or travel was logged while the joint still moved: ``dq_j = s (q_j - q_j of the previous pose)``.
+    """A joint's angle or travel was logged while the joint still moved: ``dq_j = s d_j + v d_j / max_k |d_k|``, d the last steps of the joints.
 
-    The share s is positive if the joint moved on between logging and measuring, negative if the angle was logged after the measurement. A
-    joint that comes to rest exponentially with the time constant tau and is logged at the time t after the command's end has s = exp(-t / tau). If
-    the step is not known, as for a pose that is predicted without its order, the arm is taken to be at rest.
+    The first term is the share of the step that is still to go. A joint that comes to rest exponentially with the time constant tau and is logged
+    at the time t after the command's end has s = exp(-t / tau). The second is in proportion to the joint's speed. The joints of an industrial
+    robot start and arrive together, so a joint's speed is its step over the duration of the move, and the joint that moves farthest, which
+    has the speed 1, decides the duration. Encoders that are read a time t too early, or a servo that follows at the distance t times the
+    speed, err by v = t times the speed of the fastest joint. (The joints of one kind, that turn or that slide, are compared with one another.)
+
+    Coefficients are positive if the joint moved on between logging and measuring, negative if the angle was logged after the measurement. If the
+    step is not known, as for a pose that is predicted without its order, the arm is taken to be at rest.
 
     Attributes:
         joint: From 1.
         slides: Whether it is prismatic.
+        terms: Some of ``TERMS``, in their order.
     """
 
     joint: int
     slides: bool = False
+    terms: tuple[str, ...] = TERMS[:1]
 
     name: ClassVar[str] = "pose_lag"
     kind: ClassVar[str] = "lag"
     sentence: ClassVar[str] = "the angle was logged before or after the joint had settled"
-    natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3, "m/m": 1e-3}
+    natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3, "m/m": 1e-3, "rad": 5e-4, "m": 2e-4}
     natural_source: ClassVar[str] = (
-        "assumed: an exponential approach that is logged after seven of its time constants; no data sheet states it"
+        "assumed: an exponential approach that is logged after seven of its time constants; or 0.2 ms at 3 rad/s or 1 m/s; "
+        "no data sheet states it"
     )
     acts_on_arm: ClassVar[bool] = False  # it depends on when a campaign logged its angles
     acts_by_joint_angles: ClassVar[bool] = False
 
     @property
     def coefficient_names(self) -> list[str]:
-        """``share_rad_per_rad`` or ``share_m_per_m``."""
-        return [f"share_{self.joint_unit}_per_{self.joint_unit}"]
+        """``share_rad_per_rad`` and ``at_full_speed_rad``, or the same in metres."""
+        unit = self.joint_unit
+        names = {STEP: f"share_{unit}_per_{unit}", SPEED: f"at_full_speed_{unit}"}
+        return [names[term] for term in self.terms]
 
     @property
     def coefficient_units(self) -> list[str]:
-        """Radians a radian, or metres a metre."""
-        return [f"{self.joint_unit}/{self.joint_unit}"]
+        """Radians a radian and radians, or the same in metres."""
+        units = {STEP: f"{self.joint_unit}/{self.joint_unit}", SPEED: self.joint_unit}
+        return [units[term] for term in self.terms]
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
-        """Return the last step of the joint, zero at rest."""
-        B = np.zeros((len(poses), robot.n_joints, 1))
-        B[:, self.joint - 1, 0] = self._steps(poses)
+        """Return the last step of the joint and its speed, as a share of the fastest joint's; both are zero at rest."""
+        steps = np.stack([_step(poses, j) for j in range(1, robot.n_joints + 1)], axis=1)
+        own = steps[:, self.joint - 1]
+        largest = np.abs(steps[:, np.asarray(robot.slides) == self.slides]).max(axis=1)
+        moved = largest > STILL
+        speed = np.divide(own, largest, out=np.zeros(len(poses)), where=moved)
+        columns = {STEP: own, SPEED: speed}
+        B = np.zeros((len(poses), robot.n_joints, len(self.terms)))
+        B[:, self.joint - 1] = np.stack([columns[term] for term in self.terms], axis=1)
         return B
 
-    def _steps(self, poses: Poses) -> Array:
-        return poses.columns.get(step_column(self.joint), np.zeros(len(poses)))
+    @property
+    def n_terms(self) -> int:
+        """Return the number of terms."""
+        return len(self.terms)
+
+    def with_terms(self, chosen: Sequence[int]) -> Self:
+        """Return some of the terms only."""
+        return type(self)(self.joint, self.slides, tuple(self.terms[i] for i in sorted(chosen)))
+
+    def merged_with(self, other: Effect) -> Effect | None:
+        """Return the terms of both, if they are of one joint."""
+        if not isinstance(other, PoseLag) or other.joint != self.joint:
+            return None
+        terms = tuple(term for term in TERMS if term in {*self.terms, *other.terms})
+        return type(self)(self.joint, self.slides, terms).with_coefficients_of(self)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the joint, and the terms if they are not the step alone."""
+        return super().to_mapping() | ({} if self.terms == (STEP,) else {"terms": list(self.terms)})
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the effect of ``to_mapping``."""
+        terms = tuple(term for term in TERMS if term in mapping.get("terms", [STEP]))
+        return cls(int(mapping["joint"]), bool(mapping.get("slides", False)), terms)
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
         """Return the lag of every joint that moves, where the order of poses tells their steps."""
-        return [cls.of(dataset, j) for j in moving_joints(dataset)] if steps_are_known(dataset) else []
+        if not steps_are_known(dataset):
+            return []
+        return [cls(j, bool(dataset.robot.slides[j - 1]), TERMS) for j in moving_joints(dataset)]
 
     def not_transferable(self, dataset: Dataset) -> str | None:
         """Return that another campaign logs its angles at another time."""
@@ -80,9 +127,10 @@ class PoseLag(OneAxis, JointEffect):
     def clause(self) -> str:
         """Return which joint was logged on its way."""
         when = "before" if self.coefficients[0] >= 0 else "after"
+        grows = {STEP: "by a share of the last step", SPEED: "in proportion to its speed in the last move"}
         return (
             f"the {self.joint_position} of joint {self.joint} was logged {when} the joint stood where it was measured, "
-            "so it errs by a share of the last step"
+            f"so it errs {' and '.join(grows[term] for term in self.terms)}"
         )
 
     @property
@@ -104,6 +152,16 @@ class PoseLag(OneAxis, JointEffect):
         return "In the controller, let a pose count as reached only when the joints have settled: a narrower window of position, or a wait."
 
     def pictures(self, view: View) -> list[Profile | Map]:
-        """Return the error of the joint over its last step."""
-        axis = Axis(f"last step of joint {self.joint}", self.joint_unit)
-        return [joint_profile(view, self, self.joint, axis, self._steps(view.poses))]
+        """Return the error of the joint over its last step, or over its speed if it errs with that alone."""
+        if self.terms == (SPEED,):
+            axis = Axis(f"speed of joint {self.joint}, as a share of the fastest joint's", "1")
+            x = self.joint_basis(view.nominal, view.poses)[:, self.joint - 1, 0]
+        else:
+            axis = Axis(f"last step of joint {self.joint}", self.joint_unit)
+            x = _step(view.poses, self.joint)
+        return [joint_profile(view, self, self.joint, axis, x)]
+
+
+def _step(poses: Poses, joint: int) -> Array:
+    """Return the last step ``(N,)`` [rad, m] of a joint, from 1; zero where it is not known."""
+    return poses.columns.get(step_column(joint), np.zeros(len(poses)))

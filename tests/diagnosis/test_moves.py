@@ -25,6 +25,36 @@ def lagging(q):
     return SHARE * np.diff(q, axis=0, prepend=q[:1])
 
 
+FASTEST, ACCELERATION = 3.0, 15.0  # rad/s, rad/s^2, of every joint
+SERVO = 0.05  # s: how late the joints follow what is commanded
+WAITED = 0.15  # s: how long after the command's end the angles were logged
+
+
+def still_to_go(step):
+    """Return the share of a move that is still to go when the angles are logged, and which joint decides how long it takes.
+
+    Joints start and arrive together, with a trapezoidal speed of which the joint that moves farthest reaches the limit; each follows the command
+    with the time constant ``SERVO``.
+
+    Args:
+        step: ``(n,)`` [rad].
+    """
+    farthest = np.abs(step).max()
+    ramp = min(FASTEST / ACCELERATION, np.sqrt(farthest / ACCELERATION))
+    top = ACCELERATION * ramp
+    duration = farthest / top + ramp
+    t = np.linspace(0.0, duration, 2001)
+    speed = np.minimum(np.minimum(ACCELERATION * t, top), ACCELERATION * (duration - t)) / farthest
+    return np.trapezoid(speed * np.exp(-(duration + WAITED - t) / SERVO), t)
+
+
+def arriving_together(q):
+    """Return the error of every joint: what is still to go of a move in which all joints arrive at the same moment."""
+    steps = np.diff(q, axis=0)
+    shares = np.array([still_to_go(step) for step in steps])
+    return np.vstack([np.zeros(q.shape[1]), shares[:, None] * steps])
+
+
 def loose(joint):
     """Return the error of one joint: half of its backlash, on the side from which it came."""
 
@@ -46,6 +76,21 @@ def test_angles_logged_too_early_are_named_and_nothing_else_is(seed):
     for f in found:
         assert f.effect.coefficients[0] == pytest.approx(SHARE, abs=0.25 * SHARE)
         assert "before" in f.effect.clause and f.effect.advice
+
+
+@pytest.mark.parametrize("seed", [51, 52])
+def test_the_joint_that_moves_farthest_decides_how_fast_the_others_move(seed):
+    """If the joints arrive together and are logged before they have settled, their lags are named by their speeds, and nothing else is named."""
+    dataset = read_as(arriving_together, seed)
+    found = diagnose(dataset).findings
+    assert {f.effect.name for f in found} == {"pose_lag"}
+    assert {1, 2, 3} <= {f.effect.target["joint"] for f in found}
+    true = arriving_together(dataset.q)
+    for f in found:
+        joint = f.effect.target["joint"] - 1
+        told = (f.effect.joint_basis(dataset.robot, dataset.known_poses) @ f.effect.coefficients)[:, joint]
+        assert "speed" in f.effect.clause
+        assert np.std(told - true[:, joint]) < 0.3 * np.std(true[:, joint])
 
 
 def test_backlash_is_named_by_the_moves():
