@@ -9,11 +9,12 @@ first pose of a session, the move is not known.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from scalar.geometry.robot import BoolArray
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -102,6 +103,27 @@ def moves_in_order(q: Array, order: Array, session: Array | None = None) -> dict
     wind_up = np.zeros((len(TRAVELS), *q.shape))
     wind_up[:, rows] = _wind_up(step[rows], known, TRAVELS)
     return dict(zip(move_columns(q.shape[1]), np.column_stack([step, side, *wind_up]).T, strict=True))
+
+
+def speeds(columns: Mapping[str, Array], slides: Sequence[bool] | BoolArray, n_poses: int) -> Array:
+    """Return the speed of each joint in the move to each pose, ``(N, n)`` from -1 to 1, as a share of the fastest joint's; 0 where it is not known.
+
+    The joints of an industrial robot start and arrive together. So the speed of a joint is its step over the duration of the move, and the joint
+    that moves farthest decides the duration. The joints of one kind, that turn or that slide, are compared with one another.
+
+    Args:
+        columns: With those of ``moves``; steps that are missing count as zero.
+        slides: ``(n,)``, which joints are prismatic.
+        n_poses: N.
+    """
+    none = np.zeros(n_poses)
+    steps = np.stack([columns.get(step_column(j + 1), none) for j in range(len(slides))], axis=1)
+    found = np.zeros_like(steps)
+    for kind in (False, True):
+        own = np.asarray(slides) == kind
+        farthest = np.abs(steps[:, own]).max(axis=1, initial=0.0)[:, None]
+        found[:, own] = np.where(farthest > STILL, steps[:, own] / np.maximum(farthest, STILL), 0.0)
+    return found
 
 
 def _gaps(order: Array) -> Array:

@@ -23,6 +23,11 @@ def changes(dataset: Dataset) -> list[tuple[Effect, np.ndarray]]:
     return [change for kind in registry.known().values() for change in kind.changes(dataset)]
 
 
+def of_common_causes(dataset: Dataset) -> list[list[Effect]]:
+    """Return the groups of named effects that one cause brings about together."""
+    return [group for kind in registry.known().values() for group in kind.together(dataset)]
+
+
 def flexible(dataset: Dataset) -> list[Effect]:
     """Return the flexible terms that are candidates for structure that the named effects leave."""
     return flexible_terms(dataset)

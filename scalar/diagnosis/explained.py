@@ -12,6 +12,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.diagnosis.candidate_columns import CandidateSet, named_candidates
+from scalar.diagnosis.common_causes import with_common_causes
 from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import priors_for_whitened_rows, with_spectrum
@@ -21,7 +22,8 @@ from scalar.diagnosis.near_data_sheet import near_data_sheet
 from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.shipped_fit import BY_COMPONENT, ShippedFit
 from scalar.diagnosis.unmodelled_structure import flexible_candidate_sets, with_flexible_terms
-from scalar.diagnosis.variance_components import VarianceComponent, WhitenedMeasurement, whitening_for
+from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
+from scalar.diagnosis.whitened_measurement import WhitenedMeasurement
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.conclude import conclude
 from scalar.estimation.geometry_fit import geometry_fit
@@ -195,14 +197,20 @@ def _with_named_effects(
     _refuse_misfit(dataset, before)
     candidates = named_candidates(cleaned.dataset)
     progress("selecting effects")
-    after = select_jointly(before, select_forward(before, candidates), candidates)
+    after = _selected(before, candidates)
     # Noise that is estimated from the residual of a model without the effects is too large. The weights are therefore estimated again with the
     # effects that were found, and the selection is repeated.
     reweighted = rows.reweighted(after.residuals, after.model)
     if reweighted is not None:
         before = refit(cleaned.dataset, model, prepared.free, (), settings, reweighted)
-        after = select_jointly(before, select_forward(before, candidates), candidates)
+        after = _selected(before, candidates)
     return Explained(cleaned, prepared, before, after, candidates)
+
+
+def _selected(before: FittedState, candidates: CandidateSet) -> FittedState:
+    """Return the state with the named effects that are selected: one after the other, as a whole set, and those of common causes."""
+    selected = select_jointly(before, select_forward(before, candidates), candidates)
+    return with_common_causes(selected, candidates)
 
 
 def _final_fit(state: FittedState, component: VarianceComponent | None) -> tuple[Fit, Residuals]:

@@ -20,7 +20,7 @@ from scipy.stats import chi2
 from scalar.diagnosis.autocorrelation import depends_on
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.restricted_likelihood import fit_components
-from scalar.diagnosis.variance_components import VarianceComponent, columns_by_place, directions
+from scalar.diagnosis.variance_components import JITTER, VarianceComponent, columns_by_place
 from scalar.geometry.se3 import Array
 
 
@@ -35,19 +35,17 @@ def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
     Args:
         state: The state with all effects that were found.
     """
-    residuals, model = state.residuals, state.model
+    residuals = state.residuals
     found = tuple(state.variance_components)
     if not found:
         return found
     background = state.background_within_scans()
     # Covariances (N, m, m) of the whitened rows by each source of unit variance.
     sensor_kernels = _kernels_of_sensor(state)
-    kernels = {name: D @ np.swapaxes(D, 1, 2) for name, D in directions(residuals, model)}
+    kernels = {component.name: component.kernel for component in found}
     settings = state.settings
     too_small = {
-        c.name
-        for c in found
-        if c.name == "pose_jitter" and c.std < settings.variance_components.least_repeatability
+        c.name for c in found if c.name == JITTER and c.std < settings.variance_components.least_repeatability
     }
     given = [*sensor_kernels, *(kernels[name] for name in too_small)]
     log_likelihood_given = fit_components(background, given).log_likelihood
@@ -83,14 +81,14 @@ def only_place(state: FittedState, component: VarianceComponent) -> str | None:
     sensor_kernels = _kernels_of_sensor(state)
     background = state.background_within_scans()
 
-    def log_likelihood(columns: Array) -> float:
-        """Return the restricted log likelihood [nats] with a random error of which ``columns`` ``(N, m, k)`` are the derivatives of the rows."""
-        kernel = columns @ np.swapaxes(columns, 1, 2)
+    def log_likelihood(kernel: Array) -> float:
+        """Return the restricted log likelihood [nats] with a random error that adds ``kernel`` ``(N, m, m)`` to the covariance of the rows."""
         return fit_components(background, [kernel, *sensor_kernels]).log_likelihood
 
-    of_component = log_likelihood(dict(directions(residuals, model))[component.name])
+    of_component = log_likelihood(component.kernel)
     found = {
-        place: log_likelihood(column[:, :, None]) for place, column in columns_by_place(residuals, model)
+        place: log_likelihood(column[:, :, None] * column[:, None, :])
+        for place, column in columns_by_place(residuals, model)
     }
     likeliest = max(found, key=lambda place: found[place])
     clearly = found[likeliest] > of_component + state.settings.selection.confounded_margin

@@ -48,7 +48,7 @@ def select_jointly(before: FittedState, forward: FittedState, candidates: Candid
     significant = _weakest_dropped(state, candidates)
     tested = eliminate_backward(reconsidered(significant, candidates)[0])
     completed = select_forward(tested, candidates)
-    chosen = _clearly_better(forward, completed, candidates)
+    chosen = clearly_better(forward, completed, candidates)
     return chosen if chosen is tested else eliminate_backward(chosen)
 
 
@@ -68,7 +68,7 @@ def settings_for_parts(settings: Settings, n_poses: int) -> Settings:
     return replace(settings, subset_search=replace(search, most_poses=0))
 
 
-def _clearly_better(state: FittedState, trial: FittedState, candidates: CandidateSet) -> FittedState:
+def clearly_better(state: FittedState, trial: FittedState, candidates: CandidateSet) -> FittedState:
     """Return the trial if its coefficients are plausible, it has clearly more evidence and it predicts held-out poses clearly better, else the state.
 
     *Clearly* means by ``swap_margin`` [nats] of evidence and by ``least_improvement`` [standard errors] of the whitened held-out error; the error in

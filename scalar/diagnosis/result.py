@@ -19,7 +19,7 @@ from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.shipped_fit import ShippedFit
 from scalar.diagnosis.stated_errors import held_out, of_halves, unseen
 from scalar.diagnosis.two_halves import most_confidence
-from scalar.diagnosis.variance_components import VarianceComponent
+from scalar.diagnosis.variance_components import JITTER, VarianceComponent
 from scalar.estimation.gross_errors import Cleaned
 from scalar.estimation.result import Calibration
 from scalar.units import MM
@@ -171,8 +171,8 @@ class Diagnosis:
         """Return whether the poses scatter by more than any arm's repeatability, so that the scatter has another, unknown cause."""
         return (
             bool(self.noise)
-            and self.noise[0].name == "pose_jitter"
-            and self.noise[0].std > self.after.settings.variance_components.worst_repeatability
+            and self.noise[0].name == JITTER
+            and self.noise[0].repeatability > self.after.settings.variance_components.worst_repeatability
         )
 
     def to_mapping(self) -> dict[str, Any]:
@@ -268,7 +268,10 @@ class Diagnosis:
         """Return the entry of the likeliest variance component, under its name or, if it is no noise, as unattributed."""
         best, *others = self.noise
         settings = self.after.settings
-        unit = "std_rad" if best.name == "pose_jitter" else "std_m"
+        unit = "std_rad" if best.name == JITTER else "std_m"
+        coefficients = {unit: {"value": best.std, "std": best.std_error}}
+        if best.along_move:
+            coefficients["along_last_move_rad"] = {"value": best.along_move, "std": best.along_move_error}
         near = [
             s
             for s in others
@@ -280,7 +283,7 @@ class Diagnosis:
         entry: dict[str, Any] = {
             "name": best.name,
             "target": {},
-            "coefficients": {unit: {"value": best.std, "std": best.std_error}},
+            "coefficients": coefficients,
             "p_value": best.p_value,
             "held_out_rms_before_mm": self.shipped.rms_with_equal_weights / MM,
             "held_out_rms_after_mm": self.shipped.effects_held_out.rms / MM,

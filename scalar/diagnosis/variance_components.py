@@ -4,23 +4,29 @@ Such errors have zero mean, so only the covariance of the residual shows them. E
 rows of pose i, where v is its variance ([rad^2] or [m^2]) and ``K_i = D_i D_i'``. For a jitter of the joints, D_i has the rows' derivatives by the
 joint angles; for a bias of the scans, those by an error common to the scan. v is found by maximum likelihood. The likelihoods distinguish the two,
 because a jitter moves the sensor more in stretched poses than in folded ones and also turns the scanned lines, whereas a bias only shifts the lines.
+
+If the order of the poses is known, a jitter may have a part along the last move. An arm that is measured before it stands still, at another moment
+in each pose, errs in all joints at once, in proportion to their speeds. This part adds ``w u_i u_i'``, where u_i is the rows' derivative along the
+speeds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
+from scalar.data.moves import speeds
 from scalar.diagnosis.background import Background
+from scalar.diagnosis.component_likelihood import of_one, of_two
+from scalar.effects.acquisition import ENOUGH_MOVES
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
-from scalar.sensors import Measurement, NoiseComponent, Rows, Target
+from scalar.sensors import NoiseComponent
+
+JITTER = "pose_jitter"
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +40,8 @@ class VarianceComponent:
         log_likelihood_gain: Log likelihood with the component less that with the noise within scans alone [nats].
         p_value: Probability of at least so large a gain if there is no such component.
         covariance: ``(N, m, m)``, covariance of each pose's whitened rows, the noise within scans included.
+        along_move: The part of ``std`` that lies along the last move [rad], zero if none does; the squares of both parts add up.
+        along_move_error: Its standard error [rad].
     """
 
     name: str
@@ -42,10 +50,22 @@ class VarianceComponent:
     log_likelihood_gain: float
     p_value: float
     covariance: Array
+    along_move: float = 0.0
+    along_move_error: float = 0.0
+
+    @property
+    def kernel(self) -> Array:
+        """Return what the component would add to the covariance ``(N, m, m)`` of each pose's whitened rows with a standard deviation of one."""
+        return (self.covariance - np.eye(self.covariance.shape[1])) / self.std**2
+
+    @property
+    def repeatability(self) -> float:
+        """Return the standard deviation of each joint angle without the part along the last move."""
+        return float(np.sqrt(max(self.std**2 - self.along_move**2, 0.0)))
 
     def as_noise(self) -> NoiseComponent:
         """Return the component in the form in which calibration files list it."""
-        unit = "rad" if self.name == "pose_jitter" else "m"
+        unit = "rad" if self.name == JITTER else "m"
         return NoiseComponent(self.name, {}, self.std, self.std_error, unit, "")
 
 
@@ -66,17 +86,62 @@ def variance_components(
     found = []
     for name, D in directions(residuals, model):
         K = D @ np.swapaxes(D, 1, 2)
-        gain, v, v_std_error = _maximum_likelihood(rows, K)
-        # Half of a chi-squared distribution, because a variance cannot be negative (Self and Liang, JASA 82, 1987).
-        p = float(0.5 * chi2.sf(2 * gain, 1)) if gain > 0 else 1.0
+        gain, v, v_std_error = of_one(rows, K)
+        p = _chance(gain)
         if p < alpha and v > 0:
             std = float(np.sqrt(v))
-            found.append(
-                VarianceComponent(
-                    name, std, float(v_std_error / (2 * std)), gain, p, np.eye(rows.shape[1]) + v * K
-                )
-            )
-    return sorted(found, key=lambda s: -s.log_likelihood_gain)
+            covariance = np.eye(rows.shape[1]) + v * K
+            found.append(VarianceComponent(name, std, float(v_std_error / (2 * std)), gain, p, covariance))
+        if name == JITTER:
+            found += _along_moves(rows, D, _speeds(residuals, model), gain, alpha)
+    best = {
+        component.name: component for component in found
+    }  # a jitter with a part along moves replaces the one without
+    return sorted(best.values(), key=lambda s: -s.log_likelihood_gain)
+
+
+def _along_moves(
+    rows: Array, by_angle: Array, speeds: Array, gain_without: float, alpha: float
+) -> list[VarianceComponent]:
+    """Return the jitter with a part along the last move; none if this part is not significant.
+
+    Args:
+        rows: ``(N, m)``, residual, whitened for the noise within scans.
+        by_angle: ``(N, m, k)``, derivatives of the rows by the angles of the revolute joints [1/rad].
+        speeds: ``(N, k)``, their speeds as shares of the fastest joint's.
+        gain_without: Log likelihood of a jitter without that part, less that of none [nats].
+        alpha: Significance level.
+    """
+    if np.mean(speeds.any(axis=1)) < ENOUGH_MOVES:
+        return []
+    u = np.einsum("nmk,nk->nm", by_angle, speeds)
+    K = by_angle @ np.swapaxes(by_angle, 1, 2)
+    both = of_two(rows, K, u)
+    if _chance(both.gain - gain_without) >= alpha:
+        return []
+    v, w = both.variances
+    weights = np.array([1.0, float(np.mean(speeds**2))])
+    std, along = float(np.sqrt(weights @ both.variances)), float(np.sqrt(weights[1] * w))
+    std_error = float(np.sqrt(weights @ both.covariance @ weights) / (2 * std))
+    covariance = np.eye(rows.shape[1]) + v * K + w * u[:, :, None] * u[:, None, :]
+    along_error = float(weights[1] * np.sqrt(both.covariance[1, 1]) / (2 * along))
+    return [
+        VarianceComponent(
+            JITTER, std, std_error, both.gain, _chance(both.gain), covariance, along, along_error
+        )
+    ]
+
+
+def _chance(gain: float) -> float:
+    """Return the probability of at least such a gain of log likelihood [nats] by one more variance if it is zero."""
+    # Half of a chi-squared distribution, because a variance cannot be negative (Self and Liang, JASA 82, 1987).
+    return float(0.5 * chi2.sf(2 * gain, 1)) if gain > 0 else 1.0
+
+
+def _speeds(residuals: Residuals, model: Model) -> Array:
+    """Return the speeds ``(N, k)`` of the k revolute joints in the last moves, as shares of the fastest one's."""
+    found = speeds(residuals.poses.columns, model.robot.slides, len(residuals.poses))
+    return found[:, ~model.robot.slides]
 
 
 def directions(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
@@ -93,7 +158,7 @@ def directions(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
     rows = residuals.measurement.rows(kinematics.T_base_sensor, model.target)
     jitter = rows.wrench @ by_angle
     bias = residuals.measurement.common_error(kinematics.T_base_sensor, model.target)
-    return [*([("pose_jitter", jitter)] if revolute.any() else []), ("scan_bias", bias)]
+    return [*([(JITTER, jitter)] if revolute.any() else []), ("scan_bias", bias)]
 
 
 def columns_by_place(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
@@ -111,133 +176,6 @@ def columns_by_place(residuals: Residuals, model: Model) -> list[tuple[str, Arra
     found += [(f"sensor.{k}", column) for k, column in enumerate(np.moveaxis(sensor, 2, 0))]
     found += [(f"base.{k}", column) for k, column in enumerate(np.moveaxis(wrench, 2, 0))]
     return [(place, column) for place, column in found if column.any()]
-
-
-def _maximum_likelihood(rows: Array, K: Array) -> tuple[float, float, float]:
-    """Return the gain of log likelihood over v = 0 [nats], the variance v of greatest likelihood, and the standard error of v.
-
-    Args:
-        rows: ``(N, m)``, residual, whitened for the noise within scans.
-        K: ``(N, m, m)``, what a component of unit variance adds to the covariance of each pose's rows.
-    """
-    values, vectors = np.linalg.eigh(K)
-    values = np.maximum(values, 0.0)
-    squares = np.einsum("nij,ni->nj", vectors, rows) ** 2
-    # The variance at which the component is as large as the noise; v is sought from exp(-16) to exp(24) times it.
-    typical = 1.0 / max(float(np.median(values[:, -1])), 1e-300)
-
-    def cost(log_v: float) -> float:
-        """Return minus the log likelihood, less a constant."""
-        variance = 1.0 + np.exp(log_v) * values
-        return 0.5 * float(np.sum(np.log(variance) + squares / variance))
-
-    start = np.log(typical)
-    result: Any = minimize_scalar(
-        cost, bounds=(start - 16, start + 24), method="bounded", options={"xatol": 1e-4}
-    )
-    v = float(np.exp(result.x))
-    variance = 1.0 + v * values
-    information = 0.5 * float(np.sum((values / variance) ** 2))
-    return 0.5 * float(np.sum(squares)) - float(result.fun), v, 1.0 / np.sqrt(max(information, 1e-300))
-
-
-@dataclass(frozen=True, eq=False)
-class WhitenedMeasurement(Measurement):
-    """A measurement whose rows are whitened for noise common to a pose.
-
-    Attributes:
-        inner: The measurement whose rows are whitened.
-        whitening: ``(N, m, m)``, inverse square roots of the covariances of its rows.
-        component: The variance component for which they are whitened.
-    """
-
-    inner: Any
-    whitening: Array
-    component: NoiseComponent
-
-    def __getattr__(self, name: str) -> Any:
-        """Return an attribute of the inner measurement that this class does not define."""
-        return getattr(self.inner, name)
-
-    @property
-    def target_index(self) -> Array:  # type: ignore[override]
-        """Return the index of the item of the target (a plane, for example) that each pose measures, ``(N,)``."""
-        return self.inner.target_index
-
-    @property
-    def sigma(self) -> float:  # type: ignore[override]
-        """Return the standard deviation within scans."""
-        return self.inner.sigma
-
-    @property
-    def noise_components(self) -> tuple[NoiseComponent, ...]:
-        """Return the components of the inner measurement, and the one for which its rows are whitened here."""
-        return (*self.inner.noise_components, self.component)
-
-    @property
-    def estimated_noise(self) -> tuple[NoiseComponent, ...]:
-        """Return the estimated noise of the inner measurement."""
-        return self.inner.estimated_noise
-
-    @property
-    def ratio_to_stated(self) -> float | None:
-        """Return that of the inner measurement."""
-        return self.inner.ratio_to_stated
-
-    @property
-    def rows_per_pose(self) -> int:  # type: ignore[override]
-        """Return the number of rows of each pose."""
-        return self.inner.rows_per_pose
-
-    @classmethod
-    def of(cls, dataset: Any) -> Measurement:
-        """Refuse: a whitened measurement is made from another measurement."""
-        raise NotImplementedError
-
-    @classmethod
-    def target_to_mapping(cls, target: Target, std: Any) -> dict[str, Any]:
-        """Refuse: the kind of the inner measurement saves the target."""
-        raise NotImplementedError
-
-    @classmethod
-    def target_from_mapping(cls, mapping: Any) -> Target:
-        """Refuse: the kind of the inner measurement loads the target."""
-        raise NotImplementedError
-
-    @property
-    def sigma_known(self) -> bool:
-        """Return whether the noise within scans is stated; the variance component is estimated separately and not by the fit."""
-        return self.inner.sigma_stated
-
-    def initial_target(self, dataset: Any) -> Target:
-        """Return the initial target of the inner measurement."""
-        return self.inner.initial_target(dataset)
-
-    def fitted_target(self, T_base_sensor: Array, target: Target) -> Target:
-        """Return the fitted target of the inner measurement."""
-        return self.inner.fitted_target(T_base_sensor, target)
-
-    def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
-        """Return the inner rows, whitened."""
-        rows = self.inner.rows(T_base_sensor, target, point_effects)
-        residual = np.einsum("nij,nj->ni", self.whitening, rows.residual)
-        return Rows(
-            residual, self.whitening @ rows.wrench, self.whitening @ rows.target, self.whitening @ rows.extra
-        )
-
-    def reweighted(self, T_base_sensor: Array, target: Target) -> Measurement:
-        """Return the inner measurement reweighted, whitened as before."""
-        return replace(self, inner=self.inner.reweighted(T_base_sensor, target))
-
-    def distances(
-        self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
-    ) -> tuple[Array, Array]:
-        """Return the inner distances."""
-        return self.inner.distances(T_base_sensor, target, point_effects)
-
-    def perfect_rows(self, T_base_sensor: Array, target: Target, index: Array) -> tuple[Array, Array, Array]:
-        """Return the perfect rows of the inner measurement, which are not whitened here."""
-        return self.inner.perfect_rows(T_base_sensor, target, index)
 
 
 def whitening_for(component: VarianceComponent) -> Array:

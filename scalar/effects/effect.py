@@ -104,6 +104,11 @@ class Effect(Described):
         raise NotImplementedError
 
     @classmethod
+    def together(cls, dataset: Dataset) -> list[list[Effect]]:
+        """Return groups of effects of this kind that one cause brings about together."""
+        return []
+
+    @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
         """Return the effects that a command line asks for.
 

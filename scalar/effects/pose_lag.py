@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from scalar.data.moves import STILL, step_column
+from scalar.data.moves import speeds, step_column
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import moving_joints, steps_are_known
 from scalar.effects.effect import Effect
@@ -76,12 +76,8 @@ class PoseLag(OneAxis, JointEffect):
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the last step of the joint and its speed, as a share of the fastest joint's; both are zero at rest."""
-        steps = np.stack([_step(poses, j) for j in range(1, robot.n_joints + 1)], axis=1)
-        own = steps[:, self.joint - 1]
-        largest = np.abs(steps[:, np.asarray(robot.slides) == self.slides]).max(axis=1)
-        moved = largest > STILL
-        speed = np.divide(own, largest, out=np.zeros(len(poses)), where=moved)
-        columns = {STEP: own, SPEED: speed}
+        speed = speeds(poses.columns, robot.slides, len(poses))
+        columns = {STEP: _step(poses, self.joint), SPEED: speed[:, self.joint - 1]}
         B = np.zeros((len(poses), robot.n_joints, len(self.terms)))
         B[:, self.joint - 1] = np.stack([columns[term] for term in self.terms], axis=1)
         return B
@@ -118,6 +114,12 @@ class PoseLag(OneAxis, JointEffect):
         if not steps_are_known(dataset):
             return []
         return [cls(j, bool(dataset.robot.slides[j - 1]), TERMS) for j in moving_joints(dataset)]
+
+    @classmethod
+    def together(cls, dataset: Dataset) -> list[list[Effect]]:
+        """Return the lags of all joints that move: an arm that is measured before it stands still moves in all joints."""
+        lags = cls.candidates(dataset)
+        return [[lag.with_terms([k]) for lag in lags] for k in range(len(TERMS))] if lags else []
 
     def not_transferable(self, dataset: Dataset) -> str | None:
         """Return that another campaign logs its angles at another time."""

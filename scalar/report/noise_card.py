@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.diagnosis.variance_components import whitening_for
+from scalar.diagnosis.variance_components import JITTER, VarianceComponent, whitening_for
 from scalar.effects.flexible.first_steps import first_steps
 from scalar.report import unseen_words, words
 from scalar.report.residual_pictures import draw_scatter
@@ -16,10 +16,13 @@ from scalar.units import DEG, MM
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
 
-JITTER = "pose_jitter"
 REPEAT_POSES = (
     "Measure a dozen poses ten times each, some near and some stretched out: errors of the joints grow with the reach, errors of the sensor "
     "do not."
+)
+WAIT = (
+    "Wait at each pose until the arm has settled, then log the angles and measure. If the controller can also record the commanded angles, "
+    "record them as qc1, qc2 ..., and calibrate with them."
 )
 
 PLACES = {"sensor": "the place of the sensor on the flange", "base": "the place of the base"}
@@ -39,6 +42,11 @@ def noise_clause(diagnosis: Diagnosis) -> str:
         return f"the poses scatter as if {where} alone erred, afresh at each pose, and no known effect explains it"
     if diagnosis.noise_is_doubtful:
         return f"whole {_measurement(diagnosis)}s scatter by more than the noise of their points, and these data do not show what causes it"
+    if _along_the_move(diagnosis):
+        return (
+            "the arm was measured, or its angles were logged, before it stood still and at another moment in each pose, so the poses scatter "
+            "along the last move"
+        )
     if diagnosis.noise[0].name == JITTER:
         return "the joints come back to a pose only up to a random error"
     return f"each {_measurement(diagnosis)} as a whole has a random error"
@@ -50,6 +58,14 @@ def noise_size(diagnosis: Diagnosis) -> str:
     return f"{words.angle(best.std) if best.name == JITTER else words.length(best.std)} standard deviation"
 
 
+def _sizes(component: VarianceComponent) -> list[tuple[str, float, float]]:
+    """Return the name, value and standard error of each size of a component [rad or m]."""
+    found = [("standard deviation", component.std, component.std_error)]
+    if component.along_move:
+        found.append(("of it along the last move", component.along_move, component.along_move_error))
+    return found
+
+
 def noise_advice(diagnosis: Diagnosis) -> list[str]:
     """Return sentences on what to do about the likeliest variance component, the first step first."""
     if diagnosis.component_is_no_noise:
@@ -57,6 +73,8 @@ def noise_advice(diagnosis: Diagnosis) -> list[str]:
     entry = diagnosis.noise_entry()
     if len(entry["confounded_with"]) or entry["confidence"] < SURE:
         return [REPEAT_POSES]
+    if _along_the_move(diagnosis):
+        return [WAIT]
     if diagnosis.noise[0].name == JITTER:
         return [
             "Compare this scatter with the repeatability on the arm's data sheet, and have brakes and gears checked if it is larger; "
@@ -72,7 +90,7 @@ def noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the entry of the report on the likeliest variance component."""
     best = diagnosis.noise[0]
     entry = diagnosis.noise_entry()
-    is_angle = best.name == JITTER
+    unit, unit_name = (DEG, "° in each joint") if best.name == JITTER else (MM, "mm")
     residual = diagnosis.after.linearised()[0][: len(best.covariance) * best.covariance.shape[1]]
     rows = residual.reshape(len(best.covariance), -1)
     white = np.einsum("nij,nj->ni", whitening_for(best), rows)
@@ -97,12 +115,8 @@ def noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
         "table": {
             "head": ("coefficient", "value", "±", "unit"),
             "rows": [
-                (
-                    "standard deviation",
-                    words.number(best.std / (DEG if is_angle else MM)),
-                    words.number(best.std_error / (DEG if is_angle else MM), 2),
-                    "° in each joint" if is_angle else "mm",
-                )
+                (name, words.number(value / unit), words.number(error / unit, 2), unit_name)
+                for name, value, error in _sizes(best)
             ],
         },
         "pictures": [
@@ -110,6 +124,12 @@ def noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
         ],
         "confounded": {"names": words.listed(near, "or"), "poses": ""} if near else None,
     }
+
+
+def _along_the_move(diagnosis: Diagnosis) -> bool:
+    """Return whether the poses scatter mostly along the last move."""
+    best = diagnosis.noise[0]
+    return best.along_move > best.repeatability
 
 
 def _measurement(diagnosis: Diagnosis) -> str:

@@ -124,10 +124,7 @@ def test_an_effect_that_few_runs_choose_is_no_finding(share, confirmed):
 
 def test_noises_of_nearly_the_same_likelihood_are_confounded():
     """A component two nats below the likeliest one is confounded with it, and one four nats below is not."""
-    noise = [
-        SimpleNamespace(name=name, log_likelihood_gain=gain, std=1e-4, std_error=1e-5, p_value=0.0)
-        for name, gain in NOISES
-    ]
+    noise = [VarianceComponent(name, 1e-4, 1e-5, gain, 0.0, np.zeros((0, 1, 1))) for name, gain in NOISES]
     rms = SimpleNamespace(rms=1e-4)
     given: Any = SimpleNamespace(
         noise=noise,

@@ -23,7 +23,7 @@ from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.harmonic_spectrum import LinearSystem, _series
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS
-from scalar.diagnosis.variance_components import variance_components
+from scalar.diagnosis.variance_components import VarianceComponent, variance_components
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation import gauss_newton
 from scalar.estimation.gauss_newton import optimum_near
@@ -150,7 +150,10 @@ def test_poses_that_repeat_worse_than_any_arm_are_no_noise():
         (doubled(DEFAULTS.variance_components, "worst_repeatability"), False),
     ):
         after = SimpleNamespace(settings=SimpleNamespace(variance_components=settings))
-        found: Any = SimpleNamespace(noise=[SimpleNamespace(name="pose_jitter", std=6e-4)], after=after)
+        found: Any = SimpleNamespace(
+            noise=[VarianceComponent("pose_jitter", 6e-4, 1e-5, 50.0, 1e-12, np.zeros((0, 1, 1)))],
+            after=after,
+        )
         assert bool(Diagnosis.exceeds_any_repeatability.fget(found)) == exceeds  # type: ignore[attr-defined]
 
 

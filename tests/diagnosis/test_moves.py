@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from scalar import diagnose
+from scalar.report.noise_card import noise_clause
 from tests.kinematics import joint_names
 from tests.random_scene import make_scene
 
@@ -91,6 +92,32 @@ def test_the_joint_that_moves_farthest_decides_how_fast_the_others_move(seed):
         told = (f.effect.joint_basis(dataset.robot, dataset.known_poses) @ f.effect.coefficients)[:, joint]
         assert "speed" in f.effect.clause
         assert np.std(told - true[:, joint]) < 0.3 * np.std(true[:, joint])
+
+
+def read_at_varying_moments(seed):
+    """Return a tracked arm of 120 poses whose angles were read at another moment of each move, by 1 mrad off at full speed in the mean."""
+
+    def error(q):
+        steps = np.diff(q, axis=0, prepend=q[:1])
+        farthest = np.maximum(np.abs(steps).max(axis=1, keepdims=True), 1e-9)
+        return np.random.default_rng(seed).gamma(1.5, 1e-3 / 1.5, (len(q), 1)) * steps / farthest
+
+    return read_as(error, seed)
+
+
+@pytest.mark.parametrize("seed", [61, 62])
+def test_poses_read_at_varying_moments_scatter_along_the_last_move(seed):
+    """If each pose was read at another moment, lags are named by the speeds, and the scatter that remains lies along the last move."""
+    diagnosis = diagnose(read_at_varying_moments(seed))
+    assert {f.effect.name for f in diagnosis.findings} == {"pose_lag"}
+    scatter = diagnosis.noise[0]
+    assert scatter.name == "pose_jitter"
+    assert scatter.along_move > 0.9 * scatter.std
+    # A gamma distribution of shape 1.5 has the standard deviation of its mean over the square root of 1.5; joints move at 0.6 of full speed (RMS).
+    assert scatter.along_move == pytest.approx(0.6 * 1e-3 / np.sqrt(1.5), rel=0.3)
+    assert "along the last move" in noise_clause(diagnosis)
+    entry = next(e for e in diagnosis.to_mapping()["effects"] if e["name"] == "pose_jitter")
+    assert entry["coefficients"]["along_last_move_rad"]["value"] == scatter.along_move
 
 
 def test_backlash_is_named_by_the_moves():

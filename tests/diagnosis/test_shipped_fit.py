@@ -15,7 +15,7 @@ from scalar.diagnosis.hold_out import held_out_errors
 from scalar.diagnosis.jackknife import N_POSES, prediction_changes
 from scalar.diagnosis.predicted_displacements import displacement_columns, random_poses
 from scalar.diagnosis.shipped_fit import BEFORE, BY_COMPONENT, EQUAL, shipped_fit, unconfirmed_effects_help
-from scalar.diagnosis.variance_components import WhitenedMeasurement
+from scalar.diagnosis.whitened_measurement import WhitenedMeasurement
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit

@@ -1,0 +1,62 @@
+"""Add effects that one cause brings about together, such as the lags of all joints of an arm that is measured before it stands still.
+
+Forward selection adds one effect after the other. It cannot begin with one of these if the poses scatter along the effects' common direction, as
+they do if each is measured at another moment: the lag of one joint alone then contradicts the others more than it explains. All are therefore tried
+at once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.diagnosis.backward_elimination import eliminate_backward
+from scalar.diagnosis.candidate_columns import CandidateSet
+from scalar.diagnosis.candidate_set import of_common_causes
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.forward_selection import reconsidered, select_forward
+from scalar.diagnosis.joint_selection import clearly_better
+from scalar.diagnosis.merging import merged
+from scalar.diagnosis.ranking import score_of
+from scalar.diagnosis.score_test import Projected
+from scalar.effects import Effect
+
+
+def with_common_causes(state: FittedState, candidates: CandidateSet) -> FittedState:
+    """Return the state with those effects of common causes that explain the data clearly better, each significant given the others.
+
+    Args:
+        state: The state with the effects that were selected one by one.
+        candidates: The candidate set.
+    """
+    if state.is_rounding or not state.settings.selection.max_effects:  # no effects are to be selected
+        return state
+    for group in of_common_causes(state.dataset):
+        new = [e for e in group if not any(e.same_place(other) for other in state.effects)]
+        if len(new) < 2 or not _is_significant(state, new, candidates):
+            continue
+        effects = state.effects
+        for effect in new:
+            effects = merged(effects, effect)
+        trial = reconsidered(state.refitted(effects), candidates)[0]
+        if clearly_better(state, trial, candidates) is trial:
+            state = eliminate_backward(select_forward(trial, candidates))
+    return state
+
+
+def _is_significant(state: FittedState, effects: list[Effect], candidates: CandidateSet) -> bool:
+    """Return whether several effects that the state lacks are significant together."""
+    background = state.background()
+    columns = state.columns_of(effects)
+    prior_std = np.concatenate([effect.prior_std for effect in effects])
+    projected = Projected.of(background, columns, columns.T @ columns, prior_std)
+    gain, dof, observability = (x[0] for x in projected.score(np.arange(columns.shape[1])[None]))
+    score = score_of(
+        background,
+        effects[0],
+        float(gain),
+        int(dof),
+        float(observability),
+        candidates.total,
+        candidates.total,
+    )
+    return score.evidence > 0 and score.p_value <= state.settings.selection.alpha_named_effect
