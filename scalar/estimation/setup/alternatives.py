@@ -16,6 +16,7 @@ from scalar.data.dataset import Dataset
 from scalar.geometry.robot import GEOMETRY, Robot, link_end
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import standard_table
+from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
 ZERO_STEP = (
@@ -183,7 +184,7 @@ def _planes_swapped(dataset: Dataset) -> Iterator[Alternative]:
 
 def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
     """Yield the measured points in other units, mirrored, and assigned to the previous or next pose."""
-    file = "scans.csv" if dataset.planes else "points.csv"
+    file = kind_of(dataset).format.measured_in
     if len(dataset.points):
         for unit, factor in LENGTH_UNITS.items():
             as_metres = ((unit, factor * MM),) if factor * MM < 1.0 else ()
