@@ -19,6 +19,7 @@ from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
 from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
 from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
+from scalar.estimation.setup.twists import twists
 from scalar.geometry.robot import Robot
 from scalar.units import DEG, MM
 
@@ -40,7 +41,7 @@ CLEARLY_NEARER_SHIFT = 30 * MM  # the same for places
 TIMES_NEARER = (
     2.0  # places may be guessed badly: to be taken, a correction has to be nearer by this factor as well
 )
-SINGLE = (alternatives, angle_units, coupled_joints)  # what yields the alternatives with one change
+SINGLE = (alternatives, twists, angle_units, coupled_joints)  # what yields the alternatives with one change
 MOST_FITTED = 4  # alternatives that are fitted in full
 
 
