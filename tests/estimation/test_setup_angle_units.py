@@ -32,9 +32,13 @@ def scaled(dataset: Dataset, factor: float) -> Dataset:
 )
 @pytest.mark.parametrize(
     ("factor", "says"),
-    [(DEG, "were radians, converted as if they were degrees"), (1 / DEG, "are in degrees, not in radians")],
+    [
+        (DEG, "were radians, converted as if they were degrees"),
+        (1 / DEG, "are in degrees, not in radians"),
+        (1 / 0.9, "were grads, converted as if they were degrees"),
+    ],
 )
-def test_radians_and_degrees_taken_for_one_another_are_named(kind, factor, says):
+def test_units_taken_for_one_another_are_named(kind, factor, says):
     """With any sensor one sentence says which unit the angles have, and the residual with it, which is that of a sound dataset.
 
     On planes an arm that hardly moves leaves no residual, so that the residual before need not be large.

@@ -43,8 +43,8 @@ class Alternative:
         joint: The joint, from 1, if the alternative is another zero of one joint; else None.
         zero: What was added to that joint's theta [rad].
         scale: Factor by which the measured lengths were multiplied; a residual that shrinks by the same factor proves nothing.
-        motion: Factor by which the joint angles were multiplied, if the arm hardly moves as described; its residual is then smaller by as much,
-            whatever is measured, and proves nothing.
+        motion: Factor by which the joint angles were multiplied, where the arm hardly moves as described or under this reading. An arm that hardly
+            moves leaves a residual that is smaller by as much, whatever is measured.
     """
 
     what: str

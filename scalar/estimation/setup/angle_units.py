@@ -30,13 +30,14 @@ def angle_units(dataset: Dataset) -> Iterator[Alternative]:
     # An arm that hardly moves leaves no residual on planes, whatever was measured: there, degrees are read only if it still moves then.
     told = widest > MOST_TURNS or not dataset.planes
     for unit, factor in (("degrees", DEG), ("grads", GRAD)) if told else ():
-        yield _scaled(
+        read = _scaled(
             dataset,
             factor,
             f"the joint angles are in {unit}, not in radians",
             f"with {unit} read",
             "write radians in poses.csv",
         )
+        yield replace(read, motion=factor)
     if 0.0 < widest < MOST_TURNS * DEG:
         radians = _scaled(
             dataset,

@@ -135,7 +135,7 @@ def _explaining(
     worth = [
         (look, a)
         for look, a in looks
-        if look.rms / a.motion <= limit and look.rms <= NOMINAL_LEFT and _better(look, a, as_it_is)
+        if look.rms / max(a.motion, 1.0) <= limit and look.rms <= NOMINAL_LEFT and _better(look, a, as_it_is)
     ]
     worth.sort(key=lambda entry: entry[0].turn)
     found: list[tuple[Look, Alternative, Trial]] = []
@@ -152,7 +152,7 @@ def _explaining(
 
 def _better(look: Look, alternative: Alternative, as_it_is: Look) -> bool:
     """Return whether an alternative leaves a far smaller residual, or one as small with sensor and planes nearer to their stated places."""
-    left = look.rms / min(alternative.scale, 1.0) / alternative.motion
+    left = look.rms / min(alternative.scale, 1.0) / max(alternative.motion, 1.0)
     return left <= WORTH_FITTING * as_it_is.rms or (
         left <= AS_GOOD * as_it_is.rms and _nearer(look, as_it_is)
     )
@@ -172,7 +172,7 @@ def _explains(
     return (
         _nearer(look, as_it_is)
         or before is None
-        or trial.rms / min(alternative.scale, 1.0) / alternative.motion <= FALLS_TO * before
+        or trial.rms / min(alternative.scale, 1.0) / max(alternative.motion, 1.0) <= FALLS_TO * before
     )
 
 
