@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from scalar.cli.compared_words import named_parameter, unchanged_effects, what_was_compared
+from scalar.cli.compared_words import named_parameter, size_grows, unchanged_effects, what_was_compared
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, load_effects
 from scalar.cli.outputs import FORCE, json_of, refuse_foreign
@@ -204,7 +204,7 @@ def _change_lines(comparison: Comparison, change: Change, moved: Moved) -> list[
         sizes = f"{len(columns)} coefficients, which stand in the JSON (-o FILE.json)"
     else:
         sizes = ", ".join(
-            _sized(comparison.arm.names[i], comparison.arm.units[i], value, std)
+            _sized(comparison.arm.names[i], comparison.arm.units[i], value, std, size_grows(comparison, i))
             for i, value, std in zip(columns, change.value, change.std, strict=True)
         )
     lines = [
@@ -247,8 +247,16 @@ def _chance(p: float) -> str:
     return f"p < {LEAST_P_VALUE:.0e}" if p < LEAST_P_VALUE else f"p = {p:.1g}"
 
 
-def _sized(name: str, unit: str, value: float, std: float) -> str:
-    """Return the change of a parameter with its standard error, in mm or deg; for an effect with the name of the coefficient."""
+def _sized(name: str, unit: str, value: float, std: float, grows: float | None) -> str:
+    """Return the change of a parameter with its standard error, in mm or deg; for an effect with the name of the coefficient.
+
+    Args:
+        name, unit: Of the parameter.
+        value, std: Its change and the standard error.
+        grows: For a coefficient that is shown by its size, the change [1 or -1] with which the size grows; else None.
+    """
     size, shown = {"m": (MM, "mm"), "rad": (DEG, "deg")}.get(unit, (1.0, unit))
     which = f"{name.rpartition('.')[2]} " if "." in name else ""
+    if grows is not None:
+        which, value = f"size of {which}", grows * value
     return f"{which}{value / size:+.4g} +- {std / size:.2g} {shown}"

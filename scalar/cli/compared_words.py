@@ -78,6 +78,16 @@ def unchanged_effects(comparison: Comparison) -> list[str]:
     return [f"compared, and not changed beyond chance: {named_effects(same)}"] if named_effects(same) else []
 
 
+def size_grows(comparison: Comparison, index: int) -> float | None:
+    """Return the sign of the change with which a parameter's size grows, if reports show it by its size, as the half width of play; else None."""
+    model = comparison.arm.model
+    name = comparison.arm.names[index]
+    for effect, own in zip(model.effects, model.effect_names, strict=True):
+        if name in own and effect.sign_in_words:
+            return -1.0 if float(effect.coefficients[own.index(name)]) < 0 else 1.0
+    return None
+
+
 def named_parameter(comparison: Comparison, name: str) -> str:
     """Return a parameter's name; if dataset.yaml has standard DH, by the row of that table."""
     from scalar.geometry.standard_dh import in_rows

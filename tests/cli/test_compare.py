@@ -88,6 +88,19 @@ def test_what_was_compared_is_listed(folder):
     assert not set(content["compared"]) & set(content["not_compared"])
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_play_that_grew_is_said_to_have_grown(folder, side):
+    """Half the width of play grows by 0.0115 degrees, whichever sign it has in the files."""
+    for name, size in (("one.json", 1e-4), ("two.json", 3e-4)):
+        made = load_calibration(folder / "a.json")
+        play = JointBacklash(2, "moves", coefficients=np.array([side * size]))
+        made = replace(made, model=replace(made.model, effects=(play,)))
+        names = (*made.free, *made.model.effect_names[0])
+        replace(made, free=names, covariance=np.eye(len(names)) * 1e-12).save(folder / name)
+    said = run("compare", folder / "one.json", folder / "two.json").output
+    assert "size of half_width_rad +0.01146 +-" in said
+
+
 def test_a_user_of_standard_dh_reads_the_rows_of_that_table(folder):
     """The a_3 of modified DH is shown as the length in row 2 of standard DH, and the JSON keeps the names of the model."""
     for name, step in (("a.json", 0.0), ("b.json", 2e-4)):
