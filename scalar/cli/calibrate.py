@@ -194,8 +194,10 @@ def describe_calibration(calibration: Calibration) -> str:
                 hidden.append(name)
                 continue
             error = f" +- {std[name]:.2g}" if name in std else " (fixed)"
-            degrees = f" ({value / DEG:.4g} deg)" if unit == "rad" else ""
-            lines.append(f"  effect {name}: {value:.4g}{error} {unit}{degrees}")
+            sign = effect.sign_in_words
+            shown_value, meaning = (abs(value), f": {sign}") if sign else (value, "")
+            degrees = f" ({shown_value / DEG:.4g} deg)" if unit == "rad" else ""
+            lines.append(f"  effect {name}: {shown_value:.4g}{error} {unit}{degrees}{meaning}")
         for joint, stiffness, error in effect.stiffness([std.get(name) for name in names]):
             known = (
                 f"more than {error:.2g}"

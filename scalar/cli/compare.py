@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from scalar.cli.compared_words import named_parameter, size_grows, unchanged_effects, what_was_compared
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, load_effects
 from scalar.cli.outputs import FORCE, json_of, refuse_foreign
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from scalar.comparison.moved import Moved
 
 _KINDS = {"a": "length", "alpha": "twist", "d": "offset", "theta": "zero", "beta": "tilt about y"}
-_RIVALS_SHOWN, _NOT_COMPARED_SHOWN = 4, 8
+_RIVALS_SHOWN = 4
 # An effect with more coefficients is described by how far they move positions together, which a person can judge better.
 _COEFFICIENTS_SHOWN = 2
 _MISFIT = 1e-3  # p-value below which the residual is larger than the noise explains, so that the model lacks something
@@ -126,7 +127,7 @@ def describe_comparison(comparison: Comparison) -> list[str]:
         lines += _change_lines(comparison, change, moved)
     if n and comparison.rest_p_value < comparison.alpha:
         lines.append(f"  and more, which no single parameter explains ({_chance(comparison.rest_p_value)})")
-    lines += _unchanged_effects(comparison)
+    lines += unchanged_effects(comparison)
     lines += [line for effect in comparison.disjoint_terms for line in _by_positions(effect)]
     apart = comparison.positions_apart
     at = f", at {RECORDS_IN_WORDS}" if any(e.needs_records for e in comparison.arm.model.effects) else ""
@@ -139,29 +140,7 @@ def describe_comparison(comparison: Comparison) -> list[str]:
     kinds = comparison.campaign.get("sensor_kinds")
     why = f"A has a {kinds[0]} and B a {kinds[1]}" if kinds else "of the campaigns, not of the arm"
     lines.append(f"the sensor's place on the flange differs by {shift:.3f} mm{turned}: {why}")
-    return lines + _not_compared(comparison)
-
-
-def _unchanged_effects(comparison: Comparison) -> list[str]:
-    """Return a line with the effects whose coefficients were all compared and did not change beyond chance; none where there are none."""
-    from scalar.effects.command_line import named_effects
-
-    left = {i for change in comparison.changes for i in change.candidate.columns}
-    model = comparison.arm.model
-    names = {name: i for i, name in enumerate(comparison.arm.names)}
-    apart = {name for effect in comparison.disjoint_terms for name in effect.parameters}
-    same = [
-        effect
-        for effect, own in zip(model.effects, model.effect_names, strict=True)
-        if all(
-            name in names
-            and names[name] not in left
-            and name not in comparison.not_compared
-            and name not in apart
-            for name in own
-        )
-    ]
-    return [f"compared, and not changed beyond chance: {named_effects(same)}"] if named_effects(same) else []
+    return lines + what_was_compared(comparison)
 
 
 def _by_positions(effect: DisjointTerms) -> list[str]:
@@ -225,7 +204,7 @@ def _change_lines(comparison: Comparison, change: Change, moved: Moved) -> list[
         sizes = f"{len(columns)} coefficients, which stand in the JSON (-o FILE.json)"
     else:
         sizes = ", ".join(
-            _sized(comparison.arm.names[i], comparison.arm.units[i], value, std)
+            _sized(comparison.arm.names[i], comparison.arm.units[i], value, std, size_grows(comparison, i))
             for i, value, std in zip(columns, change.value, change.std, strict=True)
         )
     lines = [
@@ -251,7 +230,7 @@ def _title(comparison: Comparison, name: str) -> str:
         for effect, own in zip(model.effects, model.effect_names, strict=True)
         if own
     }
-    named = _named(comparison, name)
+    named = named_parameter(comparison, name)
     if kind in _KINDS and not named[-1].isdigit():  # of the base
         return f"{_KINDS[kind]} {named}"
     return (
@@ -261,14 +240,6 @@ def _title(comparison: Comparison, name: str) -> str:
     )
 
 
-def _named(comparison: Comparison, name: str) -> str:
-    """Return a parameter's name; if dataset.yaml has standard DH, by the row of that table."""
-    from scalar.geometry.standard_dh import in_rows
-
-    nominal = comparison.arm.model.nominal
-    return in_rows(name, nominal) if nominal.standard_dh else name
-
-
 def _chance(p: float) -> str:
     """Return a p-value in plain characters, or a bound where it is too small to be computed accurately."""
     from scalar.report.words import LEAST_P_VALUE
@@ -276,25 +247,16 @@ def _chance(p: float) -> str:
     return f"p < {LEAST_P_VALUE:.0e}" if p < LEAST_P_VALUE else f"p = {p:.1g}"
 
 
-def _sized(name: str, unit: str, value: float, std: float) -> str:
-    """Return the change of a parameter with its standard error, in mm or deg; for an effect with the name of the coefficient."""
+def _sized(name: str, unit: str, value: float, std: float, grows: float | None) -> str:
+    """Return the change of a parameter with its standard error, in mm or deg; for an effect with the name of the coefficient.
+
+    Args:
+        name, unit: Of the parameter.
+        value, std: Its change and the standard error.
+        grows: For a coefficient that is shown by its size, the change [1 or -1] with which the size grows; else None.
+    """
     size, shown = {"m": (MM, "mm"), "rad": (DEG, "deg")}.get(unit, (1.0, unit))
     which = f"{name.rpartition('.')[2]} " if "." in name else ""
+    if grows is not None:
+        which, value = f"size of {which}", grows * value
     return f"{which}{value / size:+.4g} +- {std / size:.2g} {shown}"
-
-
-def _not_compared(comparison: Comparison) -> list[str]:
-    """Return the parameters and effects that were not compared, one line for each reason; an effect stands there once, whatever its coefficients."""
-    from scalar.effects.parameter_names import effect_of
-
-    by_reason: dict[str, dict[str, None]] = {}
-    for name, reason in comparison.not_compared.items():
-        shown = effect_of(name) if "." in name else _named(comparison, name)
-        by_reason.setdefault(reason, {})[shown] = None
-    lines = []
-    for reason, found in by_reason.items():
-        names = list(found)
-        more = len(names) - _NOT_COMPARED_SHOWN
-        shown = ", ".join(names[:_NOT_COMPARED_SHOWN]) + (f" and {more} more" if more > 0 else "")
-        lines.append(f"not compared: {shown}: {reason}")
-    return lines

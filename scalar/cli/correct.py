@@ -64,33 +64,17 @@ def correct(
     The table TARGETS has one row for each pose, in one of two forms:
 
     \b
-      pose,q1..qn         nominal joint angles: the real flange goes where the nominal arm has it
-      pose,x,y,z,rx,ry,rz  frames of the sensor in the base frame, as `scalar predict` writes them; with q1..qn
-                          beside them, these give the posture, else it is chosen near that of the row before
-                          (in the first row, near the middle of the limits).
-                          In place of rx,ry,rz: roll,pitch,yaw, or a quaternion qw,qx,qy,qz
+      pose,q1..qn          nominal joint angles: the real flange goes where the nominal arm has it
+      pose,x,y,z,rx,ry,rz  wanted frames of the sensor in the base frame, as `scalar predict` writes them;
+                           q1..qn beside them give the posture
 
-    The calibration determines the pose of the sensor. The pose of another tool on the flange is known no better than before: teach it again.
+    Angles are in rad, and lengths in m (see --units). Columns that the calibrated effects need (approach1..n, temperature, time, order) stand
+    beside them.
 
-    pose is a whole number. Angles are in rad, lengths and the travel of joints that slide in m (see --units). All calibrated effects are
-    applied; what they need (approach1..n, temperature, time, order) stands in columns of TARGETS.
+    The output has the joint angles to command, the other columns of TARGETS, and six columns that say how each row was corrected. A row that could
+    not be has corrected = 0, a line that says why, and exit status 2.
 
-    The output has pose,q1..qn, the joint angles to command, and every other column of TARGETS as it is (a speed, a tool's number), except those
-    of the wanted frame: x..rz, and their standard deviations and correlations as `scalar predict --std` writes them. Six columns
-    follow: corrected, which is 1, or 0 if the row could not be corrected; beyond_limits, the number of joints beyond their limits;
-    near_singular, which is 1 near a singularity; smallest_singular_value, that of the Jacobian with lengths in units of half the
-    arm's length: it is 0 at a singularity, and a pose with less than 0.02 is called near one; position_error and orientation_error, how far
-    the sensor is then from the wanted frame by `scalar predict`. In a row with corrected = 1 the position error is 1e-6 m at most.
-
-    Rows that cannot be corrected do not stop the others. A row of joint angles (a home pose at a singularity, say) is written with the joint angles
-    near by that come nearest, the position before the orientation; so is a wanted frame that the arm misses by less than 5 mm and 3 degrees (at a
-    singularity, or at the edge of its reach). Any other frame that the arm cannot take is written without joint angles. All these
-    have corrected = 0. The exit status is then 2, and a line for each such row says why, and how far the arm errs there; the columns
-    position_error and orientation_error have it for every row. With
-    --leave-out such rows are left out, and the exit status is 0. If no wanted frame can be taken, nothing is written.
-
-    Poses clearly outside the ranges of the joints that were measured are corrected like the others, and counted: no measurement shows how far the
-    arm errs there, and the correction may do harm.
+    docs/own_robot.md, under "What scalar correct reads and writes", has the rest: orientations, postures, singularities, each column.
 
     \b
     Example:

@@ -145,7 +145,8 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
         sure = "" if entry["name"] == "unattributed" else f"; confidence {entry['confidence']:.0%}"
         many = i < len(named) and len(entry["coefficients"]) > _COEFFICIENTS_SHOWN
         size = _size_of_many(diagnosis, named[i], view) if many else ""
-        lines.append(f"  {title}{size}{_sizes(entry)}{sure}")
+        sign = diagnosis.findings[named[i]].effect.sign_in_words if i < len(named) else ""
+        lines.append(f"  {title}{size}{_sizes(entry, sign)}{sure}")
         lines += [
             f"    most like {words.quoted(words.title(like['name'], like['target']))}, a name with {like['confidence']:.0%} confidence"
             for like in entry.get("most_like", ())
@@ -207,14 +208,21 @@ def _size_of_many(diagnosis: Diagnosis, i: int, view: FittedView) -> str:
     return ", " + size.replace("°", " deg") if size else ""
 
 
-def _sizes(entry: Mapping[str, Any]) -> str:
-    """Return the coefficients of an effect for a line: all if there are few, else the most certain one."""
+def _sizes(entry: Mapping[str, Any], sign: str) -> str:
+    """Return the coefficients of an effect for a line: all if there are few, else the most certain one.
+
+    Args:
+        entry: Of ``effects`` in diagnosis.json.
+        sign: What the sign of the coefficients means, if they are shown without it.
+    """
     from scalar.report import words
 
     shown = list(entry["coefficients"].items())
     if len(shown) > _COEFFICIENTS_SHOWN:
         shown = sorted(shown, key=lambda c: -abs(c[1]["value"]) / (c[1]["std"] or inf))[:1]
-    rows = [words.coefficient(name, c["value"], c["std"]) for name, c in shown]
+    rows = [words.coefficient(name, abs(c["value"]) if sign else c["value"], c["std"]) for name, c in shown]
     texts = [f"{name} {value} ± {std} {unit}" for name, value, std, unit in rows]
+    if sign:
+        texts[-1] += f" ({sign})"
     rest = len(entry["coefficients"]) - len(shown)
     return (": " + ", ".join(texts) if texts else "") + (f", and {rest} more coefficients" if rest else "")

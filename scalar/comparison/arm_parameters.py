@@ -38,6 +38,7 @@ class ArmParameters:
         unknown: ``{name: reason}`` of the parameters that cannot be compared because one of the two does not determine them.
         fixed_in_both: ``(P,)`` bool, fixed in both, and not by the choice of a frame.
         scale_unknown: Whether one of the two does not determine the scale of the arm.
+        only_in: The parameters that only A estimated or contains, and those that only B does; a choice of frames does not count.
         effects_differ: Whether one of the two was calibrated without an effect of the arm that the other has.
     """
 
@@ -50,6 +51,7 @@ class ArmParameters:
     unknown: dict[str, str]
     fixed_in_both: Array
     scale_unknown: bool
+    only_in: tuple[tuple[str, ...], tuple[str, ...]]
     effects_differ: bool
 
 
@@ -88,6 +90,7 @@ def arm_parameters(a: Calibration, b: Calibration) -> ArmParameters:
         unknown=unknown,
         fixed_in_both=~free.any(axis=0) & np.array([name not in by_frames for name in names]),
         scale_unknown=any(entry["reason"] == NO_LENGTH_KNOWN for c in (a, b) for entry in c.gauge),
+        only_in=_only_in(names, free, present, by_frames),
         effects_differ=not present.all(),
     )
 
@@ -126,6 +129,17 @@ def _unknown(
         if not free[:, i].any() and value[0, i] != value[1, i]:
             unknown.setdefault(name, "it was fixed in both, at different values")
     return {name: reason for name, reason in unknown.items() if name in names}
+
+
+def _only_in(
+    names: list[str], free: Array, present: Array, by_frames: set[str]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names of the parameters that only A estimated or contains, and of those that only B does; arguments as in ``_unknown``."""
+    by_choice = np.array([name in by_frames for name in names], dtype=bool)
+    one, other = (
+        (present[k] & ~present[1 - k]) | (free[k] & ~free[1 - k] & ~by_choice) for k in range(len(free))
+    )
+    return tuple(np.array(names)[one].tolist()), tuple(np.array(names)[other].tolist())
 
 
 def _fixed_by_frames(both: tuple[Calibration, Calibration]) -> set[str]:

@@ -42,6 +42,7 @@ class Comparison:
         alpha: Probability that any change is found where there is none.
         positions_apart: How far apart the positions are that the two calibrations predict.
         by_chance: Root mean square [m] of that distance for an arm that did not change, by both covariances.
+        compared: Names of the parameters that were compared one by one; effects without common coefficients are not among them.
         disjoint_terms: Effects that both contain, but with no coefficient in common; compared by the positions that they make.
         not_compared: ``{name: reason}`` of the parameters that were not compared.
         campaign: What differs but is not of the arm: the sensor's place on the flange [mm, deg] and its kind, and the names of the arms.
@@ -58,6 +59,7 @@ class Comparison:
     alpha: float
     positions_apart: Moved
     by_chance: float
+    compared: tuple[str, ...]
     disjoint_terms: list[DisjointTerms]
     not_compared: dict[str, str]
     campaign: dict[str, Any]
@@ -107,6 +109,8 @@ class Comparison:
                 "by_chance_rms_mm": self.by_chance / MM,
                 "beyond_chance": self.positions_changed,
             },
+            "compared": list(self.compared),
+            "only_in": dict(zip("AB", map(list, self.arm.only_in), strict=True)),
             "compared_by_positions": [effect.to_mapping() for effect in self.disjoint_terms],
             "not_compared": self.not_compared,
             "campaign": self.campaign,
@@ -140,7 +144,8 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
             )
     _say_of_tilts(not_compared, arm)
     disjoint_terms = effects_with_disjoint_terms(a.model, b.model, arm, columns, alpha)
-    for name in (name for effect in disjoint_terms for name in effect.parameters):
+    by_positions = {name for effect in disjoint_terms for name in effect.parameters}
+    for name in by_positions:
         not_compared.pop(name, None)
     return Comparison(
         arm=arm,
@@ -150,6 +155,11 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
         alpha=alpha,
         positions_apart=Moved.of(displacements(a.model, b.model)),
         by_chance=position_std(columns, arm.covariance),
+        compared=tuple(
+            name
+            for i, name in enumerate(arm.names)
+            if compared.response[:, i].any() and name not in not_compared and name not in by_positions
+        ),
         disjoint_terms=disjoint_terms,
         not_compared=not_compared,
         campaign=_campaign(a, b),

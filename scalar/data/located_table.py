@@ -18,6 +18,7 @@ MISSING_COLUMN = "the column is missing"
 SEPARATED = "cells are separated by"
 MAX_SHOWN = 100
 """Most faults of one kind in one column that are listed; one more line counts the rest."""
+_ROWS_SHOWN = 3  # rows that are listed of a label that is wrong in several
 MAX_COLUMNS = 2000
 """Most columns of a table that is read; the log of a robot has hundreds."""
 MAX_INTEGER = 2.0**53  # the largest up to which float64 holds every integer
@@ -94,6 +95,33 @@ class Table:
         if rows.size > MAX_SHOWN:
             more = f"{rows.size - MAX_SHOWN} more rows with the same fault, the last in row {lines[rows[-1]]}"
             faults.append(Fault(self.file, f"{more}; look for a common cause", column=column))
+
+    def file_of(self, row: int) -> str:
+        """Return the name of the file that an entry is from."""
+        return self.file
+
+    def report_labels(
+        self, faults: list[Fault], column: str, mask: np.ndarray, message: Callable[[int], str]
+    ) -> None:
+        """Add a fault for every label in the rows of `mask`, at its first row; where several have it, with their number and the first of them."""
+        bad = self.bad.get(column, np.zeros(self.n_rows, dtype=bool))
+        rows_of: dict[tuple[str, str], list[int]] = {}
+        for i in np.flatnonzero(mask & ~bad).tolist():
+            rows_of.setdefault((self.file_of(i), str(self.columns[column][i])), []).append(i)
+        alike = {rows[0]: rows for rows in rows_of.values()}
+        lines = self.line_numbers()
+
+        def with_rows(i: int) -> str:
+            rows = alike[i]
+            if len(rows) == 1:
+                return message(i)
+            shown = [str(lines[row]) for row in rows[:_ROWS_SHOWN]]
+            more = ", ..." if len(rows) > _ROWS_SHOWN else ""
+            return f"{message(i)} ({len(rows)} rows: {', '.join(shown)}{more})"
+
+        self.report(faults, column, np.isin(np.arange(self.n_rows), list(alike)), with_rows)
+        if alike:
+            self.bad[column] |= mask
 
 
 def did_you_mean(name: str, known: list[str]) -> str:

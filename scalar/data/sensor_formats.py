@@ -79,6 +79,11 @@ class SensorFormat:
         """Return whether a pose measures many points of a plane at once."""
         return self.on_planes and self.table is not None
 
+    @property
+    def measured_in(self) -> str:
+        """Return the file that has what was measured, as messages name it: that of the table, or poses.csv where there is none."""
+        return "poses.csv" if self.table is None else f"{self.table.stem}.csv"
+
 
 _formats: dict[str, SensorFormat] = {}
 _suppliers: list[Callable[[], object]] = []

@@ -112,12 +112,12 @@ def not_a_name(text: str) -> str:
 
 
 def check_items(points: Table, item: str, faults: list[Fault]) -> None:
-    """Add a fault for each row that repeats an item at the same pose, and for each item whose name cannot be part of a parameter's name."""
+    """Add a fault for each row that repeats an item at the same pose, and for each name of an item that cannot be part of a parameter's name."""
     if "pose" not in points.columns or item not in points.columns:
         return
     ids, names = points.columns["pose"], points.columns[item].astype(str)
     unfit = np.array([not is_name(name) and bool(name) for name in names], dtype=bool)
-    points.report(
+    points.report_labels(
         faults,
         item,
         unfit,
@@ -187,7 +187,7 @@ def _check_plane_names(poses: Table, description: Description, faults: list[Faul
         hint = did_you_mean(str(found[i]), names)
         return f"unknown plane {shorten(found[i])}; {hint}{DESCRIPTION} names {', '.join(names)}"
 
-    poses.report(faults, "plane", unknown, message)
+    poses.report_labels(faults, "plane", unknown, message)
     present = set(found)
     used = [name for name in names if name in present]
     if poses.good("plane") and poses.whole and poses.n_rows and len(set(names)) >= MIN_PLANES > len(used):

@@ -122,11 +122,20 @@ class Described(ABC):
         """Return what several effects of one kind do, as one clause."""
         return ", and ".join(dict.fromkeys(effect.clause for effect in effects))
 
+    @property
+    def sign_in_words(self) -> str:
+        """Return what the sign of the coefficients means, a clause, if they are shown without it; empty where they are shown as they are."""
+        return ""
+
     def table(self, std: Sequence[float | None]) -> Table | None:
         """Return the coefficients as a table, with their standard errors ``(k,)``; None if they mean nothing to a reader."""
+        sign = self.sign_in_words
         rows: list[tuple[str, ...]] = [
-            coefficient(name, value, error) for name, (value, error) in self.stated(std).items()
+            coefficient(name, abs(value) if sign else value, error)
+            for name, (value, error) in self.stated(std).items()
         ]
+        if sign:
+            rows[0] = (f"{rows[0][0]} ({sign})", *rows[0][1:])
         return ("coefficient", "value", "±", "unit"), rows
 
     def stiffness(self, std: Sequence[float | None]) -> list[tuple[int, float, float | None]]:

@@ -18,7 +18,7 @@ from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View, angle_axis
 from scalar.effects.places import JointEffect, OneAxis
 from scalar.effects.title import joints_in_words
-from scalar.effects.wording import angle, length
+from scalar.effects.wording import angle, length, side_of_travel
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -76,6 +76,15 @@ class JointBacklash(OneAxis, JointEffect):
     def coefficient_units(self) -> list[str]:
         """Radians, or metres."""
         return [self.joint_unit]
+
+    @property
+    def sign_in_words(self) -> str:
+        """Return on which side of its reading the joint rests."""
+        b = float(self.coefficients[0])
+        if self.by != "torque":
+            return side_of_travel([b])
+        side = "beyond" if b > 0 else "short of"
+        return f"the joint stands {side} its reading where the gravity torque on it is positive" if b else ""
 
     def torque(self, robot: Robot, q: Array) -> Array:
         """Return the torque ``(N,)`` whose sign says on which side the joint rests, in any unit."""

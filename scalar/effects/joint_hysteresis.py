@@ -17,7 +17,7 @@ from scalar.effects.joint_backlash import told_by
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import JointEffect, OneAxis
-from scalar.effects.wording import angle, length
+from scalar.effects.wording import angle, length, side_of_travel
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -67,6 +67,11 @@ class JointHysteresis(OneAxis, JointEffect):
     def coefficient_units(self) -> list[str]:
         """Radians, or metres."""
         return [self.joint_unit] * len(self.travels)
+
+    @property
+    def sign_in_words(self) -> str:
+        """Return on which side of its reading the joint stands, if all of its wind-ups agree."""
+        return side_of_travel(self.coefficients.tolist())
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the wind-up by each travel, -1 to 1."""

@@ -115,6 +115,15 @@ def orders(numbers: Sequence[int], most: int) -> str:
     return f"order{'s' if len(numbers) > 1 else ''} {listed([str(k) for k in numbers])}"
 
 
+def side_of_travel(coefficients: Sequence[float]) -> str:
+    """Return what the sign of half widths means for a joint that errs by them in the direction from which it came; empty if they differ in sign."""
+    if all(value < 0 for value in coefficients):
+        return "the joint stays behind its reading, on the side from which it came"
+    if all(value > 0 for value in coefficients):
+        return "the joint stands beyond its reading, away from the side from which it came"
+    return ""
+
+
 def periods(numbers: Sequence[int], most: int) -> str:
     """Return orders of a series as periods a turn: each of them, or from where to where if there are more than ``most``."""
     if len(numbers) > most:

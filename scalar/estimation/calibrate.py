@@ -20,16 +20,20 @@ from scalar.data.dataset import Dataset
 from scalar.effects.effect import Effect
 from scalar.errors import Fault, InvalidInput, NotConverged, Undetermined
 from scalar.estimation.conclude import conclude
-from scalar.estimation.gross_errors import TooManyStrayPoints, clean, without_stray_points
+from scalar.estimation.geometry_fit import geometry_fit
+from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, without_stray_points
 from scalar.estimation.joint_fit import fit_all
 from scalar.estimation.measured_effects import measured_effects, with_target_motion
 from scalar.estimation.misfit import lacks_something
+from scalar.estimation.pose_consistency import distances_under
 from scalar.estimation.prepare import prepare
 from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorSettings
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT, Suspicion
 from scalar.estimation.sufficiency import FitFailed, TooManyUnknowns
+from scalar.geometry.se3 import Array
+from scalar.units import MM
 
 
 def calibrate(
@@ -158,14 +162,27 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
         )
         for pose, plane in cleaned.mislabelled_poses
     ]
-    faults += [
-        Fault(
-            "poses.csv",
-            f"pose {pose} contradicts all others: remove it, or let 'scalar diagnose' set it aside",
-            None,
-            "pose",
+    away = _distances_by_the_others(dataset, cleaned, settings) if cleaned.outlier_poses else None
+    for pose in cleaned.outlier_poses:
+        how_far = ""
+        if away is not None:
+            typical = np.median(away[np.isin(dataset.pose_ids, cleaned.dataset.pose_ids)])
+            how_far = (
+                f": it lies {away[rows[pose]] / MM:.3g} mm from where a fit to the others has it, and these "
+                f"lie {typical / MM:.2g} mm from it in the median"
+            )
+        message = (
+            f"pose {pose} contradicts all others{how_far}; remove it, or let 'scalar diagnose' set it aside"
         )
-        for pose in cleaned.outlier_poses
-    ]
+        faults.append(Fault("poses.csv", message, None, "pose"))
     if faults:
         raise InvalidInput(faults)
+
+
+def _distances_by_the_others(
+    dataset: Dataset, cleaned: Cleaned, settings: EstimationSettings
+) -> Array | None:
+    """Return the distance of every pose ``(N,)`` [m] by a fit to those that were not set aside; None if that fit fails."""
+    with suppress(InvalidInput, Undetermined):
+        return distances_under(dataset, geometry_fit(cleaned.dataset, settings)[0])
+    return None

@@ -90,7 +90,7 @@ def clean(dataset: Dataset, settings: EstimationSettings = DEFAULTS) -> Cleaned:
     if len(off) > settings.gross_errors.most_set_aside * dataset.n_poses:
         raise Undetermined(
             [f"{len(off)} of {dataset.n_poses} poses contradict the rest: no part of the data can be trusted over another; "
-             "check the plane labels in poses.csv, the nominal robot and the units"]
+             f"check {'the plane labels in poses.csv, ' if dataset.planes else ''}the nominal robot and the units"]
         )  # fmt: skip
     labels = other_labels(dataset, keep, off, settings)
     ids = dataset.pose_ids

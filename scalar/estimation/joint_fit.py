@@ -102,7 +102,8 @@ def fit_from(
     if not (settled or found.converged):
         raise NotConverged(
             [f"the fit did not converge: it stopped after {found.evaluations} evaluations short of an optimum; "
-             "check plane labels and the nominal robot, or remove poses that are far off ('scalar diagnose' lists them)"]
+             f"check {'plane labels and ' if dataset.planes else ''}the nominal robot, or remove poses that are far off ('scalar diagnose' "
+             "lists them)"]
         )  # fmt: skip
     return found, residuals
 

@@ -104,7 +104,7 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
     """
     gross = settings.gross_errors
     model, prepared = geometry_fit(dataset.subset(keep), settings)
-    distance = _distances_under(dataset, model)
+    distance = distances_under(dataset, model)
     # Thirty free parameters adapt to a single wrong pose and spread its error of centimetres over all others. The size of the distances shows
     # that; their ratios need not.
     if np.all(distance[keep] < gross.least_pose_error) and not _heavy_tailed(distance[keep], gross):
@@ -116,12 +116,12 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
             break
         core = better
         model, prepared = geometry_fit(dataset.subset(core), settings)
-        distance = _distances_under(dataset, model)
+        distance = distances_under(dataset, model)
     keep = _agreeing(dataset, distance, core, gross)
     for _ in range(_ROUNDS):
         if keep.sum() < (1 - gross.most_set_aside) * dataset.n_poses:
             return keep, distance
-        distance = _distances_under(dataset, geometry_fit(dataset.subset(keep), settings)[0])
+        distance = distances_under(dataset, geometry_fit(dataset.subset(keep), settings)[0])
         new = _agreeing(dataset, distance, keep, gross)
         if np.array_equal(new, keep):
             break
@@ -188,7 +188,8 @@ def best_fitting(dataset: Dataset, distance: Array, usable: Array, settings: Gro
     return core
 
 
-def _distances_under(dataset: Dataset, model: Model) -> Array:
+def distances_under(dataset: Dataset, model: Model) -> Array:
+    """Return the root mean square distance of every pose from its target ``(N,)`` [m], by a model that may have been fitted to some of them."""
     residuals = Residuals.of(
         dataset, Model(model.robot, model.nominal, model.reference_rotation, model.sensor, model.target)
     )

@@ -21,6 +21,10 @@ class ImportedTable(Table):
     files: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=object))
     labels: dict[str, str] = field(default_factory=dict)
 
+    def file_of(self, row: int) -> str:
+        """Return the name of the foreign file that a row is from."""
+        return str(self.files[row])
+
     def report(
         self, faults: list[Fault], column: str, mask: np.ndarray, message: Callable[[int], str]
     ) -> None:

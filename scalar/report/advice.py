@@ -13,6 +13,7 @@ from scalar.effects import registry
 from scalar.effects.title import joints_in_words
 from scalar.effects.wording import KNOWN_LENGTH_ADVICE
 from scalar.report.few_poses import few_poses
+from scalar.report.load_advice import load_advice
 from scalar.report.noise_card import noise_advice
 from scalar.report.opening import by_importance, caution
 from scalar.report.words import angle, capital, length, listed, quoted
@@ -70,6 +71,7 @@ def advice(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[Item]:
         *_mislabelled(mapping),
         *_unobservable(diagnosis),
         *_weak(diagnosis),
+        *load_advice(diagnosis),
         *_columns(diagnosis),
         *_poses(diagnosis),
     ]

@@ -124,10 +124,11 @@ class Cells:
         return cls(view, corner + (names[drawn] + 0.5) * width, width, count[drawn], (earlier, later))
 
     @property
-    def shades(self) -> tuple[Array, Array]:
-        """Return the values that the colours show [mm]: the error before, and the upper end of the band after."""
+    def shades(self) -> tuple[Array, Array, Array]:
+        """Return the values that the colours show [mm], each ``(C,)``: the error before, the error after, and the upper end of the band after."""
         before, after = self.found
-        return np.array([b.value for b in before]) / MM, np.array([b.high for b in after]) / MM
+        values = [b.value for b in before], [b.value for b in after], [b.high for b in after]
+        return tuple(np.array(of_cells) / MM for of_cells in values)  # type: ignore[return-value]
 
     @property
     def spans(self) -> tuple[tuple[float, float], tuple[float, float]]:

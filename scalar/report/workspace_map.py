@@ -1,11 +1,12 @@
 """Show the error of the arm over its workspace, by its data sheet and as calibrated.
 
-There is a table, a map of square cells (``workspace_cells``) in a view from the side and one from above, and a curve of the error against the
-distance from the first joint's axis.
+There is a table, a map of square cells (``workspace_cells``) in a view from the side and one from above, the same maps of the upper end of the band,
+and a curve of the error against the distance from the first joint's axis.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,8 @@ _STEPS = ((1.0, 2.0, 5.0), (1.0, 3.0), (1.0,))  # edges of the colour classes in
 _CLASSES = 9  # number of colour classes
 _MOST = 0.95  # the table's upper bound holds for this share of the poses
 _CELL_GAP = 0.6  # gap between two cells [pt]
+_UPPER_END = 2  # its place among the values of ``Cells.shades``
+_WHAT = "mean error of the position over the workspace"
 _LEAST_ERROR = 1e-9  # m: smaller errors are rounding, and no picture is drawn
 
 
@@ -68,7 +71,7 @@ def workspace_section(
     cells = [Cells.of(view, before, after) for view in (side, top)]
     shades = np.concatenate([shade for one in cells for shade in one.shades])
     edges = _edges(float(shades.min()), float(shades.max()))
-    pictures = [_draw_cells(one, edges, file) for one in cells]
+    pictures = [*(_draw_cells(one, edges, file) for one in cells), _draw_upper_ends(cells, edges, file)]
     return {
         "rows": [
             {
@@ -103,37 +106,67 @@ def _banded(found: Banded) -> dict[str, str]:
 
 
 def _draw_cells(cells: Cells, edges: Array, file: str) -> Pair:
-    """Return the maps of a view before and after, in classes of colour with the upper edges ``(_CLASSES,)`` [mm]."""
-    view, centre = cells.view, cells.centres
-    classes = [np.clip(np.searchsorted(edges, values), 0, _CLASSES - 1) for values in cells.shades]
-    panels = []
-    titles = (f"before, by the {NOMINAL}", f"after, by {file}: below this with 97.5 % certainty")
-    for title, shade, banded in zip(titles, classes, cells.found, strict=True):
-        panel = Panel(
-            *cells.spans, title=title, x_label=view.labels[0], y_label=view.labels[1], to_scale=True
-        )
-        side = panel.points_across(cells.width) - _CELL_GAP
-        for k in np.unique(shade):
-            members = np.flatnonzero(shade == k)
-            titles_of = [_cell_title(centre[i], banded[i], int(cells.count[i])) for i in members]
-            panel.marks(centre[members, 0], centre[members, 1], titles_of, f"heat{k}", marker="s", size=side)
-        some = np.unique(np.linspace(0, len(view.measured) - 1, _DOTS).astype(int))
-        panel.marks(view.measured[some, 0], view.measured[some, 1], None, "ink", size=2.2, alpha=0.55)
-        panels.append(panel)
-    used = np.unique(np.concatenate(classes))
-    what = f"mean error of the position over the workspace, seen {view.words}"
+    """Return the maps of a view before and after, both of the number, in classes of colour with the upper edges ``(_CLASSES,)`` [mm]."""
+    what = f"{_WHAT}, seen {cells.view.words}"
+    panels = [
+        _panel(cells, edges, k, title)
+        for k, title in enumerate((f"before, by the {NOMINAL}", f"after, by {file}"))
+    ]
     return Pair(
         panels[0].markup(f"{what}, by the {NOMINAL}"),
-        panels[1].markup(f"{what}, with {file}: the upper end of the 95 % band"),
+        panels[1].markup(f"{what}, with {file}"),
         sentences(f"{what}, in millimetres.", "All maps have the same colours."),
-        (
-            *(("■", f"heat{k}", _shade_in_words(edges, int(k))) for k in range(used[0], used[-1] + 1)),
-            (
-                "•",
-                "ink",
-                "measured poses" if len(view.measured) <= _DOTS else f"{_DOTS} of the measured poses",
-            ),
+        _key(cells, edges, (0, 1)),
+    )
+
+
+def _draw_upper_ends(both: Sequence[Cells], edges: Array, file: str) -> Pair:
+    """Return the maps of the upper end of the band after, in two views, in the same classes of colour."""
+    what = f"the upper end of the 95 % band of that error, by {file}"
+    side, top = (
+        (_panel(one, edges, _UPPER_END, f"after, at most, {one.view.words}"), one.view.words) for one in both
+    )
+    return Pair(
+        side[0].markup(f"{what}, seen {side[1]}"),
+        top[0].markup(f"{what}, seen {top[1]}"),
+        sentences(
+            f"{what}, in millimetres: with 97.5 % certainty the error is below it.",
+            "The colours are those of the maps above.",
         ),
+        _key(both[0], edges, (_UPPER_END,), both[1]),
+    )
+
+
+def _panel(cells: Cells, edges: Array, which: int, title: str) -> Panel:
+    """Return the map of one of the three values of ``Cells.shades``; a cell shows the error and its band when it is pointed at."""
+    view, centre = cells.view, cells.centres
+    banded = cells.found[min(which, 1)]
+    shade = _classes(cells, edges, which)
+    panel = Panel(*cells.spans, title=title, x_label=view.labels[0], y_label=view.labels[1], to_scale=True)
+    side = panel.points_across(cells.width) - _CELL_GAP
+    for k in np.unique(shade):
+        members = np.flatnonzero(shade == k)
+        titles_of = [_cell_title(centre[i], banded[i], int(cells.count[i])) for i in members]
+        panel.marks(centre[members, 0], centre[members, 1], titles_of, f"heat{k}", marker="s", size=side)
+    some = np.unique(np.linspace(0, len(view.measured) - 1, _DOTS).astype(int))
+    panel.marks(view.measured[some, 0], view.measured[some, 1], None, "ink", size=2.2, alpha=0.55)
+    return panel
+
+
+def _classes(cells: Cells, edges: Array, which: int) -> Array:
+    """Return the class of colour of every cell ``(C,)`` by one of the three values of ``Cells.shades``."""
+    return np.clip(np.searchsorted(edges, cells.shades[which]), 0, _CLASSES - 1)
+
+
+def _key(
+    cells: Cells, edges: Array, which: Sequence[int], *others: Cells
+) -> tuple[tuple[str, str, str], ...]:
+    """Return the legend of maps of some of the values of ``Cells.shades``: the classes of colour that they use, and the measured poses."""
+    used = np.concatenate([_classes(one, edges, k) for one in (cells, *others) for k in which])
+    measured = len(cells.view.measured)
+    return (
+        *(("■", f"heat{k}", _shade_in_words(edges, int(k))) for k in range(used.min(), used.max() + 1)),
+        ("•", "ink", "measured poses" if measured <= _DOTS else f"{_DOTS} of the measured poses"),
     )
 
 

@@ -80,6 +80,7 @@ class LineLaser(NoisyScans):
         table=MeasuredTable("scans", {"x": "m", "z": "m"}, True, "laser point", largest=20.0),
     )
     words = "line laser"
+    on_flange = "scanner", "an axis of the scans is mirrored or the last joint has another zero"
     residual_words = "mean height of a scan over its plane"
     observes_orientation = True
     scans = True

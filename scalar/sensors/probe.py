@@ -48,6 +48,7 @@ class Probe(OnPlanes, PointByPoint):
 
     format = SensorFormat("probe", on_planes=True, needs_nominal_pose=True, table=None)
     words = "touch probe"
+    on_flange = "tip of the probe", Measurement.on_flange[1]
     residual_words = "height of a contact over its plane"
     usual_noise = UsualNoise("a touch probe repeats to 0.01 mm or better", 1e-4)
     carries_scale = False

@@ -41,6 +41,8 @@ class Measurement(NoiseProtocol):
         words: Name of the kind in reports.
         measured: The word with which reports describe its poses, such as "tracked".
         target_words: Name of the target in messages, such as "planes" or "tracker".
+        on_flange: What of the kind sits on the flange, for messages, and what may be wrong if that comes out turned from where the dataset states
+            it, as a clause after "whether".
         residual_words: What the residual of a pose is, as the label of an axis.
         usual_noise: What instruments of the kind scatter by; None where the data show the noise even if nobody states it.
         observes_orientation: Whether the rows depend on the orientation of the sensor on the flange.
@@ -57,6 +59,7 @@ class Measurement(NoiseProtocol):
     words: ClassVar[str]
     measured: ClassVar[str] = "measured"
     target_words: ClassVar[str] = "target"
+    on_flange: ClassVar[tuple[str, str]] = "sensor", "the last joint has another zero"
     residual_words: ClassVar[str] = "distance between measurement and model"
     usual_noise: ClassVar[UsualNoise | None] = None
     observes_orientation: bool = False

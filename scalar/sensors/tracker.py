@@ -83,9 +83,9 @@ class Tracker(Measurement):
             }
         },
     )
-    words = "tracker"
+    words = target_words = "tracker"
     measured = "tracked"
-    target_words = "tracker"
+    on_flange = "target", "rx,ry,rz have other axes of the target, or the last joint has another zero"
     residual_words = "distance to the tracked point"
     usual_noise = UsualNoise("a laser tracker scatters by 0.01 to 0.05 mm, a camera by up to 0.1 mm", 2e-4)
 

@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from scalar.cli import cli
+from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.result import load_calibration
@@ -56,6 +57,48 @@ def test_a_changed_zero_is_said_and_written(folder):
     assert parameter["value"] == pytest.approx(1e-3)
     assert parameter["unit"] == "rad"
     assert content["changes"][0]["moves_positions"]["rms_mm"] > 0
+
+
+def test_what_was_compared_is_listed(folder):
+    """The terminal lists the parameters and effects that both estimated, with their numbers, and those of one only; the JSON has their names."""
+    gear = JointHarmonic(4, (2,), coefficients=np.array([1e-4, 0.0]))
+    play = JointBacklash(2, "moves", coefficients=np.array([1e-4]))
+    for name, effects in (("one.json", (gear,)), ("two.json", (gear, play))):
+        made = load_calibration(folder / "a.json")
+        made = replace(made, model=replace(made.model, effects=effects))
+        names = (*made.free, *(own for names in made.model.effect_names for own in names))
+        names = tuple(name for name in names if (name, made.model.effects) != ("a_3", (gear,)))  # fixed in A
+        replace(made, free=names, covariance=np.eye(len(names)) * 1e-12).save(folder / name)
+    said = run("compare", folder / "one.json", folder / "two.json", "-o", folder / "c.json")
+    assert said.exit_code == 0, said.output
+    lines = said.output.splitlines()
+    assert (
+        "compared: 2 parameters of the geometry (alpha_4, theta_3); 1 effect (joint_harmonic_4_2) with 2 coefficients"
+        in lines
+    )
+    assert "in B only: a_3, joint_backlash_2" in lines
+    assert not any(line.startswith("in A only") for line in lines)
+    content = json.loads((folder / "c.json").read_text(encoding="utf-8"))
+    assert set(content["compared"]) == {
+        "alpha_4",
+        "theta_3",
+        *(f"joint_harmonic_4_2.{part}_rad" for part in ("sin", "cos")),
+    }
+    assert content["only_in"] == {"A": [], "B": ["a_3", "joint_backlash_2.half_width_rad"]}
+    assert not set(content["compared"]) & set(content["not_compared"])
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_play_that_grew_is_said_to_have_grown(folder, side):
+    """Half the width of play grows by 0.0115 degrees, whichever sign it has in the files."""
+    for name, size in (("one.json", 1e-4), ("two.json", 3e-4)):
+        made = load_calibration(folder / "a.json")
+        play = JointBacklash(2, "moves", coefficients=np.array([side * size]))
+        made = replace(made, model=replace(made.model, effects=(play,)))
+        names = (*made.free, *made.model.effect_names[0])
+        replace(made, free=names, covariance=np.eye(len(names)) * 1e-12).save(folder / name)
+    said = run("compare", folder / "one.json", folder / "two.json").output
+    assert "size of half_width_rad +0.01146 +-" in said
 
 
 def test_a_user_of_standard_dh_reads_the_rows_of_that_table(folder):

@@ -1,5 +1,8 @@
 """The help of the commands."""
 
+import re
+from pathlib import Path
+
 import pytest
 
 from tests.cli.running import run
@@ -31,3 +34,25 @@ def test_help_of_all_names_every_command_and_status():
     ):
         assert words in text
     assert run("--version").stdout.startswith("scalar")
+
+
+def test_help_of_correct_is_short_and_leads_to_the_rest():
+    """It fits on a screen with its options, and names a heading of the documentation that is there; each column that is written stands under it."""
+    text = run("correct", "--help").stdout
+    assert len(text.splitlines()) <= 45
+    page, heading = re.search(r"(docs/\w+\.md), under \"(.*?)\"", " ".join(text.split())).groups()
+    headed = (
+        (Path(__file__).parents[2] / page)
+        .read_text(encoding="utf-8")
+        .replace("`scalar correct`", "scalar correct")
+    )
+    _, _, section = headed.partition(f"### {heading}\n")
+    for column in (
+        "corrected",
+        "beyond_limits",
+        "near_singular",
+        "smallest_singular_value",
+        "position_error",
+        "orientation_error",
+    ):
+        assert f"`{column}`" in section

@@ -1,11 +1,16 @@
-"""On which side of its play a joint rests: from the order of the poses or, if that is not given, from the recorded directions of approach."""
+"""On which side of its play a joint rests: from the order of the poses, or from the recorded directions of approach; and how its size is shown."""
 
 import numpy as np
 import pytest
 
+from scalar.cli.calibrate import describe_calibration
+from scalar.cli.diagnose import _sizes
 from scalar.data.poses import Poses
 from scalar.effects.joint_backlash import JointBacklash
+from scalar.effects.joint_hysteresis import JointHysteresis
+from scalar.estimation.calibrate import calibrate
 from scalar.geometry.robot import Robot
+from tests.random_scene import make_scene
 from tests.robot_configs import robot_mapping
 
 Q = np.zeros((4, 6))
@@ -41,3 +46,47 @@ def test_one_order_for_all_poses_says_nothing_on_moves():
 def test_without_order_and_approach_the_play_is_left_out():
     """The middle of the play is the best guess if nothing is known of the move."""
     assert not sides({}).any()
+
+
+@pytest.mark.parametrize("b", [-2e-4, 2e-4])
+@pytest.mark.parametrize(
+    "effect", [JointBacklash(2, "moves"), JointBacklash(2, "torque"), JointHysteresis(2, (0.05, 0.2))]
+)
+def test_a_half_width_is_shown_by_its_size(effect, b):
+    """A table shows half a width without a sign, and says on which side of its reading the joint stands, after which moves or torques."""
+    effect = effect.with_coefficients(np.full(len(effect.coefficients), b))
+    _, rows = effect.table([1e-5] * len(effect.coefficients))
+    assert [row[1] for row in rows] == ["0.0115"] * len(effect.coefficients)
+    assert effect.sign_in_words in rows[0][0]
+    assert ("beyond its reading" in rows[0][0]) == (b > 0)
+    if effect.name == "joint_hysteresis" or effect.by == "moves":
+        # The arm stands at q + dq: after a move to larger q, where s = 1, that is beyond q if dq > 0.
+        error = effect.joint_basis(Robot.from_mapping(robot_mapping("vs060")), moved()) @ effect.coefficients
+        assert (error[-1, 1] > 0) == ("stands beyond" in rows[0][0])
+
+
+def test_wind_ups_that_differ_in_sign_are_shown_with_it():
+    """A small wind-up against a larger one is no size, so that both keep their signs."""
+    effect = JointHysteresis(2, (0.05, 0.2)).with_coefficients(np.array([-1e-4, 3e-4]))
+    assert [row[1][0] for row in effect.table([None, None])[1]] == ["−", "0"]
+
+
+def test_the_terminal_shows_the_size_of_play_and_what_its_sign_meant():
+    """So do `calibrate` and `diagnose`: the number without its sign, then the words."""
+    entry = {"coefficients": {"half_width_rad": {"value": -2e-4, "std": 1e-5}}}
+    effect = JointBacklash(2, "moves").with_coefficients(np.array([-2e-4]))
+    assert _sizes(entry, effect.sign_in_words).startswith(": half width 0.0115 ±")
+    assert "stays behind its reading" in _sizes(entry, effect.sign_in_words)
+    calibration = calibrate(
+        make_scene("vs060", "tracker", poses_per_plane=20, seed=3).dataset, fixed_effects=[effect]
+    )
+    (line,) = [line for line in describe_calibration(calibration).splitlines() if "half_width" in line]
+    assert "-" not in line.partition("half_width_rad:")[2] and "stays behind its reading" in line
+
+
+def moved() -> Poses:
+    """Return poses of which joint 2 reaches the last by a long move to a larger angle."""
+    columns = {"order": np.arange(4.0)}
+    q = np.zeros((4, 6))
+    q[:, 1] = [0.1, 0.4, -0.8, 0.9]
+    return Poses.from_arrays(q, columns, 6)

@@ -1,5 +1,6 @@
 """Gross errors are found and set aside; what is only noisy, or only unexplained, is kept."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -171,3 +172,18 @@ def test_nothing_is_set_aside_late_that_may_be_an_effect():
         first, again = late(dataset, off, by)
         assert again is first
     assert len(late(dataset, run)[1].outlier_poses) == 3
+
+
+def test_a_refused_pose_is_said_with_its_distance():
+    """A pose recorded 300 mm off is refused with that distance, and with the distance of the others, which is near the noise of 0.1 mm."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=25, noise=1e-4, seed=7).dataset
+    points = dataset.points.copy()
+    points[30] += [0.3, 0.0, 0.0]
+    with pytest.raises(InvalidInput) as refusal:
+        calibrate(replace(dataset, points=points))
+    (fault,) = refusal.value.faults
+    said = re.search(r"pose 31 contradicts all others: it lies (\S+) mm .* lie (\S+) mm", fault.message)
+    assert said is not None
+    # The fit to the others and the root mean square over points hold for one position here: the distance is that by which it was moved.
+    assert float(said[1]) == pytest.approx(300.0, rel=0.01)
+    assert 0.05 < float(said[2]) < 0.3

@@ -168,7 +168,7 @@ def test_a_mirrored_scan_is_a_sensor_turned_from_its_stated_place(sound):
     )
     (suspicion,) = calibrate(dataset).summary["setup"]
     assert suspicion["what"] == "sensor_pose"
-    assert "turned by 180 degrees" in suspicion["sentence"]
+    assert "the scanner sits turned by 180 degrees" in suspicion["sentence"]
 
 
 @pytest.mark.parametrize("robot", ["vs060", "ur10e", "panda", "puma560"])

@@ -91,6 +91,26 @@ def test_each_cell_says_its_error_and_its_band(section: dict) -> None:
     assert all(float(r) >= 0 for r, *_ in re.findall(said, side.before))
 
 
+def test_before_and_after_show_the_same_quantity(section: dict) -> None:
+    """The colour of a cell is the class of its mean error, before as after; that of the upper end of the band stands in maps of its own."""
+    cell = r"mean error (\S+) mm, 95 % band \S+ to (\S+) mm"
+    for picture in section["pictures"][:3]:
+        upper = picture is section["pictures"][2]
+        class_of = {colour: text for _, colour, text in picture.key}
+        for markup in (picture.before, picture.after):
+            # The marks of one colour are one group.
+            _, *groups = re.split(r'fill: var\(--(\w+)\)" class="dots">', markup)
+            coloured = zip(groups[::2], groups[1::2], strict=True)
+            found = [(colour, *one) for colour, marks in coloured for one in re.findall(cell, marks)]
+            assert len(found) > 30
+            for colour, value, high in found:
+                edges = re.fullmatch(r"(?:below|(\S+) to) (\S+) mm", class_of[colour])
+                low, top = map(float, edges.groups(default="0"))
+                # The text has two digits, so that a value at an edge may be rounded beyond it.
+                assert 0.94 * low <= float(high if upper else value) <= 1.06 * top
+    assert "97.5 %" not in section["pictures"][0].after and "97.5 %" in section["pictures"][2].caption
+
+
 def test_the_page_of_a_calibration_begins_with_the_error_and_what_to_do() -> None:
     """The page begins with the errors by data sheet and as calibrated, and the command that uses it.
 
@@ -172,7 +192,7 @@ def test_an_arm_that_fills_no_slice_is_no_error(joints: int) -> None:
     calibration = uncertain(Robot.from_mapping({"name": "arm", "joints": rows}))
     seen = Poses(np.zeros((4, joints)), np.arange(4.0), {})
     found = workspace_section(calibration, None, seen, SHIPPED)
-    assert found is None if joints == 1 else found is not None and len(found["pictures"]) == 3
+    assert found is None if joints == 1 else found is not None and len(found["pictures"]) == 4
 
 
 def test_a_model_that_is_exact_has_no_map() -> None:

@@ -16,6 +16,7 @@ from scalar.data.dataset import Dataset
 from scalar.geometry.robot import GEOMETRY, Robot, link_end
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import standard_table
+from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
 ZERO_STEP = (
@@ -23,8 +24,6 @@ ZERO_STEP = (
 )  # between the zeros of a joint that are tried: from half of it away, a fit still converges
 LENGTH_UNITS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0, "feet": 304.8}
 """Units that are mistaken for millimetres or metres, each with its size in millimetres."""
-GRAD = 0.9 * DEG
-LEAST_TURNS = 4 * np.pi  # rad: only if a joint goes through more are its angles tried as degrees
 A, ALPHA, D, THETA, BETA = range(len(GEOMETRY))
 
 
@@ -34,7 +33,7 @@ class Alternative:
 
     Attributes:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
-            ``shifted_poses``, ``mirrored`` or ``coupled_joints``.
+            ``shifted_poses``, ``mirrored``, ``coupled_joints`` or ``twist_sign``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
         says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.
         changed: Under which change the residual was computed, for the message: ``with its sign changed``.
@@ -44,6 +43,8 @@ class Alternative:
         joint: The joint, from 1, if the alternative is another zero of one joint; else None.
         zero: What was added to that joint's theta [rad].
         scale: Factor by which the measured lengths were multiplied; a residual that shrinks by the same factor proves nothing.
+        motion: Factor by which the joint angles were multiplied, where the arm hardly moves as described or under this reading. An arm that hardly
+            moves leaves a residual that is smaller by as much, whatever is measured.
     """
 
     what: str
@@ -56,10 +57,11 @@ class Alternative:
     joint: int | None = None
     zero: float = 0.0
     scale: float = 1.0
+    motion: float = 1.0
 
 
 def alternatives(dataset: Dataset) -> Iterator[Alternative]:
-    """Yield every alternative that is tried on a dataset, the simplest first."""
+    """Yield the alternatives of signs, zeros, convention, order, labels and lengths, the simplest first."""
     n = dataset.robot.n_joints
     moving = [j for j in range(n) if np.ptp(dataset.q[:, j]) > 0]
     for j in moving:
@@ -79,7 +81,7 @@ def alternatives(dataset: Dataset) -> Iterator[Alternative]:
         if slides[i] != slides[j]:
             continue
         yield replace(
-            _with_angles(dataset, _swapped_columns(dataset.q, i, j)),
+            with_angles(dataset, _swapped_columns(dataset.q, i, j)),
             what="swapped_joints",
             where=f"joints {i + 1} and {j + 1}",
             says=f"the columns q{i + 1} and q{j + 1} of poses.csv are swapped",
@@ -89,7 +91,6 @@ def alternatives(dataset: Dataset) -> Iterator[Alternative]:
     for j in moving:
         if j not in dataset.robot.prismatic:  # a wrong zero of a travel is taken up by the geometry
             yield from _zeros(dataset, j)
-    yield from _angle_units(dataset)
 
 
 def with_sign_changed(robot: Robot, joint: int) -> Robot:
@@ -183,7 +184,7 @@ def _planes_swapped(dataset: Dataset) -> Iterator[Alternative]:
 
 def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
     """Yield the measured points in other units, mirrored, and assigned to the previous or next pose."""
-    file = "scans.csv" if dataset.planes else "points.csv"
+    file = kind_of(dataset).format.measured_in
     if len(dataset.points):
         for unit, factor in LENGTH_UNITS.items():
             as_metres = ((unit, factor * MM),) if factor * MM < 1.0 else ()
@@ -226,38 +227,6 @@ def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
                 )
 
 
-def _angle_units(dataset: Dataset) -> Iterator[Alternative]:
-    turning = ~dataset.robot.slides
-
-    def scaled(factor: float) -> Array:
-        return dataset.q * np.where(turning, factor, 1.0)
-
-    if not turning.any():
-        return
-    turned_often = float(np.ptp(dataset.q[:, turning], axis=0).max(initial=0.0)) > LEAST_TURNS
-    for unit, factor in (("degrees", DEG), ("grads", GRAD)) if turned_often else ():
-        yield replace(
-            _with_angles(dataset, scaled(factor)),
-            what="angle_unit",
-            where="poses.csv",
-            says=f"the joint angles are in {unit}, not in radians",
-            changed=f"with {unit} read",
-            remedy="write radians in poses.csv",
-        )
-    for unit, factor in (
-        ("grads, converted as if they were degrees", GRAD / DEG),
-        ("degrees, converted as if they were grads", DEG / GRAD),
-    ):
-        yield replace(
-            _with_angles(dataset, scaled(factor)),
-            what="angle_unit",
-            where="poses.csv",
-            says=f"the joint angles were {unit}",
-            changed=f"with the angles multiplied by {factor:.4g}",
-            remedy="convert the angles anew and write radians in poses.csv",
-        )
-
-
 def _with_robot(
     dataset: Dataset, robot: Robot, what: str, where: str, says: str, changed: str
 ) -> Alternative:
@@ -265,7 +234,8 @@ def _with_robot(
     return Alternative(what, where, says, changed, remedy, replace(dataset, robot=robot), corrects_robot=True)
 
 
-def _with_angles(dataset: Dataset, q: Array) -> Alternative:
+def with_angles(dataset: Dataset, q: Array) -> Alternative:
+    """Return the alternative with other joint positions ``(N, n)`` [rad; m for a prismatic joint]; its words are left empty."""
     columns = {f"q{j + 1}": q[:, j] for j in range(q.shape[1])}
     return Alternative("", "", "", "", "", replace(dataset, poses=dataset.poses.assign(**columns)))
 

@@ -123,7 +123,7 @@ def _lengths(dataset: Dataset, model: Model, std: Array, fixed_length: str | Non
         return [
             Suspicion(
                 "length_unit",
-                "scans.csv" if dataset.planes else "points.csv",
+                kind_of(dataset).format.measured_in,
                 f"all links come out {typical:.3g} times as long as dataset.yaml has them: look at the unit of the measurements "
                 "and of the table of joints (millimetres, inches, metres)",
             )
@@ -164,12 +164,12 @@ def _sensor(dataset: Dataset, model: Model, rotation_observed: bool) -> list[Sus
     T = dataset.sensor.T_flange_sensor
     if T is None:
         return []
-    found = []
+    (what, turned), found = kind_of(dataset).on_flange, []
     shift = float(np.linalg.norm(model.T_flange_sensor[:3, 3] - T[:3, 3]))
     if shift > SENSOR_SHIFT:
         found.append(
             _sensor_suspicion(
-                f"the sensor sits {shift / MM:.0f} mm from where nominal_pose has it: correct nominal_pose, or check whether "
+                f"the {what} sits {shift / MM:.0f} mm from where nominal_pose has it: correct nominal_pose, or check whether "
                 "one of the last joints counts the other way or has another zero"
             )
         )
@@ -179,8 +179,8 @@ def _sensor(dataset: Dataset, model: Model, rotation_observed: bool) -> list[Sus
         axis = "xyz"[int(np.argmax(np.abs(turn)))]
         found.append(
             _sensor_suspicion(
-                f"the sensor sits turned by {angle / DEG:.0f} degrees, mostly about its {axis}, from where nominal_pose has it: "
-                "correct nominal_pose, or check whether an axis of the scans is mirrored or the last joint has another zero"
+                f"the {what} sits turned by {angle / DEG:.0f} degrees, mostly about its {axis}, from where nominal_pose has it: "
+                f"correct nominal_pose, or check whether {turned}"
             )
         )
     return found

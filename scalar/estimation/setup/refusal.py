@@ -29,9 +29,11 @@ def misfit_refused(dataset: Dataset, distances: Array) -> Undetermined:
         dataset: What was measured.
         distances: ``(N,)`` [m], as ``Residuals.pose_distances`` gives them.
     """
+    planes, label = (" or the planes", ", label") if dataset.planes else ("", "")
+    robot = "the robot, the sensor" if dataset.planes else "the robot or the sensor"
     worst = int(dataset.pose_ids[np.argmax(distances)])
     return Undetermined(
         [f"the best fit is still {np.sqrt(np.mean(distances**2)) / MM:.0f} mm RMS off, pose {worst} most of all: this is not "
-         "the robot, the sensor or the planes that dataset.yaml describes; no single sign, zero, unit, label or convention "
+         f"{robot}{planes} that dataset.yaml describes; no single sign, zero, unit{label} or convention "
          "explains it, and no two or three signs: check several of them, and whether joint angles and measurements belong together"]
     )  # fmt: skip

@@ -15,9 +15,11 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.setup.alternatives import THETA, ZERO_STEP, Alternative, alternatives
+from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
 from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
 from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
+from scalar.estimation.setup.twists import twists
 from scalar.geometry.robot import Robot
 from scalar.units import DEG, MM
 
@@ -39,6 +41,7 @@ CLEARLY_NEARER_SHIFT = 30 * MM  # the same for places
 TIMES_NEARER = (
     2.0  # places may be guessed badly: to be taken, a correction has to be nearer by this factor as well
 )
+SINGLE = (alternatives, twists, angle_units, coupled_joints)  # what yields the alternatives with one change
 MOST_FITTED = 4  # alternatives that are fitted in full
 
 
@@ -96,7 +99,7 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     before = _residual(full_fit(dataset), as_it_is)
     found: list[tuple[Look, Alternative, Trial]] = []
     for count in range(1, MOST_SIGNS + 1):
-        single = itertools.chain(alternatives(dataset), coupled_joints(dataset))
+        single = itertools.chain(*(each(dataset) for each in SINGLE))
         tried = single if count == 1 else several_signs(dataset, count)
         found += _explaining(tried, as_it_is, before)
         if count > 1 and any(look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in found):
@@ -127,10 +130,12 @@ def _explaining(
         before: Residual of the set-up as described [m], or None if it could not be fitted.
     """
     looks = [(first_look(alternative.dataset), alternative) for alternative in tried]
-    least = min((look.rms for look, _ in looks), default=np.inf)
+    least = min((look.rms / a.motion for look, a in looks), default=np.inf)
     limit = max(AS_GOOD * least, 2 * MM)
     worth = [
-        (look, a) for look, a in looks if look.rms <= min(limit, NOMINAL_LEFT) and _better(look, a, as_it_is)
+        (look, a)
+        for look, a in looks
+        if look.rms / max(a.motion, 1.0) <= limit and look.rms <= NOMINAL_LEFT and _better(look, a, as_it_is)
     ]
     worth.sort(key=lambda entry: entry[0].turn)
     found: list[tuple[Look, Alternative, Trial]] = []
@@ -147,7 +152,7 @@ def _explaining(
 
 def _better(look: Look, alternative: Alternative, as_it_is: Look) -> bool:
     """Return whether an alternative leaves a far smaller residual, or one as small with sensor and planes nearer to their stated places."""
-    left = look.rms / min(alternative.scale, 1.0)
+    left = look.rms / min(alternative.scale, 1.0) / max(alternative.motion, 1.0)
     return left <= WORTH_FITTING * as_it_is.rms or (
         left <= AS_GOOD * as_it_is.rms and _nearer(look, as_it_is)
     )
@@ -167,7 +172,7 @@ def _explains(
     return (
         _nearer(look, as_it_is)
         or before is None
-        or trial.rms / min(alternative.scale, 1.0) <= FALLS_TO * before
+        or trial.rms / min(alternative.scale, 1.0) / max(alternative.motion, 1.0) <= FALLS_TO * before
     )
 
 

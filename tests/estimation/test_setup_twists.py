@@ -1,0 +1,75 @@
+"""A twist that was typed with the wrong sign is named, with what the table of joints has to say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scalar.data.dataset import Dataset
+from scalar.estimation.calibrate import calibrate
+from scalar.estimation.setup.alternatives import ALPHA, read_as_standard
+from scalar.estimation.setup.suspicion import WrongSetup
+from scalar.estimation.setup.twists import twists
+from scalar.geometry.standard_dh import stated_mapping
+from scalar.units import MM
+from tests.random_scene import make_scene
+
+
+def with_wrong_sign(dataset: Dataset, joint: int) -> Dataset:
+    """Return the dataset with alpha of a joint (from 1) negated in its table of joints."""
+    geometry = dataset.robot.geometry.copy()
+    geometry[ALPHA, joint - 1] *= -1
+    return replace(dataset, robot=dataset.robot.with_geometry(geometry))
+
+
+@pytest.mark.parametrize(
+    ("kind", "joint"),
+    [
+        ("tracker", 5),
+        *(pytest.param("tracker", joint, marks=pytest.mark.slow) for joint in (2, 4, 6)),
+        *(pytest.param("line-laser", joint, marks=pytest.mark.slow) for joint in (2, 4, 5, 6)),
+    ],
+)
+def test_a_twist_with_the_wrong_sign_is_named(kind, joint):
+    """It is named, alone or among corrections that explain the data as well, with the residual that a table without the error has."""
+    scene = make_scene("vs060", kind, poses_per_plane=25, points_per_scan=12, noise=1e-4, seed=7)
+    with pytest.raises(WrongSetup) as refused:
+        calibrate(with_wrong_sign(scene.dataset, joint))
+    named = {suspicion.where: suspicion for suspicion in refused.value.suspicions}
+    suspicion = named[f"alpha_{joint}"]
+    assert suspicion.what == "twist_sign" and "the residual falls from" in suspicion.sentence
+    assert suspicion.rms_after is not None and suspicion.rms_after < 0.3 * MM
+    assert suspicion.robot is not None  # so that the command offers a corrected dataset.yaml
+    np.testing.assert_array_equal(suspicion.robot.geometry, scene.dataset.robot.geometry)
+    if (kind, joint) != (
+        "tracker",
+        2,
+    ):  # its tracker may hang upside down, where joint 1 would count the other way
+        assert len(named) == 1
+
+
+def test_twists_are_named_by_the_row_of_the_user_s_table():
+    """In standard DH the twist stands in the row before; the corrected table is in standard DH and differs in that number alone."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=8, noise=1e-4, seed=7).dataset
+    dataset = replace(dataset, robot=read_as_standard(dataset.robot))
+    before = stated_mapping(dataset.robot)["joints"]
+    found = list(twists(dataset))
+    assert len(found) == sum(abs(np.sin(row["alpha"])) > 0.5 for row in before[:-1])
+    for alternative in found:
+        row = int(alternative.where.removeprefix("alpha "))
+        after = stated_mapping(alternative.dataset.robot)
+        assert after["convention"] == "standard-dh"
+        for i, (one, other) in enumerate(zip(before, after["joints"], strict=True), start=1):
+            assert other["alpha"] == pytest.approx(-one["alpha"] if i == row else one["alpha"])
+            assert {k: v for k, v in one.items() if k != "alpha"} == {
+                k: v for k, v in other.items() if k != "alpha"
+            }
+
+
+def test_axes_that_are_almost_parallel_have_no_sign_to_try():
+    """A fit finds a twist of a few degrees from either side."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=8, noise=1e-4, seed=7).dataset
+    tried = {alternative.where for alternative in twists(dataset)}
+    assert "alpha_3" not in tried and "alpha_2" in tried
