@@ -14,7 +14,7 @@ from scalar.effects.acquisition import moving_joints, steps_are_known
 from scalar.effects.effect import Effect
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
-from scalar.effects.places import JointEffect, OneAxis
+from scalar.effects.places import OneAxis, SingleJointEffect
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class PoseLag(OneAxis, JointEffect):
+class PoseLag(OneAxis, SingleJointEffect):
     """A joint's angle or travel was logged while the joint still moved: ``dq_j = s (q_j - q_j of the previous pose)``.
 
     The share s is positive if the joint moved on between logging and measuring, negative if the angle was logged after the measurement. A
@@ -58,11 +58,9 @@ class PoseLag(OneAxis, JointEffect):
         """Radians a radian, or metres a metre."""
         return [f"{self.joint_unit}/{self.joint_unit}"]
 
-    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+    def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the last step of the joint, zero at rest."""
-        B = np.zeros((len(poses), robot.n_joints, 1))
-        B[:, self.joint - 1, 0] = self._steps(poses)
-        return B
+        return self._steps(poses)[:, None]
 
     def _steps(self, poses: Poses) -> Array:
         return poses.columns.get(step_column(self.joint), np.zeros(len(poses)))
