@@ -105,8 +105,10 @@ class EffectColumns:
                 blocks.append(ColumnBlock(at, self.of([effects[i] for i in own], bases).T, None))
                 continue
             lengths, directions = self._by_joint_split[j]
-            errors = np.concatenate([part[1] for i in own if (part := parts[i]) is not None], axis=1)
-            blocks.append(ColumnBlock(at, np.multiply(errors.T, lengths, order="C"), directions))
+            rows = np.empty((len(at), len(lengths)))
+            np.concatenate([part[1].T for i in own if (part := parts[i]) is not None], out=rows)
+            rows *= lengths
+            blocks.append(ColumnBlock(at, rows, directions))
         return ColumnProducts(blocks)
 
     def _on_one_joint(self, effect: Effect, bases: dict[Effect, Basis]) -> tuple[int, Array] | None:

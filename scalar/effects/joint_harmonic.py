@@ -72,8 +72,8 @@ class JointHarmonic(Series):
 
     def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return sine and cosine of the multiples of the angle."""
-        phase = poses.q[:, self.joint - 1, None] * np.array(self.orders)
-        return np.stack([np.sin(phase), np.cos(phase)], axis=2).reshape(len(poses), -1)
+        phase = np.multiply.outer(self.orders, poses.q[:, self.joint - 1])
+        return np.stack([np.sin(phase), np.cos(phase)], axis=1).reshape(-1, len(poses)).T
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:

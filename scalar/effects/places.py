@@ -163,6 +163,13 @@ class PointEffect(Effect):
     acts_by_joint_angles: ClassVar[bool] = False
     basis_names: ClassVar[tuple[str, ...]]
 
+    def course(self, poses: Poses) -> tuple[PointEffect, Array] | None:
+        """Return an effect that acts alike at all poses and the shares of it ``(N,)`` that act at each, if this effect is that product; else None.
+
+        Many candidates may be shares of the same effect, whose columns are then computed once.
+        """
+        return None
+
     @abstractmethod
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array

@@ -46,6 +46,17 @@ class BoundPointEffect:
         """Return the coefficients ``(k,)`` of the effect."""
         return self.effect.coefficients
 
+    def course(self) -> tuple[str, BoundPointEffect, Array] | None:
+        """Return the effect that acts alike at all poses with a text that tells it from others, and the shares of it; None if there is none."""
+        found = self.effect.course(self.poses)
+        if found is None:
+            return None
+        return (
+            f"{type(found[0]).__name__} {found[0].to_mapping()}",
+            BoundPointEffect(found[0], self.poses),
+            found[1],
+        )
+
     def contact_columns(self, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array) -> Array:
         """Return the effect's columns at its poses; arguments and result are those of ``PointEffect.contact_columns``."""
         return self.effect.contact_columns(self.poses, T_base_sensor, planes, plane_index, contact)
