@@ -221,9 +221,12 @@ class Residuals:
     def reweighted(self, model: Model) -> Residuals:
         """Return the same residuals, their weights computed anew at a model: from the incidence of rays, or from a noise that is estimated."""
         kinematics = self.kinematics(model)
-        measurement = self.measurement.reweighted(kinematics.T_base_sensor, model.target)
+        return self.measured_as(self.measurement.reweighted(kinematics.T_base_sensor, model.target), model)
+
+    def measured_as(self, measurement: Measurement, model: Model) -> Residuals:
+        """Return the residuals of the same poses with other rows of their measurements; the kinematics of a model are known to both."""
         found = Residuals(measurement, self.poses, self.bases, self.known)
-        found._kinematics = kinematics
+        found._kinematics = self.kinematics(model)
         return found
 
     def rms(self, model: Model) -> float:
