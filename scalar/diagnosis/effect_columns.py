@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 Basis = JointBasis | Array  # an array ``(N, 6, k)`` of screws for base and sensor, ``(N, 5, n, k)`` for links
 
 _MOST_KEPT = 1_000_000  # bytes: a larger basis (of links at thousands of poses) is computed anew each time
+_MOST_KEPT_OF_JOINTS = 400_000  # bytes, the same for one on joints: thousands of flexible terms at 12,000 poses would take most of the memory
 
 
 class EffectColumns:
@@ -126,7 +127,7 @@ class EffectColumns:
         if basis is None:
             return np.zeros((len(poses), 6, len(effect.coefficients)))
         found = JointBasis.of_effect(effect, basis) if isinstance(effect, JointEffect) else basis
-        if isinstance(found, JointBasis) or found.nbytes <= _MOST_KEPT:
+        if basis.nbytes <= (_MOST_KEPT_OF_JOINTS if isinstance(found, JointBasis) else _MOST_KEPT):
             bases[effect] = found
         return found
 
