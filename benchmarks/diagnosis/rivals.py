@@ -55,17 +55,17 @@ def lasso(before: FittedState) -> list[dict[str, Any]]:
 
 def chosen_by_lasso(before: FittedState) -> tuple[Effect, ...]:
     """Return the effects whose columns the lasso selects, those of the largest coefficient first."""
-    columns = CandidateColumns(before, named_candidates(before.dataset))
-    elements = columns.candidates.elements
+    elements, full = named_candidates(before.dataset).elements, before.background()
     owner = np.concatenate([np.full(len(e.coefficients), i) for i, e in enumerate(elements)])
-    k = len(owner)
-    given = gram_given(columns.full, columns.E, columns.E.T @ columns.E)[:k, :k]
+    E = before.columns_of(elements)
+    own_gram = E.T @ E
+    given = gram_given(full, E, own_gram)
     own = np.diag(given)
-    seen = own > LEAST_SHARE * columns.squared_lengths[:k]
+    seen = own > LEAST_SHARE * np.diag(own_gram)
     scale = np.sqrt(own[seen])
     gram = given[np.ix_(seen, seen)] / np.outer(scale, scale)
-    correlation = (columns.E.T @ columns.full.residual.ravel())[:k][seen] / scale
-    weights = least_bic(gram, correlation, columns.full.sum_of_squares, columns.full.degrees_of_freedom)
+    correlation = (E.T @ full.residual.ravel())[seen] / scale
+    weights = least_bic(gram, correlation, full.sum_of_squares, full.degrees_of_freedom)
     size = np.zeros(len(elements))
     np.maximum.at(size, owner[seen], np.abs(weights))
     chosen: tuple[Effect, ...] = ()

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.diagnosis.rivals import LEAST_SHARE, descend, entries
-from scalar.diagnosis.candidate_columns import CandidateColumns, named_candidates
+from scalar.diagnosis.candidate_columns import named_candidates
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.merging import merged
 from scalar.effects import Effect
@@ -25,12 +25,11 @@ TOLERANCE = 1e-6  # of coordinate descent, in units of the largest correlation
 
 def chosen_by_stability(before: FittedState, rng: np.random.Generator) -> tuple[Effect, ...]:
     """Return the effects that are selected in at least ``THRESHOLD`` of the halves, the most frequent first."""
-    columns = CandidateColumns(before, named_candidates(before.dataset))
-    elements = columns.candidates.elements
+    elements = named_candidates(before.dataset).elements
     owner = np.concatenate([np.full(len(e.coefficients), i) for i, e in enumerate(elements)])
-    E, k = columns.E, len(owner)
-    poses, per_pose = columns.full.residual.shape
-    rows = E[: poses * per_pose, :k].reshape(poses, per_pose, k)
+    k = len(owner)
+    poses, per_pose = before.background().residual.shape
+    rows = before.columns_of(elements).reshape(poses, per_pose, k)
     residual, jacobian = before.linearised()
     J = jacobian[: poses * per_pose].reshape(poses, per_pose, -1)
     r = residual[: poses * per_pose].reshape(poses, per_pose)

@@ -26,7 +26,6 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-_MOST_NUMBERS = 2_000_000  # numbers of columns that are copied at once for their products: 16 MB
 _MOST_KEPT = 32_000_000  # bytes of all columns that a state keeps; others, as of thousands of poses, are computed anew each time
 
 
@@ -163,8 +162,8 @@ class CandidateColumns:
         candidates: The candidate set.
         change_margin: Least number of poses before and after the beginning of a change.
         full: The background of the state with all its effects.
-        E: ``(N m, e)``, the columns.
-        squared_lengths: ``(e,)``, of the columns.
+        products: The e columns of the elements.
+        of_changes: ``(N m, c)``, the columns of the changes.
     """
 
     def __init__(self, state: FittedState, candidates: CandidateSet) -> None:
@@ -172,9 +171,10 @@ class CandidateColumns:
         self.candidates = candidates
         self.change_margin = state.settings.selection.change_margin
         self.full = state.background()
-        self.E = state.columns_of(candidates.effects, candidates.bases)
-        self.squared_lengths = np.einsum("ne,ne->e", self.E, self.E)
-        self._along = (self.full.Q.T @ self.E).T
+        groups = candidates.groups.values()
+        self.products = state.products_of(candidates.elements, groups, candidates.bases)
+        self.of_changes = state.columns_of([effect for effect, _ in candidates.changes], candidates.bases)
+        self._along = self.products.with_rows(self.full.Q)
         self._change_columns: dict[int, ChangeColumns] = {}
         self._grams: dict[int, Array] = {}
 
@@ -184,19 +184,29 @@ class CandidateColumns:
         known = state.candidate_columns.get(id(candidates))
         if known is None:
             known = cls(state, candidates)
-            kept = sum(columns.E.nbytes for columns in state.candidate_columns.values())
-            if kept + known.E.nbytes <= _MOST_KEPT:
+            kept = sum(columns.nbytes for columns in state.candidate_columns.values())
+            if kept + known.nbytes <= _MOST_KEPT:
                 state.candidate_columns[id(candidates)] = known  # holds the set, so no other has its id
         return known
 
+    @property
+    def nbytes(self) -> int:
+        """Return the size of the columns in memory [bytes]."""
+        return self.products.nbytes + self.of_changes.nbytes
+
     def conditional(self, background: Background) -> dict[int, Conditional]:
         """Return the candidates by their number of columns, conditional on the state's background, or on that without some of its effects."""
-        released = None if background.released is None else (background.released.T @ self.E).T
-        given = self.squared_lengths - np.einsum("ef,ef->e", self._along, self._along)
+        residual, squared_lengths = background.residual.reshape(-1, 1), self.products.squared_lengths
+        released = background.released
+        rows = residual if released is None else np.column_stack([residual, released])
+        projection, *_ = along = self.products.with_rows(rows).T
+        released = None if released is None else along[1:].T
+        given = squared_lengths - np.einsum("ef,ef->e", self._along, self._along)
         if released is not None:
             given += np.einsum("ef,ef->e", released, released)
-        share, scale = observable_share(background, given, self.squared_lengths, self.candidates.prior_std)
-        projection = (self.E.T @ background.residual.ravel()) * scale / background.variance
+        prior_std = self.candidates.prior_std[: len(squared_lengths)]
+        share, scale = observable_share(background, given, squared_lengths, prior_std)
+        projection = projection * scale / background.variance
         found = {}
         for width, groups in self.candidates.groups.items():
             grams = self._grams_given_all(width)
@@ -212,24 +222,18 @@ class CandidateColumns:
         """Return ``E'^T E'`` ``(T, w, w)`` of the candidates with w columns, conditional on the background of the state with all its effects."""
         if width not in self._grams:
             groups = self.candidates.groups[width]
-            at_once = max(_MOST_NUMBERS // max(width * len(self.E), 1), 1)
-            parts = [groups[k : k + at_once] for k in range(0, len(groups), at_once)]
-            self._grams[width] = np.concatenate([self._grams_of(part) for part in parts])
+            along = self._along[groups]
+            self._grams[width] = self.products.grams(groups) - along @ np.swapaxes(along, 1, 2)
         return self._grams[width]
-
-    def _grams_of(self, groups: Array) -> Array:
-        """Return the same for the columns with the indices ``groups`` ``(T, w)``."""
-        own, along = self.E.T[groups], self._along[groups]
-        return own @ np.swapaxes(own, 1, 2) - along @ np.swapaxes(along, 1, 2)
 
     def changes(self, background: Background) -> list[tuple[Effect, ChangeScores]]:
         """Return every kind of change with its scores for all poses at which it may begin."""
         N, m = background.residual.shape
         found = []
-        at = self.E.shape[1] - sum(len(effect.coefficients) for effect, _ in self.candidates.changes)
+        at = 0
         for i, (effect, touched) in enumerate(self.candidates.changes):
             k = len(effect.coefficients)
-            E = self.E[: N * m, at : at + k].reshape(N, m, k)
+            E = self.of_changes[:, at : at + k].reshape(N, m, k)
             at += k
             if i not in self._change_columns:
                 self._change_columns[i] = ChangeColumns.of(

@@ -7,13 +7,14 @@ were compressed with the functions of the points that these effects need are kep
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from itertools import accumulate
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scalar.diagnosis.column_products import ColumnBlock, ColumnProducts, one_joint_each
 from scalar.diagnosis.measured_rows import MeasuredRows, profile_measurement
 from scalar.effects import BaseEffect, Effect, JointEffect, LinkEffect, PointEffect
 from scalar.effects.checked_basis import checked_basis
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 Basis = JointBasis | Array  # an array ``(N, 6, k)`` of screws for base and sensor, ``(N, 5, n, k)`` for links
 
 _MOST_KEPT = 1_000_000  # bytes: a larger basis (of links at thousands of poses) is computed anew each time
+_MOST_KEPT_OF_JOINTS = 400_000  # bytes, the same for one on joints: thousands of flexible terms at 12,000 poses would take most of the memory
 
 
 class EffectColumns:
@@ -71,11 +73,7 @@ class EffectColumns:
             if isinstance(effect, PointEffect):
                 on_points.append((effect, slice(start, stop)))
                 continue
-            basis = bases.get(effect)
-            if basis is None:
-                basis = self._basis(effect)
-                if isinstance(basis, JointBasis) or basis.nbytes <= _MOST_KEPT:
-                    bases[effect] = basis
+            basis = self._basis(effect, bases)
             if isinstance(basis, JointBasis):
                 self._fill_by_joints(found[start:stop], basis)
             else:
@@ -85,13 +83,53 @@ class EffectColumns:
             columns[:, :, at] = self._of_points([effect for effect, _ in on_points])
         return found.reshape(-1, N * m).T
 
-    def _basis(self, effect: Effect) -> Basis:
-        """Return the basis of an effect at the poses."""
+    def products(
+        self, effects: Sequence[Effect], groups: Iterable[Array], bases: dict[Effect, Basis]
+    ) -> ColumnProducts:
+        """Return the columns of effects for products within groups of them.
+
+        Args:
+            effects: Any effects, with e coefficients in all.
+            groups: Arrays ``(T, w)`` of the indices of the columns of T groups.
+            bases: As in ``of``.
+        """
+        owner = np.repeat(np.arange(len(effects)), [len(effect.coefficients) for effect in effects])
+        parts = [self._on_one_joint(effect, bases) for effect in effects]
+        joints = one_joint_each(
+            np.array([-1 if part is None else part[0] for part in parts], dtype=int)[owner], groups
+        )
+        blocks = []
+        for j in np.unique(joints).tolist():
+            at = np.flatnonzero(joints == j)
+            own = np.unique(owner[at])
+            if j < 0:
+                blocks.append(ColumnBlock(at, self.of([effects[i] for i in own], bases).T, None))
+                continue
+            lengths, directions = self._by_joint_split[j]
+            rows = np.empty((len(at), len(lengths)))
+            np.concatenate([part[1].T for i in own if (part := parts[i]) is not None], out=rows)
+            rows *= lengths
+            blocks.append(ColumnBlock(at, rows, directions))
+        return ColumnProducts(blocks)
+
+    def _on_one_joint(self, effect: Effect, bases: dict[Effect, Basis]) -> tuple[int, Array] | None:
+        """Return the only joint, from 0, on which an effect acts, and its basis ``(N, k)`` there; None if it does not act on one joint alone."""
+        basis = self._basis(effect, bases) if isinstance(effect, JointEffect) else None
+        return basis.parts[0] if isinstance(basis, JointBasis) and len(basis.parts) == 1 else None
+
+    def _basis(self, effect: Effect, bases: dict[Effect, Basis]) -> Basis:
+        """Return the basis of an effect at the poses, which is added to ``bases`` unless it is large."""
+        found = bases.get(effect)
+        if found is not None:
+            return found
         nominal, poses = self._model.nominal, self._residuals.poses
         basis = checked_basis(effect, nominal, poses)
         if basis is None:
             return np.zeros((len(poses), 6, len(effect.coefficients)))
-        return JointBasis.of(basis) if isinstance(effect, JointEffect) else basis
+        found = JointBasis.of_effect(effect, basis) if isinstance(effect, JointEffect) else basis
+        if basis.nbytes <= (_MOST_KEPT_OF_JOINTS if isinstance(found, JointBasis) else _MOST_KEPT):
+            bases[effect] = found
+        return found
 
     def _fill_by_joints(self, columns: Array, basis: JointBasis) -> None:
         """Fill in the columns ``(k, N, m)`` of an effect on joints."""
@@ -138,6 +176,14 @@ class EffectColumns:
     def _by_joint(self) -> Array:
         """Return the derivatives ``(n, N, m)`` of the whitened rows by the joints' angles and travels."""
         return np.moveaxis(self._by_geometry[:, :, self._model.robot.joint_columns], 2, 0).copy()
+
+    @cached_property
+    def _by_joint_split(self) -> list[tuple[Array, Array]]:
+        """Return for each joint the lengths ``(N,)`` of ``_by_joint`` at the poses, and its directions ``(N, m)``, zero where it has no length."""
+        lengths = np.linalg.norm(self._by_joint, axis=2)
+        return list(
+            zip(lengths, self._by_joint / np.where(lengths > 0, lengths, 1.0)[:, :, None], strict=True)
+        )
 
     @cached_property
     def _by_base(self) -> Array:

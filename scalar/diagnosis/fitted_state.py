@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from scalar.diagnosis.background import Background
+from scalar.diagnosis.column_products import ColumnProducts
 from scalar.diagnosis.effect_columns import Basis, EffectColumns
 from scalar.diagnosis.measured_rows import MeasuredRows, profile_measurement
 from scalar.diagnosis.settings import DEFAULTS, Settings
@@ -172,6 +173,12 @@ class FittedState:
             bases: Bases of effects at the poses that were computed before (``effect_columns``); those that are computed here are added.
         """
         return self._columns.of(effects, bases)
+
+    def products_of(
+        self, effects: Sequence[Effect], groups: Iterable[Array], bases: dict[Effect, Basis]
+    ) -> ColumnProducts:
+        """Return the same columns for products within groups of them; the arguments are those of ``EffectColumns.products``."""
+        return self._columns.products(effects, groups, bases)
 
     def columns_within_scans(
         self, effects: Sequence[Effect], bases: dict[Effect, Basis] | None = None

@@ -23,7 +23,6 @@ from scipy.spatial import KDTree
 from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.settings import DEFAULTS, HoldOutSettings
 from scalar.estimation.design_effect import LEAST_POSES, similar_poses
-from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
 # Number of regions of the joint space, by halving it three times. Smaller regions would have others on all sides, so that their errors would not
@@ -84,7 +83,10 @@ def moving_joints(state: FittedState) -> Array:
 
 def blocks_of(state: FittedState) -> tuple[Array, Array]:
     """Return the block ``(N,)`` and the fold ``(N,)`` of every pose of a state; only joints that move what is measured distinguish poses."""
-    return blocks(state.dataset.q[:, moving_joints(state)], state.settings.hold_out)
+    moving, settings = moving_joints(state), state.settings.hold_out
+    return state.rows.once(
+        ("blocks", settings, *moving.tolist()), lambda: blocks(state.dataset.q[:, moving], settings)
+    )
 
 
 def first_of_repetitions(q: Array, same_pose: float = DEFAULTS.hold_out.same_pose) -> Array:
@@ -214,7 +216,7 @@ def _in_metres(state: FittedState) -> tuple[Array, Array]:
     """Return the rows of the poses in metres, every point with the same weight, and their derivatives by the free parameters [m]."""
     residuals = state.residuals
     measurement, metres = residuals.measurement.in_metres()
-    rows = Residuals(measurement, residuals.poses, residuals.bases, residuals.known)
+    rows = residuals.measured_as(measurement, state.model)
     residual, J = rows.linearise_measured(state.model)
     return residual * metres, J[:, state.free] * metres
 

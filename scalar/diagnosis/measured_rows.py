@@ -6,7 +6,8 @@ of such functions. The rows are weighted for the noise within poses as far as it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from scalar.estimation.settings import WithinScanNoiseSettings
 from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement, PoseNoise, measure
 
+_Result = TypeVar("_Result")
 # Relative change of an estimated noise that is smaller than its standard error with a hundred measurements.
 _NEGLIGIBLE_CHANGE = 0.1
 
@@ -39,6 +41,18 @@ class MeasuredRows:
         self.noise = noise
         self._known: dict[tuple[str, ...], Measurement] = {}
         self._derivatives: Array | None = None
+        self._results: dict[tuple[Any, ...], Any] = {}
+
+    def once(self, key: tuple[Any, ...], compute: Callable[[], _Result]) -> _Result:
+        """Return a result that all models of these rows share; it is computed when first asked for.
+
+        Args:
+            key: The name of the result and what it depends on besides the dataset.
+            compute: Computes it.
+        """
+        if key not in self._results:
+            self._results[key] = compute()
+        return self._results[key]
 
     def with_functions(self, extra_basis: Sequence[str]) -> Measurement:
         """Return the measurement with the functions ``extra_basis`` of a point kept by the compression (``scalar.sensors.measure``)."""

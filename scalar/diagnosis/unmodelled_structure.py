@@ -127,7 +127,11 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
 
 def _imitating(state: FittedState, background: Background, named: Effect) -> list[Scored]:
     """Return the few flexible terms with the most evidence that may imitate a named effect (``Effect.imitators``), best first; they may be none."""
-    return _ranked(state, [background], _in_parts(named.imitators(state.dataset)))[0]
+
+    def ranked() -> list[Scored]:
+        return _ranked(state, [background], _in_parts(named.imitators(state.dataset)))[0]
+
+    return state.once(("imitating", background, named), ranked)
 
 
 def _with_best(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState | None:

@@ -9,20 +9,24 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.effects.effect import Effect
-from scalar.effects.places import BaseEffect, JointEffect, LinkEffect, SensorEffect
+from scalar.effects.places import BaseEffect, JointEffect, LinkEffect, SensorEffect, SingleJointEffect
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
 
 def checked_basis(effect: Effect, nominal: Robot, poses: Poses) -> Array | None:
-    """Return the columns of an effect on joints ``(N, n, k)``, links ``(N, 5, n, k)``, base or sensor ``(N, 6, k)``; None for one on points.
+    """Return the columns of an effect on one joint ``(N, k)``, on several ``(N, n, k)``, on links ``(N, 5, n, k)``, base or sensor ``(N, 6, k)``.
+
+    None is returned for an effect on points.
 
     Raises:
         InvalidInput: The effect's method returns something else.
     """
     N, n, k = len(poses), nominal.n_joints, len(effect.coefficients)
-    if isinstance(effect, JointEffect):
+    if isinstance(effect, SingleJointEffect):
+        method, shape, axes = effect.own_columns, (N, k), "poses, coefficients"
+    elif isinstance(effect, JointEffect):
         method, shape, axes = effect.joint_basis, (N, n, k), "poses, joints, coefficients"
     elif isinstance(effect, LinkEffect):
         method, shape, axes = effect.geometry_basis, (N, 5, n, k), "poses, parameters, joints, coefficients"

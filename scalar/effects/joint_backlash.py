@@ -16,7 +16,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.gravity import torque_of, typical_masses, typical_torque
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View, angle_axis
-from scalar.effects.places import JointEffect, OneAxis
+from scalar.effects.places import OneAxis, SingleJointEffect
 from scalar.effects.title import joints_in_words
 from scalar.effects.wording import angle, length, side_of_travel
 from scalar.geometry.robot import Robot
@@ -37,7 +37,7 @@ _NEEDS = {
 
 
 @dataclass(frozen=True, eq=False)
-class JointBacklash(OneAxis, JointEffect):
+class JointBacklash(OneAxis, SingleJointEffect):
     """A joint rests on one side of its play or on the other: ``dq_j = b s``, s the direction of approach or the torque's sign.
 
     If the direction of approach is not recorded, it may be taken from the order of the poses, assuming that the arm moves directly from each pose to
@@ -92,17 +92,15 @@ class JointBacklash(OneAxis, JointEffect):
             return torque_of(robot, q, self.joint, self.masses)
         return typical_torque(robot, q, self.joint)
 
-    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+    def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the side on which the joint rests, -1 or 1."""
-        B = np.zeros((len(poses), robot.n_joints, 1))
         if self.by == "approach":
             side = poses.column(f"approach{self.joint}")
         elif self.by == "moves":
             side = self._last_move(poses)
         else:
             side = np.sign(self.torque(robot, poses.q))
-        B[:, self.joint - 1, 0] = side
-        return B
+        return side[:, None]
 
     def against_its_load(self, robot: Robot, poses: Poses) -> bool:
         """Return whether the joint rests on the upper side of its play, where its load would have to lift it.

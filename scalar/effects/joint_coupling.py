@@ -6,15 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-import numpy as np
-
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import turning_joints
 from scalar.effects.command_words import turning_named
 from scalar.effects.effect import Effect
 from scalar.effects.joint_pictures import along_joint
 from scalar.effects.picture import Map, Profile, View
-from scalar.effects.places import JointEffect
+from scalar.effects.places import SingleJointEffect
 from scalar.effects.wording import number
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
@@ -24,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class JointCoupling(JointEffect):
+class JointCoupling(SingleJointEffect):
     """One joint's angle leaks into another's: ``dq_j = c q_source``.
 
     Attributes:
@@ -61,11 +59,9 @@ class JointCoupling(JointEffect):
         """Radians a radian."""
         return ["rad/rad"]
 
-    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+    def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the source's angle as an error of the joint."""
-        B = np.zeros((len(poses), robot.n_joints, 1))
-        B[:, self.joint - 1, 0] = poses.q[:, self.source - 1]
-        return B
+        return poses.q[:, self.source - 1, None]
 
     def to_mapping(self) -> dict[str, Any]:
         """Return joint and source."""

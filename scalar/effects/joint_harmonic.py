@@ -70,12 +70,10 @@ class JointHarmonic(Series):
         """Radians."""
         return ["rad"] * (2 * len(self.orders))
 
-    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+    def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return sine and cosine of the multiples of the angle."""
-        B = np.zeros((len(poses), robot.n_joints, 2 * len(self.orders)))
-        phase = poses.q[:, self.joint - 1, None] * np.array(self.orders)
-        B[:, self.joint - 1, 0::2], B[:, self.joint - 1, 1::2] = np.sin(phase), np.cos(phase)
-        return B
+        phase = np.multiply.outer(self.orders, poses.q[:, self.joint - 1])
+        return np.stack([np.sin(phase), np.cos(phase)], axis=1).reshape(-1, len(poses)).T
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:

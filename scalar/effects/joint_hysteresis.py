@@ -16,7 +16,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.joint_backlash import told_by
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
-from scalar.effects.places import JointEffect, OneAxis
+from scalar.effects.places import OneAxis, SingleJointEffect
 from scalar.effects.wording import angle, length, side_of_travel
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
@@ -28,7 +28,7 @@ OWN_SHARE = 0.1  # least share of the wind-up's variance that neither angle, ste
 
 
 @dataclass(frozen=True, eq=False)
-class JointHysteresis(OneAxis, JointEffect):
+class JointHysteresis(OneAxis, SingleJointEffect):
     """Friction winds a joint up: ``dq_j = sum of h w``; over a move by d a wind-up w goes to ``s + (w - s) exp(-|d| / travel)``, s the sign of d.
 
     Each term is the friction of Dahl (1968) with a travel of its own; friction that yields over many travels is the sum of a few. It differs from
@@ -73,11 +73,9 @@ class JointHysteresis(OneAxis, JointEffect):
         """Return on which side of its reading the joint stands, if all of its wind-ups agree."""
         return side_of_travel(self.coefficients.tolist())
 
-    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+    def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the wind-up by each travel, -1 to 1."""
-        B = np.zeros((len(poses), robot.n_joints, len(self.travels)))
-        B[:, self.joint - 1] = self._wind_up(poses)
-        return B
+        return self._wind_up(poses)
 
     def _wind_up(self, poses: Poses) -> Array:
         """Return the wind-up by each travel ``(N, k)``."""

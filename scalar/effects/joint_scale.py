@@ -11,7 +11,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import moving_joints
 from scalar.effects.effect import Effect
-from scalar.effects.places import JointEffect, OneAxis
+from scalar.effects.places import OneAxis, SingleJointEffect
 from scalar.effects.title import joints_in_words
 from scalar.effects.wording import KNOWN_LENGTH, KNOWN_LENGTH_ADVICE, angle
 from scalar.geometry.robot import Robot
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class JointScale(OneAxis, JointEffect):
+class JointScale(OneAxis, SingleJointEffect):
     """A joint's angle, or its travel, errs in proportion to itself: ``dq_j = s q_j``.
 
     Attributes:
@@ -56,11 +56,9 @@ class JointScale(OneAxis, JointEffect):
         """Radians a radian, or metres a metre."""
         return [f"{self.joint_unit}/{self.joint_unit}"]
 
-    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+    def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the angle or travel itself."""
-        B = np.zeros((len(poses), robot.n_joints, 1))
-        B[:, self.joint - 1, 0] = poses.q[:, self.joint - 1]
-        return B
+        return poses.q[:, self.joint - 1, None]
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:

@@ -10,6 +10,8 @@ from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+import numpy as np
+
 from scalar.data.poses import Poses
 from scalar.effects.command_words import joints_named
 from scalar.effects.effect import Effect
@@ -106,6 +108,23 @@ class JointEffect(Effect):
         return [along_joint(view, self, self.own_angle_joint, self.own_angle_joint)]
 
 
+class SingleJointEffect(JointEffect):
+    """An error of the position of one joint alone, ``joint`` from 1: its columns are those of that joint, so that no others need be stored."""
+
+    joint: int
+
+    @abstractmethod
+    def own_columns(self, robot: Robot, poses: Poses) -> Array:
+        """Return the columns ``(N, k)`` [rad per unit; m per unit of a travel] of the joint; ``robot`` is the nominal one."""
+
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the joint's columns among those of all joints."""
+        own = self.own_columns(robot, poses)
+        B = np.zeros((len(poses), robot.n_joints, own.shape[1]))
+        B[:, self.joint - 1] = own
+        return B
+
+
 class LinkEffect(Effect):
     """A change of the geometric parameters, pose by pose."""
 
@@ -143,6 +162,13 @@ class PointEffect(Effect):
 
     acts_by_joint_angles: ClassVar[bool] = False
     basis_names: ClassVar[tuple[str, ...]]
+
+    def course(self, poses: Poses) -> tuple[PointEffect, Array] | None:
+        """Return an effect that acts alike at all poses and the shares of it ``(N,)`` that act at each, if this effect is that product; else None.
+
+        Many candidates may be shares of the same effect, whose columns are then computed once.
+        """
+        return None
 
     @abstractmethod
     def contact_columns(

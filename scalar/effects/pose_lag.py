@@ -14,7 +14,7 @@ from scalar.effects.acquisition import moving_joints, steps_are_known
 from scalar.effects.effect import Effect
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
-from scalar.effects.places import JointEffect, OneAxis
+from scalar.effects.places import OneAxis, SingleJointEffect
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -28,7 +28,7 @@ TERMS = (STEP, SPEED)
 
 
 @dataclass(frozen=True, eq=False)
-class PoseLag(OneAxis, JointEffect):
+class PoseLag(OneAxis, SingleJointEffect):
     """A joint's angle or travel was logged while the joint still moved: ``dq_j = s d_j + v d_j / max_k |d_k|``, d the last steps of the joints.
 
     The first term is the share of the step that is still to go. A joint that comes to rest exponentially with the time constant tau and is logged
@@ -74,13 +74,11 @@ class PoseLag(OneAxis, JointEffect):
         units = {STEP: f"{self.joint_unit}/{self.joint_unit}", SPEED: self.joint_unit}
         return [units[term] for term in self.terms]
 
-    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+    def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the last step of the joint and its speed, as a share of the fastest joint's; both are zero at rest."""
         speed = speeds(poses.columns, robot.slides, len(poses))
         columns = {STEP: _step(poses, self.joint), SPEED: speed[:, self.joint - 1]}
-        B = np.zeros((len(poses), robot.n_joints, len(self.terms)))
-        B[:, self.joint - 1] = np.stack([columns[term] for term in self.terms], axis=1)
-        return B
+        return np.stack([columns[term] for term in self.terms], axis=1)
 
     @property
     def n_terms(self) -> int:

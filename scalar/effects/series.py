@@ -9,12 +9,12 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from scalar.effects.effect import Effect
-from scalar.effects.places import JointEffect
+from scalar.effects.places import SingleJointEffect
 from scalar.geometry.se3 import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Series(JointEffect):
+class Series(SingleJointEffect):
     """An error of one joint's angle as a series of numbered terms of two coefficients each.
 
     A dataset of few poses does not distinguish neighbouring terms; a diagnosis may then fit all terms at once, each with a prior of its own.

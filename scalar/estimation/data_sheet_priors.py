@@ -58,7 +58,7 @@ def fit_near_data_sheet(
         near_optimum: Whether ``initial`` is already an optimum with other priors; Gauss-Newton steps from there save most of the time.
     """
     rules = settings.identifiability
-    model = replace(initial, priors=data_sheet_priors(initial, free, rules), misfit_ratio=1.0)
+    model = initial.with_priors(data_sheet_priors(initial, free, rules), 1.0)
     for _ in range(_ROUNDS):
         if near_optimum:
             model = optimum_near(residuals, model, free)
@@ -67,9 +67,9 @@ def fit_near_data_sheet(
         if effects_follow and _determined(
             residuals, model, free, prior_std(model, rules), rules.prior_matters
         ):
-            return replace(model, priors=(), misfit_ratio=1.0).rebased()
+            return model.with_priors((), 1.0).rebased()
         ratio = misfit_ratio(residuals, model, free, settings)
-        reweighted = replace(model, misfit_ratio=ratio)
+        reweighted = model.with_priors(model.priors, ratio)
         if initial.nominal.tolerance is None:
             reweighted = with_prior_stds(reweighted, learned_prior_stds(residuals, reweighted, free, rules))
         converged = _largest_change(model, reweighted) < rules.settled_weight
@@ -79,7 +79,7 @@ def fit_near_data_sheet(
     used = std_of_priors(model)
     scale = np.where(np.isfinite(used), used, prior_std(model, rules))
     if _determined(residuals, model, free, scale, rules.prior_matters * model.misfit_ratio):
-        return replace(model, priors=(), misfit_ratio=1.0).rebased()
+        return model.with_priors((), 1.0).rebased()
     return with_reasons(residuals, model, free, rules).rebased()
 
 
@@ -96,7 +96,7 @@ def _determined(residuals: Residuals, model: Model, free: Array, scale: Array, l
         least: Length [standard deviations of the noise].
     """
     index = np.flatnonzero(free)
-    columns = residuals.linearise(replace(model, priors=()))[1][:, index] * scale[index]
+    columns = residuals.linearise(model.with_priors((), 1.0))[1][:, index] * scale[index]
     if len(columns) < len(index):
         return False
     return float(np.linalg.svd(np.linalg.qr(columns, mode="r"), compute_uv=False)[-1]) > least
@@ -135,7 +135,7 @@ def with_prior_stds(model: Model, stds: Mapping[str, float]) -> Model:
         ParameterPrior(prior.name, prior.mean, stds.get(group_of(prior.name), prior.std), prior.reason)
         for prior in model.priors
     ]
-    return replace(model, priors=tuple(priors))
+    return model.with_priors(priors, model.misfit_ratio)
 
 
 def std_of_priors(model: Model) -> Array:
@@ -211,7 +211,7 @@ def with_reasons(
                 f"with both, its standard error is {std_error / unit:.2g} {word}"
             )
         reasoned.append(replace(prior, reason=reason))
-    return replace(model, priors=tuple(reasoned))
+    return model.with_priors(reasoned, model.misfit_ratio)
 
 
 def prior_std(model: Model, settings: IdentifiabilitySettings = DEFAULTS.identifiability) -> Array:

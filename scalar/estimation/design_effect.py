@@ -107,19 +107,23 @@ def similar_poses(q: Array, most: int, least: int) -> Array:
         most: Largest number of groups.
         least: Least number of poses in a group.
     """
+
+    def ranges(rows: Array) -> Array:
+        """Return the range of every joint in a group; zero for a group that is too small to be halved."""
+        return np.ptp(q[rows], axis=0) if len(rows) >= 2 * least else np.zeros(q.shape[1])
+
     groups = [np.arange(len(q))]
+    widths = [ranges(groups[0])]
     while len(groups) < most:
-        # Zero for a group that is too small to be halved.
-        ranges = [
-            np.ptp(q[rows], axis=0) if len(rows) >= 2 * least else np.zeros(q.shape[1]) for rows in groups
-        ]
-        widest = int(np.argmax([of_group.max(initial=0.0) for of_group in ranges]))
-        joint = int(np.argmax(ranges[widest]))
-        if ranges[widest][joint] == 0:
+        widest = int(np.argmax([of_group.max(initial=0.0) for of_group in widths]))
+        joint = int(np.argmax(widths[widest]))
+        if widths[widest][joint] == 0:
             break
-        rows = groups.pop(widest)
+        rows, _ = groups.pop(widest), widths.pop(widest)
         rows = rows[np.argsort(q[rows, joint], kind="stable")]
-        groups += [rows[: len(rows) // 2], rows[len(rows) // 2 :]]
+        halves = [rows[: len(rows) // 2], rows[len(rows) // 2 :]]
+        groups += halves
+        widths += [ranges(half) for half in halves]
     group = np.zeros(len(q), dtype=int)
     for k, rows in enumerate(groups):
         group[rows] = k

@@ -13,7 +13,7 @@ from typing import TypeGuard
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects import BaseEffect, Effect, JointEffect, LinkEffect
+from scalar.effects import BaseEffect, Effect, JointEffect, LinkEffect, SingleJointEffect
 from scalar.effects.checked_basis import checked_basis
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
@@ -35,6 +35,13 @@ class JointBasis:
 
     n_columns: int
     parts: tuple[tuple[int, Array], ...]
+
+    @classmethod
+    def of_effect(cls, effect: JointEffect, basis: Array) -> JointBasis:
+        """Return the parts of an effect with the basis that ``checked_basis`` returns for it."""
+        if isinstance(effect, SingleJointEffect):
+            return cls(basis.shape[1], ((effect.joint - 1, basis),))
+        return cls.of(basis)
 
     @classmethod
     def of(cls, basis: Array) -> JointBasis:
@@ -86,7 +93,7 @@ class EffectBases:
             if basis is None:
                 continue
             if isinstance(effect, JointEffect):
-                bases.joints.append((JointBasis.of(basis), where))
+                bases.joints.append((JointBasis.of_effect(effect, basis), where))
             elif isinstance(effect, LinkEffect):
                 bases.links.append((basis, where))
             elif isinstance(effect, BaseEffect):

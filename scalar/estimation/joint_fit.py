@@ -90,7 +90,7 @@ def fit_from(
         else:
             model, residuals = found.model.rebased(), again
         if model.priors:
-            model = replace(model, misfit_ratio=misfit_ratio(residuals, model, free, settings))
+            model = model.with_priors(model.priors, misfit_ratio(residuals, model, free, settings))
         found = fit(residuals, model, free)
         again = residuals.reweighted(found.model)
         residual, jacobian = again.linearise(found.model)

@@ -10,7 +10,6 @@ variance (Gelman et al., Bayesian Data Analysis, 2013, 2.6).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -54,7 +53,7 @@ def learned_prior_stds(
     """
     index = np.flatnonzero(free)
     names = [model.names[i] for i in index]
-    residual, jacobian = residuals.linearise(replace(model, priors=()))  # effects' own priors stay
+    residual, jacobian = residuals.linearise(model.with_priors((), 1.0))  # effects' own priors stay
     J, r = jacobian[:, index] / model.misfit_ratio, residual / model.misfit_ratio
     means, stds = np.zeros(len(index)), np.full(len(index), np.inf)
     at = {name: k for k, name in enumerate(names)}

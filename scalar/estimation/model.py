@@ -169,6 +169,13 @@ class Model:
         vars(self).update({key: value for key, value in vars(other).items() if key in _COMMON})
         return self
 
+    def with_priors(self, priors: Sequence[ParameterPrior], misfit_ratio: float) -> Model:
+        """Return the model with other priors or another weight of them; what is known of its names and of the sensor's pose stays known."""
+        model = replace(self, priors=tuple(priors), misfit_ratio=misfit_ratio)
+        known = (_COMMON | {"T_flange_sensor"}) - {"_prior_places"}
+        vars(model).update({key: value for key, value in vars(self).items() if key in known})
+        return model
+
     def rebased(self) -> Model:
         """Return the same model with its current rotation and normals as references."""
         T = self.T_flange_sensor

@@ -46,6 +46,17 @@ class BoundPointEffect:
         """Return the coefficients ``(k,)`` of the effect."""
         return self.effect.coefficients
 
+    def course(self) -> tuple[str, BoundPointEffect, Array] | None:
+        """Return the effect that acts alike at all poses with a text that tells it from others, and the shares of it; None if there is none."""
+        found = self.effect.course(self.poses)
+        if found is None:
+            return None
+        return (
+            f"{type(found[0]).__name__} {found[0].to_mapping()}",
+            BoundPointEffect(found[0], self.poses),
+            found[1],
+        )
+
     def contact_columns(self, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array) -> Array:
         """Return the effect's columns at its poses; arguments and result are those of ``PointEffect.contact_columns``."""
         return self.effect.contact_columns(self.poses, T_base_sensor, planes, plane_index, contact)
@@ -210,9 +221,12 @@ class Residuals:
     def reweighted(self, model: Model) -> Residuals:
         """Return the same residuals, their weights computed anew at a model: from the incidence of rays, or from a noise that is estimated."""
         kinematics = self.kinematics(model)
-        measurement = self.measurement.reweighted(kinematics.T_base_sensor, model.target)
+        return self.measured_as(self.measurement.reweighted(kinematics.T_base_sensor, model.target), model)
+
+    def measured_as(self, measurement: Measurement, model: Model) -> Residuals:
+        """Return the residuals of the same poses with other rows of their measurements; the kinematics of a model are known to both."""
         found = Residuals(measurement, self.poses, self.bases, self.known)
-        found._kinematics = kinematics
+        found._kinematics = self.kinematics(model)
         return found
 
     def rms(self, model: Model) -> float:

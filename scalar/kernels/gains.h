@@ -8,6 +8,7 @@ Columns are in units of their prior standard deviations, so a prior adds the ide
 #include "vectors.h"
 
 #define SWEEPS 40         /* of Jacobi's method at most; usually six suffice */
+#define SURE_PIVOT 1e-6   /* of its diagonal element: a larger one is positive beyond rounding errors */
 #define SMALL_PIVOT 1e-3  /* of the largest number of its row: with a smaller one, signs of pivots are not trusted */
 
 /* A symmetric matrix A (w, w) becomes diagonal, and vectors p (w) are expressed in its eigenvectors (Golub and Van Loan, 8.5). */
@@ -35,10 +36,35 @@ static void diagonalise(double *A, double *p, int64_t w) {
     }
 }
 
+/* L (w, w), lower, of A + shift I, A (w, w); 0 where a pivot is not clearly positive. */
+static int clearly_positive(const double *A, int64_t w, double shift, double *L) {
+    for (int64_t i = 0; i < w; i++)
+        for (int64_t j = 0; j <= i; j++) {
+            double sum = A[i * w + j] + (i == j ? shift : 0.0);
+            for (int64_t k = 0; k < j; k++) sum -= L[i * w + k] * L[j * w + k];
+            if (i > j)
+                L[i * w + j] = sum / L[j * w + j];
+            else if (!(sum > SURE_PIVOT * A[i * w + i]))
+                return 0;
+            else
+                L[i * w + i] = sqrt(sum);
+        }
+    return 1;
+}
+
 /* The gain of columns with inner products A (w, w) and projections p (w), both overwritten, and how many directions have an eigenvalue above 1;
-the others are left out. */
-static double shrunk_gain(double *A, double *p, int64_t w, int64_t *seen) {
+the others are left out. Where all clearly have, which Cholesky's factor L (w, w) of A - I tells, the gain follows from that of A + I. */
+static double shrunk_gain(double *A, double *p, int64_t w, double *L, int64_t *seen) {
     double gain = 0.0;
+    if (w > 2 && clearly_positive(A, w, -1.0, L) && clearly_positive(A, w, 1.0, L)) {
+        for (int64_t i = 0; i < w; i++) {
+            for (int64_t k = 0; k < i; k++) p[i] -= L[i * w + k] * p[k];
+            p[i] /= L[i * w + i];
+            gain += p[i] * p[i];
+        }
+        *seen = w;
+        return gain;
+    }
     diagonalise(A, p, w);
     *seen = 0;
     for (int64_t i = 0; i < w; i++)
@@ -49,14 +75,14 @@ static double shrunk_gain(double *A, double *p, int64_t w, int64_t *seen) {
     return gain;
 }
 
-/* shrunk_gain of T matrices (T, w, w), of which the mean with their transposes is taken, and projections (T, w); work (w, w + 1). */
+/* shrunk_gain of T matrices (T, w, w), of which the mean with their transposes is taken, and projections (T, w); work (w, 2 w + 1). */
 WIDE void shrunk_gains(int64_t T, int64_t w, const double *grams, const double *projections, double *work, double *gain, int64_t *seen) {
-    double *p = work + w * w;
+    double *p = work + w * w, *L = p + w;
     for (int64_t t = 0; t < T; t++, grams += w * w, projections += w) {
         for (int64_t i = 0; i < w; i++)
             for (int64_t j = 0; j < w; j++) work[i * w + j] = 0.5 * (grams[i * w + j] + grams[j * w + i]);
         memcpy(p, projections, (size_t)w * sizeof(double));
-        gain[t] = shrunk_gain(work, p, w, seen + t);
+        gain[t] = shrunk_gain(work, p, w, L, seen + t);
     }
 }
 
@@ -77,11 +103,17 @@ static int cholesky_with_priors(const double *A, int64_t s, double *L) {
 }
 
 /* How many eigenvalues of A (s, s) exceed 1: the number of positive pivots of A - I (Sylvester's law of inertia), by M (s, s).
-Where a pivot is small beside its row, the eigenvalues are computed instead; p (s) is overwritten. */
+Large diagonal elements become 1 first, which changes no sign (congruence), so that no pivot is small because of its unit. Where one still is small
+beside its row, the eigenvalues are computed instead; p (s) is overwritten. */
 static int64_t above_one(const double *A, int64_t s, double *M, double *p) {
     int64_t count = 0;
     memcpy(M, A, (size_t)(s * s) * sizeof(double));
-    for (int64_t i = 0; i < s; i++) M[i * s + i] -= 1.0;
+    for (int64_t i = 0; i < s; i++) {
+        M[i * s + i] -= 1.0;
+        p[i] = 1.0 / sqrt(fmax(A[i * s + i], 1.0));
+    }
+    for (int64_t i = 0; i < s; i++)
+        for (int64_t j = 0; j < s; j++) M[i * s + j] *= p[i] * p[j];
     for (int64_t i = 0; i < s; i++) {
         double pivot = M[i * s + i], largest = 0.0;
         for (int64_t j = i + 1; j < s; j++) {
@@ -90,7 +122,9 @@ static int64_t above_one(const double *A, int64_t s, double *M, double *p) {
         }
         if (!(fabs(pivot) > SMALL_PIVOT * largest)) {
             memcpy(M, A, (size_t)(s * s) * sizeof(double));
-            shrunk_gain(M, p, s, &count);
+            diagonalise(M, p, s);
+            count = 0;
+            for (int64_t k = 0; k < s; k++) count += M[k * s + k] > 1.0;
             return count;
         }
         count += pivot > 0.0;
@@ -134,7 +168,7 @@ WIDE int extension_gains(int64_t e, const double *gram, const double *projection
         if (ends[t + 1] - ends[t] > most) most = ends[t + 1] - ends[t];
     for (int64_t k = 0; k < n; k++)
         if (width[k] > widest) widest = width[k];
-    double *memory = malloc((size_t)(2 * most * most + most * (e + 1) + (widest + 1) * (e + widest) + 1) * sizeof(double));
+    double *memory = malloc((size_t)(2 * most * most + most * (e + 1) + widest * (e + 2 * widest + 1) + e + 1) * sizeof(double));
     int64_t *span = malloc((size_t)(2 * widest + 1) * sizeof(int64_t));
     if (!memory || !span) {
         free(memory), free(span);
@@ -180,12 +214,12 @@ WIDE int extension_gains(int64_t e, const double *gram, const double *projection
         }
         for (int64_t k = 0; k < n; k++) {
             int64_t from = first[k], w = width[k];
-            double *p = work + w * w;
+            double *p = work + w * w, *factor = p + w;
             for (int64_t i = 0; i < w; i++) {
                 for (int64_t j = i; j < w; j++) work[i * w + j] = work[j * w + i] = band[(j - i) * e + from + i];
                 p[i] = left[from + i];
             }
-            gain[k] = shrunk_gain(work, p, w, seen + k);
+            gain[k] = shrunk_gain(work, p, w, factor, seen + k);
         }
     }
     free(memory), free(span);

@@ -29,7 +29,7 @@ def shrunk_gains(grams: Array, projections: Array) -> tuple[Array, IntArray] | N
     T, w = projections.shape
     if kernels.LIBRARY is None or w > _WIDEST:
         return None
-    grams, projections, work = contiguous(grams), contiguous(projections), np.empty(w * (w + 1))
+    grams, projections, work = contiguous(grams), contiguous(projections), np.empty(w * (2 * w + 1))
     gain, seen = np.empty(T), np.empty(T, dtype=np.int64)
     kernels.LIBRARY.shrunk_gains(
         T, w, grams.ctypes.data, projections.ctypes.data, work.ctypes.data, gain.ctypes.data, seen.ctypes.data

@@ -222,8 +222,22 @@ def effect_rows(
     """
     columns = [np.zeros((*R.shape[:2], 0))]
     for functions, same in groupby(point_effects, key=lambda effect: effect.basis_names):
-        own = R[:, :, [names.index(name) for name in functions]]
-        columns.append(own @ np.concatenate([effect.contact_columns(*where) for effect in same], axis=2))
+        # Effects that are shares of the same effect have its columns times these shares.
+        whole: dict[Any, Array] = {}
+        shares: list[tuple[Any, Array | None]] = []
+        for effect in same:
+            key, acting, share = effect.course() or (len(shares), effect, None)
+            if key not in whole:
+                whole[key] = acting.contact_columns(*where)
+            shares.append((key, share))
+        own = R[:, :, [names.index(name) for name in functions]] @ np.concatenate(
+            list(whole.values()), axis=2
+        )
+        ends = np.cumsum([added.shape[2] for added in whole.values()])
+        parts = dict(zip(whole, np.split(own, ends[:-1], axis=2), strict=True))
+        columns += [
+            parts[key] if share is None else parts[key] * share[:, None, None] for key, share in shares
+        ]
     return np.concatenate(columns, axis=2)
 
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis import candidate_columns, conditional_scores, unmodelled_structure
-from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
+from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet, named_candidates
+from scalar.diagnosis.column_products import one_joint_each
 from scalar.diagnosis.conditional_scores import background_without, rivals
 from scalar.diagnosis.fitted_state import refit
 from scalar.effects.joint_scale import JointScale
@@ -23,7 +24,7 @@ def test_columns_are_kept_for_their_state_and_set(monkeypatch):
     other_state = state.refitted([JointScale(4)])
     for columns in (CandidateColumns.of(state, other_pool), CandidateColumns.of(other_state, pool)):
         assert columns is not kept
-        assert not np.array_equal(columns.E, kept.E)
+        assert not np.array_equal(columns.products.squared_lengths, kept.products.squared_lengths)
     monkeypatch.setattr(candidate_columns, "_MOST_KEPT", 0)
     third = state.refitted([JointScale(5)])
     assert CandidateColumns.of(third, pool) is not CandidateColumns.of(third, pool)
@@ -59,3 +60,34 @@ def test_what_was_ranked_is_not_ranked_again(monkeypatch):
     assert rivals(state, 0, columns) == (own, again)
     assert unmodelled_structure._ranked_once(state, [background, background], [pool]) == 2 * terms
     assert background_without(state, [0])[0] is background
+
+
+def test_products_of_columns_are_those_of_the_columns_themselves():
+    """Inner products within candidates and with any rows are those of the columns that ``columns_of`` forms, of one joint, of several, or of none."""
+    dataset = make_scene(seed=3, poses_per_plane=15).dataset
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    state = refit(dataset, model, prepared.free, (JointScale(2),))
+    pool = named_candidates(dataset)
+    E = state.columns_of(pool.elements)
+    products = state.products_of(pool.elements, pool.groups.values(), {})
+    assert len(products.blocks) > 2
+    rows = np.random.default_rng(0).standard_normal((len(E), 4))
+    lengths = np.linalg.norm(E, axis=0)
+    np.testing.assert_allclose(products.squared_lengths, lengths**2, rtol=1e-12)
+    limit = 1e-12 * lengths.max() * np.linalg.norm(rows)
+    np.testing.assert_allclose(products.with_rows(rows), E.T @ rows, rtol=0, atol=limit)
+    for groups in pool.groups.values():
+        own = E.T[groups]
+        limit = 1e-12 * lengths.max() ** 2
+        np.testing.assert_allclose(products.grams(groups), own @ np.swapaxes(own, 1, 2), rtol=0, atol=limit)
+
+
+def test_a_column_stays_with_its_joint_unless_a_group_joins_it_to_another():
+    """Groups that span joints take their columns out of them, and so do groups that share a column with such a group."""
+    joints = np.array([0, 0, 1, 1, 1, 2, -1])
+    assert (
+        one_joint_each(joints, [np.array([[0], [5], [6]]), np.array([[0, 1], [2, 3]])]).tolist()
+        == joints.tolist()
+    )
+    chained = one_joint_each(joints, [np.array([[0, 1], [3, 4]]), np.array([[1, 2], [2, 3]])])
+    assert chained.tolist() == [-1, -1, -1, -1, -1, 2, -1]

@@ -1,14 +1,18 @@
 """Refits share the rows of a dataset: its points are compressed only when distances are first needed, and once."""
 
+from itertools import count
+
 import numpy as np
 import pytest
 
 from scalar.diagnosis.fitted_state import refit
+from scalar.diagnosis.measured_rows import MeasuredRows
 from scalar.effects.command_line import parse_effects
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.sensors import profile
 from tests.diagnosis.cases import scale
 from tests.effects.injected import make_cell
+from tests.random_scene import make_scene
 
 REFITS = ("joint_scale:3", "joint_scale:3,joint_harmonic:2:4", "base_compliance", "")
 
@@ -72,3 +76,11 @@ def test_shared_rows_give_the_answer_of_fresh_ones(stated):
     assert shared.rows is start.rows and fresh.rows is not start.rows
     np.testing.assert_array_equal(shared.model.vector, fresh.model.vector)
     assert shared.residuals.measurement.sigma == fresh.residuals.measurement.sigma
+
+
+def test_a_result_that_all_models_share_is_computed_once_for_what_it_depends_on():
+    """What depends on the poses and thresholds alone is computed once for the same key, and again for another one."""
+    rows = MeasuredRows(make_scene(seed=1, poses_per_plane=5).dataset)
+    counted = count()
+    results = [rows.once(key, lambda: next(counted)) for key in (("a", 1), ("a", 1), ("a", 2), ("a", 1))]
+    assert results == [0, 0, 1, 0]

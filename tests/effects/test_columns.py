@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 
 from scalar.data.poses import Poses
+from scalar.effects.acquisition import plane_centre
 from scalar.effects.places import PointEffect
+from scalar.effects.plane_moved import PlaneMoved
 from scalar.effects.range_error import RangeError
 from scalar.estimation.displacement import kinematics_at
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.sensors import measure
+from scalar.sensors.profile import contact_vectors
 from tests.effects.everything import describe, every_effect, optional_columns, with_random_coefficients
 from tests.effects.injected import make_cell
 from tests.random_scene import make_scene
@@ -121,3 +124,18 @@ def test_titles_of_effects_are_unique():
     effects = every_effect(make_cell(poses_per_plane=6).dataset, np.random.default_rng(0))
     names = [describe(effect) + str(effect.to_mapping()) for effect in effects]
     assert len(set(names)) == len(names)
+
+
+def test_the_columns_of_a_creep_are_a_share_of_those_of_the_moved_plane():
+    """A creep's columns are those of the plane that stands elsewhere all the time, times what has crept by each pose; that plane has no course."""
+    scene = make_cell(seed=5, poses_per_plane=8, points_per_scan=6, columns=optional_columns)
+    poses = scene.dataset.known_poses
+    residuals, model = model_with(scene.dataset, (), 0)
+    T, index = residuals.kinematics(model).T_base_sensor, residuals.measurement.target_index
+    where = T, model.target, index, contact_vectors(T, model.target, index)
+    creep = PlaneMoved("floor", 5.0, None, plane_centre(scene.dataset, "floor"), 9.0)
+    always, shares = creep.course(poses)
+    expected = creep.profile(poses.order)[:, None, None] * always.contact_columns(poses, *where)
+    np.testing.assert_array_equal(shares, np.clip((poses.order - 5.0) / 9.0, 0.0, 1.0))
+    np.testing.assert_allclose(creep.contact_columns(poses, *where), expected, rtol=1e-14)
+    assert always.course(poses) is None and expected.any()

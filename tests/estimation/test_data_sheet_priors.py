@@ -10,6 +10,7 @@ from scipy.stats import chi2
 
 from scalar import calibrate
 from scalar.errors import Undetermined
+from scalar.estimation.data_sheet_priors import data_sheet_priors
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.robot import Tolerance
@@ -240,3 +241,16 @@ def test_a_saved_calibration_keeps_its_priors(tmp_path):
     assert stated == {p.name: {"value": p.mean, "std": p.std} for p in calibration.model.priors}
     assert stated["a_3"] == {"value": float(dataset.robot.geometry[0, 2]), "std": SIZE}
     assert again.model.nominal.tolerance == Tolerance(SIZE, SIZE)
+
+
+def test_a_model_with_other_priors_keeps_its_coordinates_and_takes_the_new_rows():
+    """After the rows of some priors were asked for, other priors and another weight give the rows of a model that never had the first ones."""
+    model, prepared = geometry_fit(make_scene(seed=1, poses_per_plane=15).dataset)
+    priors = data_sheet_priors(model, prepared.free)
+    first = model.with_priors(priors[:2], 1.0)
+    assert len(first.prior_rows()[0]) == 2
+    found, expected = first.with_priors(priors[1:], 2.0), replace(model, priors=priors[1:], misfit_ratio=2.0)
+    assert found.names == expected.names
+    np.testing.assert_array_equal(found.T_flange_sensor, expected.T_flange_sensor)
+    for ours, theirs in zip(found.prior_rows(), expected.prior_rows(), strict=True):
+        np.testing.assert_array_equal(ours, theirs)

@@ -2,7 +2,10 @@
 
 import numpy as np
 
+from scalar.effects import SingleJointEffect
 from scalar.estimation.effect_bases import JointBasis
+from tests.effects.everything import every_effect, optional_columns
+from tests.effects.injected import make_cell
 
 N, JOINTS, K = 7, 6, 3
 
@@ -38,3 +41,19 @@ def test_the_angles_that_were_given_stay_as_they_are():
     q = np.zeros((N, JOINTS))
     JointBasis.of(basis()).added(q, np.ones(K))
     assert not q.any()
+
+
+def test_an_effect_of_one_joint_gives_the_columns_of_that_joint_alone():
+    """For every effect on one joint, the columns that are kept without a look at other joints are those of its whole basis."""
+    scene = make_cell(seed=5, poses_per_plane=8, points_per_scan=6, columns=optional_columns)
+    poses, robot = scene.dataset.known_poses, scene.dataset.robot
+    effects = [
+        e for e in every_effect(scene.dataset, np.random.default_rng(0)) if isinstance(e, SingleJointEffect)
+    ]
+    assert len(effects) > 5
+    for effect in effects:
+        ((joint, columns),) = JointBasis.of_effect(effect, effect.own_columns(robot, poses)).parts
+        whole = effect.joint_basis(robot, poses)
+        np.testing.assert_array_equal(whole[:, joint], columns)
+        whole[:, joint] = 0.0
+        assert not whole.any()

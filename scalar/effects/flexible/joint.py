@@ -14,7 +14,7 @@ from scalar.effects.flexible.unattributed import NAME, Unattributed
 from scalar.effects.flexible.variable import Variable
 from scalar.effects.joint_pictures import joint_curve, joint_profile
 from scalar.effects.picture import CURVE_POINTS, Map, Profile, View, variable_axis
-from scalar.effects.places import JointEffect
+from scalar.effects.places import SingleJointEffect
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -47,7 +47,7 @@ def pair_functions(a: Variable, b: Variable, poses: Poses) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class UnattributedJoint(Unattributed, JointEffect):
+class UnattributedJoint(Unattributed, SingleJointEffect):
     """A joint's angle, or the travel of one that slides, errs smoothly with one or two variables."""
 
     joint: int
@@ -80,15 +80,11 @@ class UnattributedJoint(Unattributed, JointEffect):
         """Radians, or metres."""
         return [self.joint_unit] * len(self.coefficient_names)
 
-    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+    def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the functions of the variables as errors of the joint."""
         if len(self.variables) == 1:
-            functions = single_functions(self.variables[0], poses)
-        else:
-            functions = pair_functions(self.variables[0], self.variables[1], poses)
-        B = np.zeros((len(poses), robot.n_joints, functions.shape[1]))
-        B[:, self.joint - 1] = functions
-        return B
+            return single_functions(self.variables[0], poses)
+        return pair_functions(self.variables[0], self.variables[1], poses)
 
     def to_mapping(self) -> dict[str, Any]:
         """Return place, joint and variables."""

@@ -46,7 +46,7 @@ class UnattributedShape(UnattributedJoint):
         """The height."""
         return [f"size_{self.joint_unit}"]
 
-    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+    def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the shape, of height one, as an error of the joint."""
         u, *others = (variable.unit(poses) for variable in self.variables)
         s = (u - self.at) / self.width
@@ -60,9 +60,7 @@ class UnattributedShape(UnattributedJoint):
             "cube": lambda: u**3,
             "product": lambda: u * others[0],
         }[self.shape]()
-        B = np.zeros((len(poses), robot.n_joints, 1))
-        B[:, self.joint - 1, 0] = values
-        return B
+        return values[:, None]
 
     def variations(self, scale: float) -> list[Self]:
         """Return the shape moved by parts of its width, wider and narrower."""

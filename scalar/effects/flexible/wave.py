@@ -44,14 +44,14 @@ class UnattributedWave(UnattributedJoint):
         """Sine and cosine of each wave."""
         return [f"{f}{k + 1}_{self.joint_unit}" for k in range(self.waves) for f in ("sin", "cos")]
 
-    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+    def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the waves on the joint."""
-        q = poses.q[:, self.joint - 1]
-        B = np.zeros((len(poses), robot.n_joints, 2 * self.waves))
-        for k in range(self.waves):
-            B[:, self.joint - 1, 2 * k] = np.sin((k + 1) * self.order * q)
-            B[:, self.joint - 1, 2 * k + 1] = np.cos((k + 1) * self.order * q)
-        return B
+        phase = self.order * poses.q[:, self.joint - 1]
+        slowest = np.cos(phase) + 1j * np.sin(phase)
+        waves = np.multiply.accumulate(
+            np.tile(slowest, (self.waves, 1))
+        )  # de Moivre: a power for each multiple of the phase
+        return np.stack([np.imag(waves), np.real(waves)], axis=1).reshape(-1, len(poses)).T
 
     def variations(self, scale: float) -> list[Self]:
         """Return waves a little slower and faster."""
