@@ -24,9 +24,11 @@ from scalar.diagnosis.measured_rows import MeasuredRows
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.effect import Effect
 from scalar.effects.places import JointEffect
+from scalar.estimation.data_sheet_priors import fit_near_data_sheet
 from scalar.estimation.gross_errors import clean
 from scalar.estimation.joint_fit import unobservable_coefficients
 from scalar.estimation.least_squares import fit
+from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared, prepare
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration
@@ -130,18 +132,10 @@ def _fitted(
     residuals = Residuals(whole.measurement, whole.poses, of_effects.bases, whole.known)
     free = np.r_[prepared.free, np.ones(sum(len(e.coefficients) for e in effects), dtype=bool)]
     free &= ~unobservable_coefficients(residuals, model, free) if effects else True
-    return FittedState(
-        dataset,
-        fit(residuals, model, free).model,
-        prepared.free,
-        free,
-        residuals,
-        DEFAULTS,
-        MeasuredRows(dataset),
-    )
+    return _near_data_sheet(dataset, residuals, fit(residuals, model, free).model, prepared.free, free)
 
 
-def _refitted(dataset: Dataset, model: Any, free: Array, effects: Sequence[Effect]) -> FittedState:
+def _refitted(dataset: Dataset, model: Model, free: Array, effects: Sequence[Effect]) -> FittedState:
     """Return the optimum of a model's free parameters ``free``, with the effects fixed."""
     model = replace(model, effects=tuple(effects)).rebased()
     all_free = np.r_[free, np.zeros(sum(len(effect.coefficients) for effect in effects), dtype=bool)]
@@ -149,15 +143,18 @@ def _refitted(dataset: Dataset, model: Any, free: Array, effects: Sequence[Effec
     found = fit(residuals, model, all_free)
     model = found.model.rebased()
     residuals = residuals.reweighted(model)
-    return FittedState(
-        dataset,
-        fit(residuals, model, all_free).model,
-        free,
-        all_free,
-        residuals,
-        DEFAULTS,
-        MeasuredRows(dataset),
-    )
+    return _near_data_sheet(dataset, residuals, fit(residuals, model, all_free).model, free, all_free)
+
+
+def _near_data_sheet(
+    dataset: Dataset, residuals: Residuals, model: Model, geometry_free: Array, free: Array
+) -> FittedState:
+    """Return the optimum with the priors of the data sheet, as a calibration has them, from the optimum ``model`` without them.
+
+    Without them, the fit to a part of the poses may have geometry that these poses do not determine, and which predicts the others wrongly.
+    """
+    model = fit_near_data_sheet(residuals, model, free, DEFAULTS.estimation, near_optimum=True)
+    return FittedState(dataset, model, geometry_free, free, residuals, DEFAULTS, MeasuredRows(dataset))
 
 
 def _errors(state: FittedState) -> dict[str, float]:
