@@ -77,7 +77,7 @@ def named_effects(effects: Iterable[Effect]) -> str:
         words = (
             f"{value['order']:g}" if isinstance(value, dict) else f"{value}" for value in target.values()
         )
-        places.setdefault((effect.name, *words), set()).update(orders)
+        places.setdefault((effect.name, *words, *effect.command_words), set()).update(orders)
     named: list[str] = []
     for (name, *words), orders in places.items():
         words = words or [f"{joint}" for joint in sorted(joints[name])]

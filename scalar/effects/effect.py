@@ -83,6 +83,11 @@ class Effect(Described):
         """
         return self
 
+    @property
+    def command_words(self) -> list[str]:
+        """Return the words that follow the target on a command line, as ``parsed`` reads them."""
+        return []
+
     # What is proposed for a dataset.
 
     @classmethod

@@ -11,6 +11,7 @@ import numpy as np
 from scalar.data.moves import speeds, step_column
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import moving_joints, steps_are_known
+from scalar.effects.command_words import joints_named
 from scalar.effects.effect import Effect
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
@@ -52,6 +53,7 @@ class PoseLag(OneAxis, SingleJointEffect):
 
     name: ClassVar[str] = "pose_lag"
     kind: ClassVar[str] = "lag"
+    most_words: ClassVar[int] = 1 + len(TERMS)
     sentence: ClassVar[str] = "the angle was logged before or after the joint had settled"
     natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3, "m/m": 1e-3, "rad": 5e-4, "m": 2e-4}
     natural_source: ClassVar[str] = (
@@ -105,6 +107,26 @@ class PoseLag(OneAxis, SingleJointEffect):
         """Return the effect of ``to_mapping``."""
         terms = tuple(term for term in TERMS if term in mapping.get("terms", [STEP]))
         return cls(int(mapping["joint"]), bool(mapping.get("slides", False)), terms)
+
+    @property
+    def command_words(self) -> list[str]:
+        """Return the terms, if they are not the step alone."""
+        return [] if self.terms == (STEP,) else list(self.terms)
+
+    @classmethod
+    def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
+        """Return the lag of a joint, or of every joint, with the terms that are named after the joint, or with its step.
+
+        Raises:
+            ValueError: The robot has no such joint, or a word is no term.
+        """
+        wrong = [word for word in words[1:] if word not in TERMS]
+        if wrong:
+            raise ValueError(
+                f"'{wrong[0]}' is nothing that a lag is in proportion to; there are {' and '.join(TERMS)}"
+            )
+        terms = tuple(term for term in TERMS if term in words[1:]) or (STEP,)
+        return [cls(j, bool(dataset.robot.slides[j - 1]), terms) for j in joints_named(dataset, words[:1])]
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
