@@ -71,7 +71,7 @@ def calibrate(
       joint_compliance[:JOINT...]    torque_compliance[:JOINT...]    payload_deflection[:JOINT...]
       joint_harmonic[:JOINT[:ORDER...]]    joint_ripple:JOINT:ORDER[...]    joint_scale[:JOINT]
       joint_coupling:JOINT:SOURCE    joint_backlash[:JOINT]    joint_hysteresis[:JOINT]
-      pose_lag[:JOINT[:step][:speed]]    axis_nonparallel[:JOINT]    base_compliance    thermal_drift[:COLUMN]
+      pose_lag[:JOINT[:step][:speed][:passing]]    axis_nonparallel[:JOINT]    base_compliance    thermal_drift[:COLUMN]
       restarted_warm_up[:CLOCK]    target_drift[:CLOCK]
       sensor_slip:FROM    sensor_map    range_scale    range_offset    range_distortion
       plane_bow[:PLANE]    plane_moved:PLANE:FROM

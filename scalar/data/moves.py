@@ -41,6 +41,11 @@ def wind_up_column(joint: int, travel: float) -> str:
     return f"wind_up_q{joint}_{travel:g}"
 
 
+def passing_column(joint: int) -> str:
+    """Return the name of the column with the velocity [rad/s, m/s] with which a joint, counted from 1, passes a pose; 0 where it is not known."""
+    return f"passing_q{joint}"
+
+
 def last_move_columns(n_joints: int) -> list[str]:
     """Return the names of the columns with the last move of each of n joints: its step and its sign."""
     joints = range(1, n_joints + 1)
@@ -51,7 +56,7 @@ def move_columns(n_joints: int) -> list[str]:
     """Return the names of all columns that the moves of n joints have."""
     joints = range(1, n_joints + 1)
     wind_up = [wind_up_column(joint, travel) for travel in TRAVELS for joint in joints]
-    return [*last_move_columns(n_joints), *wind_up]
+    return [*last_move_columns(n_joints), *wind_up, *map(passing_column, joints)]
 
 
 def joint_angles(frame: pd.DataFrame, n_joints: int) -> Array:
@@ -66,7 +71,7 @@ def joint_angles(frame: pd.DataFrame, n_joints: int) -> Array:
 def moves(frame: pd.DataFrame, n_joints: int, q: Array | None = None) -> dict[str, Array]:
     """Return the columns of the moves to the poses of a table, ``(N,)`` each.
 
-    If the table has these columns already, they are returned as they are: they were computed before poses were taken out of it. The wind-up is zero
+    If the table has these columns already, they are returned as they are: they were computed before poses were taken out of it. The others are zero
     in a table that has the last moves alone, as former versions wrote them.
 
     Args:
@@ -81,16 +86,22 @@ def moves(frame: pd.DataFrame, n_joints: int, q: Array | None = None) -> dict[st
         return {name: table[name].to_numpy(dtype=float) if name in table.columns else none for name in names}
     q = joint_angles(frame, n_joints) if q is None else q
     order = table["order"].to_numpy(dtype=float) if "order" in table.columns else np.arange(float(len(q)))
-    return moves_in_order(q, order, table["session"].to_numpy() if "session" in table.columns else None)
+    session, time = (
+        table[name].to_numpy() if name in table.columns else None for name in ("session", "time")
+    )
+    return moves_in_order(q, order, session, None if time is None else time.astype(float))
 
 
-def moves_in_order(q: Array, order: Array, session: Array | None = None) -> dict[str, Array]:
+def moves_in_order(
+    q: Array, order: Array, session: Array | None = None, time: Array | None = None
+) -> dict[str, Array]:
     """Return the columns of the moves to poses, ``(N,)`` each.
 
     Args:
         q: ``(N, n)`` [rad, m].
         order: ``(N,)``, in which the poses were taken.
         session: ``(N,)``, to which each belongs; None for a single one.
+        time: ``(N,)`` [s], at which each was measured; None if it is not recorded.
     """
     rows = np.argsort(order, kind="stable")
     known = ~_gaps(order[rows])
@@ -102,7 +113,12 @@ def moves_in_order(q: Array, order: Array, session: Array | None = None) -> dict
     side[rows] = _last_sides(step[rows], known)
     wind_up = np.zeros((len(TRAVELS), *q.shape))
     wind_up[:, rows] = _wind_up(step[rows], known, TRAVELS)
-    return dict(zip(move_columns(q.shape[1]), np.column_stack([step, side, *wind_up]).T, strict=True))
+    passing = np.zeros_like(q)
+    if time is not None:
+        passing[rows] = _passing(q[rows], time[rows], known)
+    return dict(
+        zip(move_columns(q.shape[1]), np.column_stack([step, side, *wind_up, passing]).T, strict=True)
+    )
 
 
 def speeds(columns: Mapping[str, Array], slides: Sequence[bool] | BoolArray, n_poses: int) -> Array:
@@ -123,6 +139,22 @@ def speeds(columns: Mapping[str, Array], slides: Sequence[bool] | BoolArray, n_p
         own = np.asarray(slides) == kind
         farthest = np.abs(steps[:, own]).max(axis=1, initial=0.0)[:, None]
         found[:, own] = np.where(farthest > STILL, steps[:, own] / np.maximum(farthest, STILL), 0.0)
+    return found
+
+
+def _passing(q: Array, time: Array, known: Array) -> Array:
+    """Return the velocities ``(N, n)`` of an arm that passes the poses without a stop: from the pose before to the pose after, over their times.
+
+    Args:
+        q: ``(N, n)`` [rad, m], in order of acquisition.
+        time: ``(N,)`` [s].
+        known: ``(N,)`` bool, whether the pose before is known.
+    """
+    found = np.zeros_like(q)
+    between = known[1:-1] & known[2:]
+    took = time[2:] - time[:-2]
+    between &= took > 0
+    found[1:-1][between] = (q[2:] - q[:-2])[between] / took[between, None]
     return found
 
 

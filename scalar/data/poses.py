@@ -121,7 +121,11 @@ class Poses:
                 raise InvalidInput(Fault("poses", message, None, name))
         order = given.pop("order", np.full(len(angles), np.inf))
         is_sequence = len(np.unique(order)) == len(order) > 1
-        return cls(angles, order, {**moves_in_order(angles, order), **given} if is_sequence else given)
+        return cls(
+            angles,
+            order,
+            {**moves_in_order(angles, order, time=given.get("time")), **given} if is_sequence else given,
+        )
 
     def __len__(self) -> int:
         """Return the number of poses."""

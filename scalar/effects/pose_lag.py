@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from scalar.data.moves import speeds, step_column
+from scalar.data.moves import passing_column, speeds, step_column
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import moving_joints, steps_are_known
 from scalar.effects.command_words import joints_named
@@ -23,20 +23,23 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 
-STEP, SPEED = "step", "speed"
-TERMS = (STEP, SPEED)
-"""What a lag may be in proportion to: the last step of the joint, or its speed in the last move."""
+STEP, SPEED, PASSING = "step", "speed", "passing"
+TERMS = (STEP, SPEED, PASSING)
+"""What a lag may be in proportion to: the last step of the joint, its speed in the last move, or its velocity as it passes the pose."""
 
 
 @dataclass(frozen=True, eq=False)
 class PoseLag(OneAxis, SingleJointEffect):
-    """A joint's angle or travel was logged while the joint still moved: ``dq_j = s d_j + v d_j / max_k |d_k|``, d the last steps of the joints.
+    """Angle or travel was logged while the joint moved: ``dq_j = s d_j + v d_j / max_k |d_k| + t w_j``, d the last steps of the joints.
 
     The first term is the share of the step that is still to go. A joint that comes to rest exponentially with the time constant tau and is logged
     at the time t after the command's end has s = exp(-t / tau). The second is in proportion to the joint's speed. The joints of an industrial
     robot start and arrive together, so a joint's speed is its step over the duration of the move, and the joint that moves farthest, which
     has the speed 1, decides the duration. Encoders that are read a time t too early, or a servo that follows at the distance t times the
     speed, err by v = t times the speed of the fastest joint. (The joints of one kind, that turn or that slide, are compared with one another.)
+
+    The third term is of an arm that is measured in passing: w_j is the velocity from the pose before to the pose after, and t the delay of the
+    measurement behind the angles. It needs the times of the poses.
 
     Coefficients are positive if the joint moved on between logging and measuring, negative if the angle was logged after the measurement. If the
     step is not known, as for a pose that is predicted without its order, the arm is taken to be at rest.
@@ -55,9 +58,10 @@ class PoseLag(OneAxis, SingleJointEffect):
     kind: ClassVar[str] = "lag"
     most_words: ClassVar[int] = 1 + len(TERMS)
     sentence: ClassVar[str] = "the angle was logged before or after the joint had settled"
-    natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3, "m/m": 1e-3, "rad": 5e-4, "m": 2e-4}
+    natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3, "m/m": 1e-3, "rad": 5e-4, "m": 2e-4, "s": 2e-3}
     natural_source: ClassVar[str] = (
-        "assumed: an exponential approach that is logged after seven of its time constants; or 0.2 ms at 3 rad/s or 1 m/s; "
+        "assumed: an exponential approach that is logged after seven of its time constants; or 0.2 ms at 3 rad/s or 1 m/s; or 2 ms "
+        "in passing; "
         "no data sheet states it"
     )
     acts_on_arm: ClassVar[bool] = False  # it depends on when a campaign logged its angles
@@ -65,21 +69,22 @@ class PoseLag(OneAxis, SingleJointEffect):
 
     @property
     def coefficient_names(self) -> list[str]:
-        """``share_rad_per_rad`` and ``at_full_speed_rad``, or the same in metres."""
+        """``share_rad_per_rad`` and ``at_full_speed_rad``, or the same in metres, and ``delay_s``."""
         unit = self.joint_unit
-        names = {STEP: f"share_{unit}_per_{unit}", SPEED: f"at_full_speed_{unit}"}
+        names = {STEP: f"share_{unit}_per_{unit}", SPEED: f"at_full_speed_{unit}", PASSING: "delay_s"}
         return [names[term] for term in self.terms]
 
     @property
     def coefficient_units(self) -> list[str]:
-        """Radians a radian and radians, or the same in metres."""
-        units = {STEP: f"{self.joint_unit}/{self.joint_unit}", SPEED: self.joint_unit}
+        """Radians a radian and radians, or the same in metres, and seconds."""
+        units = {STEP: f"{self.joint_unit}/{self.joint_unit}", SPEED: self.joint_unit, PASSING: "s"}
         return [units[term] for term in self.terms]
 
     def own_columns(self, robot: Robot, poses: Poses) -> Array:
-        """Return the last step of the joint and its speed, as a share of the fastest joint's; both are zero at rest."""
+        """Return the last step of the joint, its speed as a share of the fastest joint's, and its velocity in passing; all are zero at rest."""
         speed = speeds(poses.columns, robot.slides, len(poses))
-        columns = {STEP: _step(poses, self.joint), SPEED: speed[:, self.joint - 1]}
+        columns = {STEP: _known(poses, step_column(self.joint)), SPEED: speed[:, self.joint - 1]}
+        columns[PASSING] = _known(poses, passing_column(self.joint))
         return np.stack([columns[term] for term in self.terms], axis=1)
 
     @property
@@ -133,13 +138,14 @@ class PoseLag(OneAxis, SingleJointEffect):
         """Return the lag of every joint that moves, where the order of poses tells their steps."""
         if not steps_are_known(dataset):
             return []
-        return [cls(j, bool(dataset.robot.slides[j - 1]), TERMS) for j in moving_joints(dataset)]
+        terms = TERMS if "time" in dataset.poses else (STEP, SPEED)
+        return [cls(j, bool(dataset.robot.slides[j - 1]), terms) for j in moving_joints(dataset)]
 
     @classmethod
     def together(cls, dataset: Dataset) -> list[list[Effect]]:
         """Return the lags of all joints that move: an arm that is measured before it stands still moves in all joints."""
         lags = cls.candidates(dataset)
-        return [[lag.with_terms([k]) for lag in lags] for k in range(len(TERMS))] if lags else []
+        return [[lag.with_terms([k]) for lag in lags] for k in range(lags[0].n_terms)] if lags else []
 
     def not_transferable(self, dataset: Dataset) -> str | None:
         """Return that another campaign logs its angles at another time."""
@@ -149,7 +155,11 @@ class PoseLag(OneAxis, SingleJointEffect):
     def clause(self) -> str:
         """Return which joint was logged on its way."""
         when = "before" if self.coefficients[0] >= 0 else "after"
-        grows = {STEP: "by a share of the last step", SPEED: "in proportion to its speed in the last move"}
+        grows = {
+            STEP: "by a share of the last step",
+            SPEED: "in proportion to its speed in the last move",
+            PASSING: "in proportion to the velocity with which it passes the pose",
+        }
         return (
             f"the {self.joint_position} of joint {self.joint} was logged {when} the joint stood where it was measured, "
             f"so it errs {' and '.join(grows[term] for term in self.terms)}"
@@ -174,16 +184,21 @@ class PoseLag(OneAxis, SingleJointEffect):
         return "In the controller, let a pose count as reached only when the joints have settled: a narrower window of position, or a wait."
 
     def pictures(self, view: View) -> list[Profile | Map]:
-        """Return the error of the joint over its last step, or over its speed if it errs with that alone."""
-        if self.terms == (SPEED,):
-            axis = Axis(f"speed of joint {self.joint}, as a share of the fastest joint's", "1")
+        """Return the error of the joint over its last step, or over its speed or velocity if it errs with that alone."""
+        if len(self.terms) == 1 and self.terms != (STEP,):
+            unit = f"{self.joint_unit}/s"
+            axes = {
+                SPEED: Axis(f"speed of joint {self.joint}, as a share of the fastest joint's", "1"),
+                PASSING: Axis(f"velocity of joint {self.joint} in passing", unit),
+            }
+            axis = axes[self.terms[0]]
             x = self.joint_basis(view.nominal, view.poses)[:, self.joint - 1, 0]
         else:
             axis = Axis(f"last step of joint {self.joint}", self.joint_unit)
-            x = _step(view.poses, self.joint)
+            x = _known(view.poses, step_column(self.joint))
         return [joint_profile(view, self, self.joint, axis, x)]
 
 
-def _step(poses: Poses, joint: int) -> Array:
-    """Return the last step ``(N,)`` [rad, m] of a joint, from 1; zero where it is not known."""
-    return poses.columns.get(step_column(joint), np.zeros(len(poses)))
+def _known(poses: Poses, column: str) -> Array:
+    """Return a column ``(N,)`` of the moves to the poses; zero where they are not known."""
+    return poses.columns.get(column, np.zeros(len(poses)))

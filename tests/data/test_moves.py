@@ -6,7 +6,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scalar.data.moves import TRAVELS, last_move_columns, moves, side_column, step_column, wind_up_column
+from scalar.data.moves import (
+    TRAVELS,
+    last_move_columns,
+    moves,
+    passing_column,
+    side_column,
+    step_column,
+    wind_up_column,
+)
 from scalar.data.poses import Poses
 from tests.random_scene import make_scene
 
@@ -101,3 +109,12 @@ def test_the_moves_of_a_subset_are_written_and_read(tmp_path):
     again = moves(read_dataset(tmp_path / "part").poses, 6)
     for name, values in moves(part.poses, 6).items():
         np.testing.assert_allclose(again[name], values, rtol=0, atol=1e-12)
+
+
+def test_the_velocity_in_passing_needs_times_and_both_neighbours():
+    """It goes from the pose before to the pose after, over their times; at both ends, after a gap and without times it is not known."""
+    table = pd.DataFrame(
+        {"q1": [0.0, 0.1, 0.4, 0.4, 0.5], "order": [0, 1, 2, 4, 5], "time": [0.0, 1.0, 4.0, 5.0, 6.0]}
+    )
+    np.testing.assert_allclose(moves(table, 1)[passing_column(1)], [0.0, 0.1, 0.0, 0.0, 0.0])
+    np.testing.assert_array_equal(moves(table.drop(columns="time"), 1)[passing_column(1)], np.zeros(5))

@@ -120,6 +120,30 @@ def test_poses_read_at_varying_moments_scatter_along_the_last_move(seed):
     assert entry["coefficients"]["along_last_move_rad"]["value"] == scatter.along_move
 
 
+DELAY = 2e-3  # s, of the measurement behind the angles
+
+
+@pytest.mark.parametrize("seed", [71, 72])
+def test_an_arm_that_is_measured_in_passing_has_a_delay(seed):
+    """If the arm goes round the corner at each pose and is measured 2 ms after its angles were read, lags are named with that delay.
+
+    Where an arm goes round a corner between two straight moves, its velocity is the mean of theirs; it starts and ends at rest.
+    """
+    dataset = make_scene(kind="tracker", seed=seed, poses_per_plane=60, noise=3e-5).dataset
+    time = np.cumsum(np.random.default_rng(seed).uniform(3.0, 6.0, dataset.n_poses))
+    of_moves = np.diff(dataset.q, axis=0) / np.diff(time)[:, None]
+    velocity = np.zeros_like(dataset.q)
+    velocity[1:-1] = 0.5 * (of_moves[1:] + of_moves[:-1])
+    columns = dict(zip(joint_names(6), (dataset.q - DELAY * velocity).T, strict=True))
+    table = dataset.poses.assign(**columns, time=time, order=np.arange(dataset.n_poses))
+    found = diagnose(replace(dataset, poses=table)).findings
+    assert {f.effect.name for f in found} == {"pose_lag"}
+    assert {1, 2, 3} <= {f.effect.target["joint"] for f in found}
+    for f in found:
+        assert "passes" in f.effect.clause
+        assert f.effect.coefficients[-1] == pytest.approx(DELAY, rel=0.4)
+
+
 def test_backlash_is_named_by_the_moves():
     """If no direction of approach is recorded, it follows from the order of the poses, and the backlash is named."""
     found = diagnose(read_as(loose(3), 43)).findings

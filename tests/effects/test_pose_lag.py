@@ -16,7 +16,9 @@ def dataset():
     return make_scene(kind="tracker", seed=3, poses_per_plane=5).dataset
 
 
-@pytest.mark.parametrize(("text", "terms"), [("2", (STEP,)), ("2:speed", (SPEED,)), ("2:step:speed", TERMS)])
+@pytest.mark.parametrize(
+    ("text", "terms"), [("2", (STEP,)), ("2:speed", (SPEED,)), ("2:step:speed:passing", TERMS)]
+)
 def test_a_command_line_names_the_terms_and_reads_them_again(text, terms, dataset):
     """The step alone needs no word; what is written for a lag gives the same lag."""
     (effect,) = parse_effects(f"pose_lag:{text}", dataset)
@@ -27,7 +29,8 @@ def test_a_command_line_names_the_terms_and_reads_them_again(text, terms, datase
 def test_a_word_that_is_no_term_is_refused(dataset):
     """The message says what a lag may be in proportion to."""
     with pytest.raises(
-        InvalidInput, match="'angle' is nothing that a lag is in proportion to; there are step and speed"
+        InvalidInput,
+        match="'angle' is nothing that a lag is in proportion to; there are step and speed and passing",
     ):
         parse_effects("pose_lag:2:angle", dataset)
 
@@ -44,7 +47,7 @@ def test_two_terms_of_one_joint_become_one_effect():
     """The coefficients of the first are kept; lags of different joints stay apart."""
     step, speed = PoseLag(3, coefficients=np.array([0.5])), PoseLag(3, terms=(SPEED,))
     both = step.merged_with(speed)
-    assert both is not None and both.terms == TERMS
+    assert both is not None and both.terms == (STEP, SPEED)
     np.testing.assert_array_equal(both.coefficients, [0.5, 0.0])
     assert step.merged_with(PoseLag(4)) is None
 
