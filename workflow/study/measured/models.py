@@ -18,6 +18,7 @@ import pandas as pd
 
 from scalar.data.dataset import Dataset
 from scalar.data.poses import is_joint
+from scalar.diagnosis.finding import UNATTRIBUTED
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import first_of_repetitions, held_out_errors
 from scalar.diagnosis.measured_rows import MeasuredRows
@@ -41,6 +42,7 @@ SUMMARY_COLUMNS = ("set", "model", "poses", "train_rms_mm", "held_out_rms_mm", "
 FRESH_SHARE = 0.3  # share of the different poses that are drawn at random and held out in the other split, each with its repetitions
 _SEED = 20260  # seed of the other split and of the shuffled angles
 FEW_COEFFICIENTS = 3  # most coefficients of an effect with which the summary lists them
+SURE = 0.8  # a name with at least this confidence counts as sure
 SHUFFLED = "effects_on_shuffled_angles"
 BASE_AND_TOOL, BEFORE, AFTER = "base_and_tool", "geometry", "geometry_and_effects"
 """Names of the models in the tables."""
@@ -195,6 +197,11 @@ def summarise(
             "files_sha256": dict(files[name]),
             "verdict": diagnosis["verdict"],
             "models": models,
+            "unseen": _unseen(diagnosis["residual"]),
+            "sure": sum(
+                effect["confidence"] >= SURE and effect["name"] != UNATTRIBUTED
+                for effect in diagnosis["effects"]
+            ),
             "effects": [_summarised(effect) for effect in diagnosis["effects"]],
             "outlier_poses": diagnosis["outliers"]["poses"],
             "floor_mm": diagnosis["residual"]["floor_mm"],
@@ -215,11 +222,28 @@ def summarise(
     return summary, table, pd.concat(list(gears.values()), ignore_index=True)
 
 
+def _unseen(residual: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the errors [mm] before and after on poses that took no part in cleaning, selection or fit, each with its spread over their parts."""
+    return {
+        f"{when}_{what}": residual[when][f"unseen_{what}"]
+        for when in ("before", "after")
+        for what in ("rms_mm", "rms_spread_mm")
+    }
+
+
 def _summarised(effect: Mapping[str, Any]) -> dict[str, Any]:
     """Return what a summary keeps of an effect in diagnosis.json; its coefficients only if there are at most ``FEW_COEFFICIENTS``."""
     kept = {
         key: effect.get(key)
-        for key in ("name", "target", "p_value", "held_out_rms_before_mm", "held_out_rms_after_mm")
+        for key in (
+            "name",
+            "target",
+            "p_value",
+            "held_out_rms_before_mm",
+            "held_out_rms_after_mm",
+            "confidence",
+            "selected_in",
+        )
     }
     kept["also_possible"] = len(effect["confounded_with"])
     return kept | (
