@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize, minimize_scalar
+from scipy.stats import chi2
 
 from scalar.geometry.se3 import Array
 
@@ -20,24 +21,50 @@ _POWERS = (
 )  # a variance is sought within these powers of e of the one at which the error is as large as the noise
 
 
-def of_one(rows: Array, K: Array) -> tuple[float, float, float]:
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """The eigenvalues ``(N, m)``, none negative, and the eigenvectors ``(N, m, m)`` of what an error adds to the covariance at unit variance."""
+
+    values: Array
+    vectors: Array
+
+    @classmethod
+    def of(cls, K: Array) -> Spectrum:
+        """Return the spectrum of covariances ``(N, m, m)``."""
+        values, vectors = np.linalg.eigh(K)
+        return cls(np.maximum(values, 0.0), vectors)
+
+    @property
+    def typical(self) -> float:
+        """Return the variance at which the error is as large as the noise."""
+        return 1.0 / max(float(np.median(self.values[:, -1])), 1e-300)
+
+    def along(self, rows: Array) -> Array:
+        """Return the components ``(N, m)`` of rows ``(N, m)`` along the eigenvectors."""
+        return np.einsum("nij,ni->nj", self.vectors, rows)
+
+
+def chance_of(gain: float) -> float:
+    """Return the probability of at least such a gain of log likelihood [nats] by one more variance if it is zero."""
+    # Half of a chi-squared distribution, because a variance cannot be negative (Self and Liang, JASA 82, 1987).
+    return float(0.5 * chi2.sf(2 * gain, 1)) if gain > 0 else 1.0
+
+
+def of_one(rows: Array, spectrum: Spectrum) -> tuple[float, float, float]:
     """Return the gain of log likelihood over v = 0 [nats], the variance v of greatest likelihood, and the standard error of v.
 
     Args:
         rows: ``(N, m)``, residual, whitened for the noise within scans.
-        K: ``(N, m, m)``, what a component of unit variance adds to the covariance of each pose's rows.
+        spectrum: Of K.
     """
-    values, vectors = _spectrum(K)
-    squares = np.einsum("nij,ni->nj", vectors, rows) ** 2
-    # The variance at which the component is as large as the noise; v is sought within these powers of e of it.
-    typical = _typical(values)
+    values, squares = spectrum.values, spectrum.along(rows) ** 2
 
     def cost(log_v: float) -> float:
         """Return minus the log likelihood, less a constant."""
         variance = 1.0 + np.exp(log_v) * values
         return 0.5 * float(np.sum(np.log(variance) + squares / variance))
 
-    start = np.log(typical)
+    start = np.log(spectrum.typical)
     bounds = (start + _POWERS[0], start + _POWERS[1])
     result: Any = minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-4})
     v = float(np.exp(result.x))
@@ -61,18 +88,17 @@ class TwoVariances:
     covariance: Array
 
 
-def of_two(rows: Array, K: Array, u: Array) -> TwoVariances:
+def of_two(rows: Array, spectrum: Spectrum, u: Array) -> TwoVariances:
     """Return the variances of greatest likelihood of a covariance with a second term of rank one.
 
     Args:
         rows: ``(N, m)``, residual, whitened for the noise within scans.
-        K: ``(N, m, m)``, what the first error adds at unit variance.
+        spectrum: Of K.
         u: ``(N, m)``, by which the second changes the rows at unit size.
     """
-    values, vectors = _spectrum(K)
-    z, y = (np.einsum("nij,ni->nj", vectors, x) for x in (rows, u))
+    values, z, y = spectrum.values, spectrum.along(rows), spectrum.along(u)
     squares = np.sum(y**2, axis=1)
-    starts = np.log([_typical(values), 1.0 / max(float(np.median(squares[squares > 0])), 1e-300)])
+    starts = np.log([spectrum.typical, 1.0 / max(float(np.median(squares[squares > 0])), 1e-300)])
 
     def cost(logs: Array) -> tuple[float, Array]:
         """Return minus the log likelihood, less a constant, and its derivatives by the logarithms of v and w."""
@@ -114,14 +140,3 @@ def _expected_information(values: Array, y: Array, v: float, w: float) -> Array:
     of_w = (np.sum(y * q, axis=1) / s) ** 2
     both = along / s**2
     return 0.5 * np.array([[np.sum(of_v), np.sum(both)], [np.sum(both), np.sum(of_w)]])
-
-
-def _spectrum(K: Array) -> tuple[Array, Array]:
-    """Return the eigenvalues ``(N, m)``, none negative, and the eigenvectors ``(N, m, m)`` of covariances."""
-    values, vectors = np.linalg.eigh(K)
-    return np.maximum(values, 0.0), vectors
-
-
-def _typical(values: Array) -> float:
-    """Return the variance at which an error is as large as the noise, from the eigenvalues ``(N, m)`` of its covariance at unit variance."""
-    return 1.0 / max(float(np.median(values[:, -1])), 1e-300)

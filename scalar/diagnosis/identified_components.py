@@ -15,9 +15,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2
 
 from scalar.diagnosis.autocorrelation import depends_on
+from scalar.diagnosis.component_likelihood import chance_of
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.restricted_likelihood import fit_components
 from scalar.diagnosis.variance_components import JITTER, VarianceComponent, columns_by_place
@@ -58,8 +58,7 @@ def identified_components(state: FittedState) -> tuple[VarianceComponent, ...]:
         if not scans and together.variances[0] < settings.variance_components.least_repeatability**2:
             continue
         gain = together.log_likelihood - log_likelihood_given
-        # Half of a chi-squared distribution, because a variance cannot be negative (Self and Liang, JASA 82, 1987).
-        p_value = float(0.5 * chi2.sf(2 * max(gain, 0.0), 1))
+        p_value = chance_of(gain)
         if p_value < settings.selection.alpha_unnamed:
             identified.append(replace(component, log_likelihood_gain=gain, p_value=p_value))
     if not identified and not scans and depends_on(state):

@@ -15,11 +15,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
 
 from scalar.data.moves import speeds
 from scalar.diagnosis.background import Background
-from scalar.diagnosis.component_likelihood import of_one, of_two
+from scalar.diagnosis.component_likelihood import Spectrum, chance_of, of_one, of_two
 from scalar.effects.acquisition import ENOUGH_MOVES
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
@@ -86,56 +85,55 @@ def variance_components(
     found = []
     for name, D in directions(residuals, model):
         K = D @ np.swapaxes(D, 1, 2)
-        gain, v, v_std_error = of_one(rows, K)
-        p = _chance(gain)
-        if p < alpha and v > 0:
+        spectrum = Spectrum.of(K)
+        gain, v, v_std_error = of_one(rows, spectrum)
+        p = chance_of(gain)
+        component = None
+        if name == JITTER:
+            component = _along_moves(rows, K, spectrum, D, _speeds(residuals, model), gain, alpha)
+        if component is None and p < alpha and v > 0:
             std = float(np.sqrt(v))
             covariance = np.eye(rows.shape[1]) + v * K
-            found.append(VarianceComponent(name, std, float(v_std_error / (2 * std)), gain, p, covariance))
-        if name == JITTER:
-            found += _along_moves(rows, D, _speeds(residuals, model), gain, alpha)
-    best = {
-        component.name: component for component in found
-    }  # a jitter with a part along moves replaces the one without
-    return sorted(best.values(), key=lambda s: -s.log_likelihood_gain)
+            component = VarianceComponent(name, std, float(v_std_error / (2 * std)), gain, p, covariance)
+        if component is not None:
+            found.append(component)
+    return sorted(found, key=lambda s: -s.log_likelihood_gain)
 
 
 def _along_moves(
-    rows: Array, by_angle: Array, speeds: Array, gain_without: float, alpha: float
-) -> list[VarianceComponent]:
-    """Return the jitter with a part along the last move; none if this part is not significant.
+    rows: Array,
+    K: Array,
+    spectrum: Spectrum,
+    by_angle: Array,
+    speeds: Array,
+    gain_without: float,
+    alpha: float,
+) -> VarianceComponent | None:
+    """Return the jitter with a part along the last move, or None if this part is not significant.
 
     Args:
         rows: ``(N, m)``, residual, whitened for the noise within scans.
+        K, spectrum: ``(N, m, m)``, what a jitter of unit variance adds to the covariance of each pose's rows, and its spectrum.
         by_angle: ``(N, m, k)``, derivatives of the rows by the angles of the revolute joints [1/rad].
         speeds: ``(N, k)``, their speeds as shares of the fastest joint's.
         gain_without: Log likelihood of a jitter without that part, less that of none [nats].
         alpha: Significance level.
     """
     if np.mean(speeds.any(axis=1)) < ENOUGH_MOVES:
-        return []
+        return None
     u = np.einsum("nmk,nk->nm", by_angle, speeds)
-    K = by_angle @ np.swapaxes(by_angle, 1, 2)
-    both = of_two(rows, K, u)
-    if _chance(both.gain - gain_without) >= alpha:
-        return []
+    both = of_two(rows, spectrum, u)
+    if chance_of(both.gain - gain_without) >= alpha:
+        return None
     v, w = both.variances
     weights = np.array([1.0, float(np.mean(speeds**2))])
     std, along = float(np.sqrt(weights @ both.variances)), float(np.sqrt(weights[1] * w))
     std_error = float(np.sqrt(weights @ both.covariance @ weights) / (2 * std))
     covariance = np.eye(rows.shape[1]) + v * K + w * u[:, :, None] * u[:, None, :]
     along_error = float(weights[1] * np.sqrt(both.covariance[1, 1]) / (2 * along))
-    return [
-        VarianceComponent(
-            JITTER, std, std_error, both.gain, _chance(both.gain), covariance, along, along_error
-        )
-    ]
-
-
-def _chance(gain: float) -> float:
-    """Return the probability of at least such a gain of log likelihood [nats] by one more variance if it is zero."""
-    # Half of a chi-squared distribution, because a variance cannot be negative (Self and Liang, JASA 82, 1987).
-    return float(0.5 * chi2.sf(2 * gain, 1)) if gain > 0 else 1.0
+    return VarianceComponent(
+        JITTER, std, std_error, both.gain, chance_of(both.gain), covariance, along, along_error
+    )
 
 
 def _speeds(residuals: Residuals, model: Model) -> Array:

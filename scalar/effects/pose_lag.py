@@ -82,10 +82,14 @@ class PoseLag(OneAxis, SingleJointEffect):
 
     def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the last step of the joint, its speed as a share of the fastest joint's, and its velocity in passing; all are zero at rest."""
-        speed = speeds(poses.columns, robot.slides, len(poses))
-        columns = {STEP: _known(poses, step_column(self.joint)), SPEED: speed[:, self.joint - 1]}
-        columns[PASSING] = _known(poses, passing_column(self.joint))
-        return np.stack([columns[term] for term in self.terms], axis=1)
+        return np.stack([self._column(term, robot, poses) for term in self.terms], axis=1)
+
+    def _column(self, term: str, robot: Robot, poses: Poses) -> Array:
+        """Return what the joint errs in proportion to by one of ``TERMS``, ``(N,)``."""
+        if term == SPEED:
+            return speeds(poses.columns, robot.slides, len(poses))[:, self.joint - 1]
+        name = step_column(self.joint) if term == STEP else passing_column(self.joint)
+        return poses.columns.get(name, np.zeros(len(poses)))
 
     @property
     def n_terms(self) -> int:
@@ -185,20 +189,10 @@ class PoseLag(OneAxis, SingleJointEffect):
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the error of the joint over its last step, or over its speed or velocity if it errs with that alone."""
-        if len(self.terms) == 1 and self.terms != (STEP,):
-            unit = f"{self.joint_unit}/s"
-            axes = {
-                SPEED: Axis(f"speed of joint {self.joint}, as a share of the fastest joint's", "1"),
-                PASSING: Axis(f"velocity of joint {self.joint} in passing", unit),
-            }
-            axis = axes[self.terms[0]]
-            x = self.joint_basis(view.nominal, view.poses)[:, self.joint - 1, 0]
-        else:
-            axis = Axis(f"last step of joint {self.joint}", self.joint_unit)
-            x = _known(view.poses, step_column(self.joint))
-        return [joint_profile(view, self, self.joint, axis, x)]
-
-
-def _known(poses: Poses, column: str) -> Array:
-    """Return a column ``(N,)`` of the moves to the poses; zero where they are not known."""
-    return poses.columns.get(column, np.zeros(len(poses)))
+        driver = self.terms[0] if len(self.terms) == 1 else STEP
+        axis = {
+            STEP: Axis(f"last step of joint {self.joint}", self.joint_unit),
+            SPEED: Axis(f"speed of joint {self.joint}, as a share of the fastest joint's", "1"),
+            PASSING: Axis(f"velocity of joint {self.joint} in passing", f"{self.joint_unit}/s"),
+        }[driver]
+        return [joint_profile(view, self, self.joint, axis, self._column(driver, view.nominal, view.poses))]

@@ -5,6 +5,15 @@ from click.testing import CliRunner
 
 from scalar.cli import cli
 
+WRITTEN = (
+    "corrected",
+    "beyond_limits",
+    "near_singular",
+    "smallest_singular_value",
+    "position_error",
+    "orientation_error",
+)
+"""What `scalar correct` says of each row, besides the joint angles."""
 FRAME = ["x", "y", "z", "rx", "ry", "rz"]
 JOINTS = [f"q{i}" for i in range(1, 7)]
 

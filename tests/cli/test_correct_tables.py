@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.cli.correcting import FRAME, JOINTS, corrected, frames, predicted, run
+from tests.cli.correcting import FRAME, JOINTS, WRITTEN, corrected, frames, predicted, run
 
 
 def test_degrees_and_millimetres_give_the_same(program):
@@ -67,15 +67,7 @@ def test_other_columns_are_kept_and_those_of_the_frame_are_not(program):
         rest = joints.drop(columns="pose").assign(speed=250.0)
         pd.concat([wanted, rest], axis=1).to_csv(program / "wanted.csv", index=False, float_format="%.17g")
         table = corrected(program, "wanted.csv")
-        own = {
-            "corrected",
-            "beyond_limits",
-            "near_singular",
-            "smallest_singular_value",
-            "position_error",
-            "orientation_error",
-        }
-        assert set(table.columns) == {*joints.columns, "speed", *own}
+        assert set(table.columns) == {*joints.columns, "speed", *WRITTEN}
         assert (table["speed"] == 250.0).all()
 
 

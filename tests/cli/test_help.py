@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.cli.correcting import WRITTEN
 from tests.cli.running import run
 
 
@@ -47,12 +48,5 @@ def test_help_of_correct_is_short_and_leads_to_the_rest():
         .replace("`scalar correct`", "scalar correct")
     )
     _, _, section = headed.partition(f"### {heading}\n")
-    for column in (
-        "corrected",
-        "beyond_limits",
-        "near_singular",
-        "smallest_singular_value",
-        "position_error",
-        "orientation_error",
-    ):
+    for column in WRITTEN:
         assert f"`{column}`" in section

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from scalar.data.moves import move_columns, moves_in_order, speeds
-from scalar.diagnosis.component_likelihood import of_one, of_two
+from scalar.diagnosis.component_likelihood import Spectrum, of_one, of_two
 
 DRAWS = 60
 N, M, K = 150, 4, 3
@@ -30,7 +30,7 @@ def log_likelihood(rows, kernel, u, v, w):
 def test_the_gain_is_that_of_dense_covariances_and_no_neighbour_has_more():
     """At the variances found, the gain is the difference of two dense log likelihoods, and changing either by a tenth lowers it."""
     rows, kernel, u = drawn(0, 0.5, 2.0)
-    found = of_two(rows, kernel, u)
+    found = of_two(rows, Spectrum.of(kernel), u)
     at_zero = log_likelihood(rows, kernel, u, 0.0, 0.0)
     best = log_likelihood(rows, kernel, u, *found.variances)
     assert found.gain == pytest.approx(best - at_zero, abs=1e-6)
@@ -43,7 +43,8 @@ def test_two_variances_are_estimated_without_bias_and_scatter_as_stated():
     truth = np.array([0.5, 2.0])
     pulls = []
     for seed in range(DRAWS):
-        found = of_two(*drawn(seed, *truth))
+        rows, kernel, u = drawn(seed, *truth)
+        found = of_two(rows, Spectrum.of(kernel), u)
         pulls.append((found.variances - truth) / np.sqrt(np.diag(found.covariance)))
     assert np.all(np.abs(np.mean(pulls, axis=0)) < 4 / np.sqrt(DRAWS))
     assert np.all((np.std(pulls, axis=0) > 0.7) & (np.std(pulls, axis=0) < 1.4))
@@ -54,7 +55,8 @@ def test_without_the_second_error_its_gain_is_that_of_chance():
     gains = []
     for seed in range(DRAWS):
         rows, kernel, u = drawn(seed, 0.5, 0.0)
-        gains.append(of_two(rows, kernel, u).gain - of_one(rows, kernel)[0])
+        spectrum = Spectrum.of(kernel)
+        gains.append(of_two(rows, spectrum, u).gain - of_one(rows, spectrum)[0])
     assert min(gains) > -1e-3
     assert np.sum(2 * np.array(gains) > 3.84) <= 6
 

@@ -36,13 +36,13 @@ from scalar.estimation.result import Calibration
 from scalar.geometry.se3 import Array
 from scalar.sensors import measure
 from scalar.units import MM
+from study.blind_trials.score import SURE
 from study.common.provenance import code_version
 
 SUMMARY_COLUMNS = ("set", "model", "poses", "train_rms_mm", "held_out_rms_mm", "held_out_max_mm")
 FRESH_SHARE = 0.3  # share of the different poses that are drawn at random and held out in the other split, each with its repetitions
 _SEED = 20260  # seed of the other split and of the shuffled angles
 FEW_COEFFICIENTS = 3  # most coefficients of an effect with which the summary lists them
-SURE = 0.8  # a name with at least this confidence counts as sure
 SHUFFLED = "effects_on_shuffled_angles"
 BASE_AND_TOOL, BEFORE, AFTER = "base_and_tool", "geometry", "geometry_and_effects"
 """Names of the models in the tables."""
