@@ -158,7 +158,9 @@ class PoseLag(OneAxis, SingleJointEffect):
     @property
     def clause(self) -> str:
         """Return which joint was logged on its way."""
-        when = "before" if self.coefficients[0] >= 0 else "after"
+        # Terms may have opposite signs; the larger one, in sizes that real arms have, decides which way the joint errs.
+        sizes = self.coefficients / self.natural_sizes
+        when = "before" if sizes[np.argmax(np.abs(sizes))] >= 0 else "after"
         grows = {
             STEP: "by a share of the last step",
             SPEED: "in proportion to its speed in the last move",

@@ -52,6 +52,15 @@ def test_two_terms_of_one_joint_become_one_effect():
     assert step.merged_with(PoseLag(4)) is None
 
 
+@pytest.mark.parametrize(
+    ("share", "at_full_speed", "when"), [(-3e-4, 1.5e-3, "before"), (3e-4, -1.5e-3, "after")]
+)
+def test_the_larger_term_says_whether_the_angle_was_logged_before_or_after(share, at_full_speed, when):
+    """A small share of the step of the other sign does not turn the sentence round."""
+    lag = PoseLag(5, terms=(STEP, SPEED), coefficients=np.array([share, at_full_speed]))
+    assert f"was logged {when} the joint stood" in lag.clause
+
+
 def test_an_arm_at_rest_has_no_lag(dataset):
     """Where no moves are known, all columns are zero."""
     rest = Poses(np.zeros((2, 6)), np.zeros(2), {})
