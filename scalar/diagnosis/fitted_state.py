@@ -145,12 +145,14 @@ class FittedState:
 
     @property
     def is_plausible(self) -> bool:
-        """Return whether no coefficient is far beyond its prior standard deviation.
+        """Return whether no coefficient is far beyond its size in real workcells (``Effect.plausible_std``).
 
         An example of an implausible one is a range scale of -1: it shrinks all scans to a point, and leaves no residual.
         """
         most = self.settings.selection.plausible_coefficient
-        return all(np.all(np.abs(effect.coefficients) <= most * effect.prior_std) for effect in self.effects)
+        return all(
+            np.all(np.abs(effect.coefficients) <= most * effect.plausible_std) for effect in self.effects
+        )
 
     def background_whitened_by(self, whitening: Array | None) -> Background:
         """Return the background under a given whitening ``(N, m, m)``; squared residuals of two states can be compared only under the same one."""

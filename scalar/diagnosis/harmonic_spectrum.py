@@ -107,9 +107,9 @@ def _with_more(state: FittedState, named: CandidateSet) -> FittedState:
                 return state
             trial = state.refitted(merged(state.effects, entry.effect))
             before, after = held_out_errors(state), held_out_errors(trial)
-            if improvement(before, after) >= state.settings.selection.least_improvement and no_worse(
-                before, after
-            ):
+            gain = improvement(before, after)
+            clearly = trial.is_plausible and gain >= state.settings.selection.least_improvement
+            if clearly and no_worse(before, after):
                 state = trial
                 break
         else:

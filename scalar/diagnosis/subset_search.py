@@ -110,7 +110,7 @@ class _Rows:
         n = len(candidates.elements)
         effects, columns, family = list(candidates.elements), columns_of_each[:n], list(range(n))
         onsets: list[tuple[int, ...]] = [()] * n
-        column_blocks, stds, width = [self.columns], [candidates.prior_std], self.columns.shape[1]
+        column_blocks, width = [self.columns], self.columns.shape[1]
         for k, where in enumerate(columns_of_each[n:]):
             for i, effect, after_onset in _changes_at(
                 state, candidates.changes[k], self.columns[:, where], moments
@@ -120,10 +120,14 @@ class _Rows:
                 columns.append(width + np.arange(len(where)))
                 family.append(n + k)
                 column_blocks.append(after_onset)
-                stds.append(effect.prior_std)
                 width += len(where)
-        E, prior_std = np.concatenate(column_blocks, axis=1), np.concatenate(stds)
-        return _ElementRows(self, effects, onsets, columns, np.array(family), E, prior_std)
+        E = np.concatenate(column_blocks, axis=1)
+        of_each = [*candidates.effects, *effects[n:]]
+        prior_std, plausible_std = (
+            np.concatenate([np.zeros(0), *(getattr(effect, name) for effect in of_each)])
+            for name in ("prior_std", "plausible_std")
+        )
+        return _ElementRows(self, effects, onsets, columns, np.array(family), E, prior_std, plausible_std)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,6 +142,7 @@ class _ElementRows:
         family: ``(n,)``, the family of each of the n elements: changes of one kind at different poses have the same one (``beam_search``).
         E: ``(N m, e)``, all e columns, whitened for the noise within scans.
         prior_std: ``(e,)``, prior standard deviations of the columns' coefficients, in the units of the coefficients.
+        plausible_std: ``(e,)``, those by whose multiples they are judged implausible.
     """
 
     rows: _Rows
@@ -147,6 +152,7 @@ class _ElementRows:
     family: Array
     E: Array
     prior_std: Array
+    plausible_std: Array
 
     def only(self, chosen: Sequence[int]) -> _ElementRows:
         """Return the elements with the indices ``chosen``, in that order, without the columns of the others."""
@@ -155,9 +161,10 @@ class _ElementRows:
         columns = np.split(np.arange(len(kept_columns)), ends[:-1]) if chosen else []
         effects, onsets = [self.effects[p] for p in chosen], [self.onsets[p] for p in chosen]
         family = self.family[list(chosen)]
-        return _ElementRows(
-            self.rows, effects, onsets, columns, family, self.E[:, kept_columns], self.prior_std[kept_columns]
+        E, prior_std, plausible_std = (
+            values[..., kept_columns] for values in (self.E, self.prior_std, self.plausible_std)
         )
+        return _ElementRows(self.rows, effects, onsets, columns, family, E, prior_std, plausible_std)
 
     def of_poses(self, poses: Array) -> SearchElements:
         """Return what the search needs of the elements, computed from the rows of the poses with the indices ``poses`` and of the priors."""
@@ -172,11 +179,15 @@ class _ElementRows:
         observable = np.sum(E * E, axis=0) > settings.unobservable_share * squares
         E = E * np.where(observable, in_prior_units(background, squares, self.prior_std), 0.0)
         gram, projection = E.T @ E, E.T @ background.residual.ravel()
-        largest = np.where(
-            np.isfinite(self.prior_std), state.settings.selection.plausible_coefficient, np.inf
+        most = state.settings.selection.plausible_coefficient
+        in_prior_std = np.divide(
+            self.plausible_std,
+            self.prior_std,
+            where=np.isfinite(self.prior_std),
+            out=np.full(len(squares), np.inf),
         )
         return SearchElements(self.columns, self.family, gram, projection, background.sum_of_squares, background.degrees_of_freedom,
-                      max(self.rows.candidates.total, 1), settings.least_remainder, largest)  # fmt: skip
+                      max(self.rows.candidates.total, 1), settings.least_remainder, most * in_prior_std)  # fmt: skip
 
 
 def _changes_at(

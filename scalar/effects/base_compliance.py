@@ -66,6 +66,11 @@ class BaseCompliance(BaseEffect):
         """Radians."""
         return ["rad"] * ((2 if self.alike else 4) * len(self.frames))
 
+    @property
+    def plausible_std(self) -> Array:
+        """Return the natural sizes: two effects of the same weight that almost cancel at the measured poses would add up at others."""
+        return self.natural_sizes
+
     def base_screws(self, robot: Robot, poses: Poses) -> Array:
         """Return the tilts by unit first moments of mass, as rotations about the origin of the base frame."""
         moments, _ = unit_moments_at(robot, poses)

@@ -87,6 +87,11 @@ class Described(ABC):
         return np.array([PRIOR_STD.get(unit, np.inf) for unit in self.coefficient_units])
 
     @property
+    def plausible_std(self) -> Array:
+        """Return the standard deviation ``(k,)`` by whose multiple a coefficient is judged implausible, infinite where any size is possible."""
+        return self.prior_std
+
+    @property
     def natural_sizes(self) -> Array:
         """Return the size that every coefficient has in real workcells ``(k,)``, zero where none is claimed."""
         return np.array([self.natural.get(unit, 0.0) for unit in self.coefficient_units])

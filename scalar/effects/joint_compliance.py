@@ -59,6 +59,11 @@ class JointCompliance(JointEffect):
         """Radians."""
         return ["rad"] * (2 * len(self.terms))
 
+    @property
+    def plausible_std(self) -> Array:
+        """Return the natural sizes: two effects of the same weight that almost cancel at the measured poses would add up at others."""
+        return self.natural_sizes
+
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the torques of unit first moments, each on its joint."""
         B = np.zeros((len(poses), robot.n_joints, 2 * len(self.terms)))

@@ -48,6 +48,11 @@ class Series(SingleJointEffect):
         return np.repeat(self.term_std, 2) if self.term_std else super().prior_std
 
     @property
+    def plausible_std(self) -> Array:
+        """Return the usual prior standard deviations: those of ``term_std`` may be scaled for rows that are weighted by too small a noise."""
+        return super().prior_std
+
+    @property
     def own_angle_joint(self) -> int | None:
         """The joint."""
         return self.joint

@@ -155,3 +155,23 @@ def test_a_coefficient_far_beyond_its_prior_is_implausible(sizes, plausible):
     effect = JointScale(1)
     given = state(effects=(effect.with_coefficients(sizes * effect.prior_std),))
     assert FittedState.is_plausible.fget(given) == plausible  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("effect", "limit"), [(JointCompliance(((3, 3),)), 1e-2), (BaseCompliance((3,)), 5e-3)]
+)
+def test_no_arm_gives_way_by_a_degree(effect, limit):
+    """A deflection of a joint by 10 mrad under the arm's weight is plausible, and a larger one is not; of the base, half as much."""
+    coefficients = np.zeros(len(effect.coefficients))
+    for share, plausible in ((0.9, True), (1.1, False)):
+        coefficients[0] = share * limit
+        given = state(effects=(effect.with_coefficients(coefficients),))
+        assert FittedState.is_plausible.fget(given) == plausible  # type: ignore[attr-defined]
+
+
+def test_an_order_with_a_prior_of_its_own_is_plausible_up_to_the_size_in_real_gears():
+    """The prior of an order is scaled for rows whose weights are too large; an order of 1 mrad stays plausible, and one of 40 mrad does not."""
+    effect = JointHarmonic(1, (1,)).with_term_std([1e-6])
+    for size, plausible in ((1e-3, True), (4e-2, False)):
+        given = state(effects=(effect.with_coefficients([size, 0.0]),))
+        assert FittedState.is_plausible.fget(given) == plausible  # type: ignore[attr-defined]

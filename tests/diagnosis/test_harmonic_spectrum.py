@@ -88,11 +88,15 @@ def test_a_series_that_predictions_need_is_kept_though_it_is_not_significant(fou
     assert kept == set(BUMPY_JOINTS)
 
 
-def test_a_deflection_is_distinguished_from_many_orders():
+@pytest.mark.parametrize("plausible", [True, False])
+def test_a_deflection_is_distinguished_from_many_orders(plausible, monkeypatch):
     """A joint that errs in many orders and is deflected by the weight of the next link: both are named, and its orders are one smooth error.
 
-    Joints 2 and 3 are parallel, so the deflection of joint 2 by the next link's weight is a sine of the sum of their angles.
+    Joints 2 and 3 are parallel, so the deflection of joint 2 by the next link's weight is a sine of the sum of their angles. If that deflection is
+    larger than in any arm, it is not taken.
     """
+    if not plausible:
+        monkeypatch.setattr(JointCompliance, "natural", {"rad": 1e-6})
     scene = make_scene(kind="tracker", seed=6, poses_per_plane=400, noise=TRACKER_NOISE)
     q2, q3 = scene.dataset.q[:, 1], scene.dataset.q[:, 2]
     landscape, read = bumps(11), q2.copy()
@@ -104,9 +108,9 @@ def test_a_deflection_is_distinguished_from_many_orders():
     model, prepared = geometry_fit(cleaned)
     names = named_candidates(cleaned)
     after = with_spectrum(select_forward(refit(cleaned, model, prepared.free, ()), names), names)
-    assert {e.joint for e in after.effects if isinstance(e, JointHarmonic)} == {2}
+    assert {e.joint for e in after.effects if isinstance(e, JointHarmonic)} == ({2} if plausible else {2, 3})
     weights = [e for e in after.effects if isinstance(e, JointCompliance)]
-    assert [effect.target for effect in weights] == [{"joints": [2]}]
+    assert [effect.target for effect in weights] == ([{"joints": [2]}] if plausible else [])
 
 
 def test_a_single_order_stays_one():

@@ -144,7 +144,7 @@ class SelectionSettings:
         "the square of a hundredth of the noise; its structure comes from the arithmetic",
     )
     plausible_coefficient: float = setting(
-        10.0, "prior standard deviations", "an effect with a larger coefficient is implausible",
+        10.0, "standard deviations", "an effect with a coefficient that is larger by this factor than Effect.plausible_std is implausible",
         "chosen: a coefficient far beyond the size in real arms can remove the residual by shrinking all data to a point",
     )  # fmt: skip
     max_cleanings: int = setting(
