@@ -11,7 +11,9 @@ variances are those of the jackknife over poses (``jackknife``), which is valid 
 The wide model contains all effects that were found. If one of them is a special case of a more general effect, the wide model contains that effect as
 well; the general effect is never shipped and only shows the bias of the others. The wide model also contains deviations that every set-up has to a
 small degree (``Effect.nuisances``): for example, no target plane is perfectly flat. These may be shipped too, although they are no findings: if one
-target plane is bowed, for example, the arm is estimated more accurately if the smaller bows of the other planes are fitted as well.
+target plane is bowed, for example, the arm is estimated more accurately if the smaller bows of the other planes are fitted as well. A nuisance is
+shipped only if it is significant in the wide model. The expected errors alone do not show that it is not there: it is then fitted to the noise, and
+the squared bias that it seems to remove has an error of its own.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.jackknife import Linearised, variance_of
@@ -78,8 +81,8 @@ def focused_choice(after: FittedState) -> FocusedChoice:
     """Return the effects with which predictions are expected to err least.
 
     Effects are left out one after the other as long as the expected error falls; in each step the one is left out without which the error is
-    smallest. This is done twice: from the effects that were found, and from these together with the nuisances. The better of the two results is
-    chosen if two conditions hold: its error within the joint limits is clearly smaller than with all effects that were found
+    smallest. This is done twice: from the effects that were found, and from these together with the significant nuisances. The better of the two
+    results is chosen if two conditions hold: its error within the joint limits is clearly smaller than with all effects that were found
     (``settings.shipped_fit.clearly_smaller_error``), and its errors are no larger within the measured ranges of the joints and at the measured poses.
     Else all effects that were found are kept. The second condition keeps a correction that is uncertain only where nothing was measured. The ranges
     alone are not enough for it: poses that press a tool on target planes, for example, fill a small part of the ranges, and predictions for the rest
@@ -100,7 +103,12 @@ def focused_choice(after: FittedState) -> FocusedChoice:
     wide = NestedModels(after.refitted(everything, after.model) if len(everything) > len(effects) else after)
     found = tuple(range(len(effects)))
     with_all = wide.errors(found)
-    starts = {found, tuple(range(len(effects) + len(nuisances)))}
+    shown = [
+        i
+        for i in range(len(effects), len(effects) + len(nuisances))
+        if wide.p_value(i) <= after.settings.selection.alpha_named_effect
+    ]
+    starts = {found, (*found, *shown)}
     kept = min(
         (_eliminated(wide, start, with_all) for start in sorted(starts)),
         key=lambda kept: wide.errors(kept)[LIMITS],
@@ -202,6 +210,20 @@ class NestedModels:
     def std(self, kept: tuple[int, ...]) -> float:
         """Return the standard error [m] of a predicted position, root mean square over poses within the joint limits; arguments as for ``errors``."""
         return float(np.sqrt(variance_of(self._fitted(kept)[1], self.linear.columns)))
+
+    def p_value(self, index: int) -> float:
+        """Return the probability of coefficients as large as those of an effect in the wide model if all of them were zero (Wald's test).
+
+        Their covariance is that of the jackknife over poses.
+        """
+        own = self.effect_index == index
+        step, left_out = self.optimum
+        estimate = (self.linear.coefficients + step)[own]
+        about = left_out[:, own] - left_out[:, own].mean(axis=0)
+        N = len(about)
+        covariance = (N - 1) / N * about.T @ about
+        wald = estimate @ np.linalg.pinv(covariance, hermitian=True) @ estimate
+        return float(chi2.sf(wald, len(estimate)))
 
     def _fitted(self, kept: tuple[int, ...]) -> tuple[Array, Array]:
         """Return the step to the optimum of a nested model and the steps without each pose, as ``Linearised.fitted`` returns them."""

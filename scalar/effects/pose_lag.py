@@ -16,6 +16,8 @@ from scalar.effects.effect import Effect
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import OneAxis, SingleJointEffect
+from scalar.effects.title import joints_in_words
+from scalar.effects.wording import listed
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -132,7 +134,7 @@ class PoseLag(OneAxis, SingleJointEffect):
         wrong = [word for word in words[1:] if word not in TERMS]
         if wrong:
             raise ValueError(
-                f"'{wrong[0]}' is nothing that a lag is in proportion to; there are {' and '.join(TERMS)}"
+                f"'{wrong[0]}' is nothing that a lag is in proportion to; there are {listed(TERMS)}"
             )
         terms = tuple(term for term in TERMS if term in words[1:]) or (STEP,)
         return [cls(j, bool(dataset.robot.slides[j - 1]), terms) for j in joints_named(dataset, words[:1])]
@@ -156,20 +158,33 @@ class PoseLag(OneAxis, SingleJointEffect):
         return "it depends on when that campaign logged its angles"
 
     @property
-    def clause(self) -> str:
-        """Return which joint was logged on its way."""
+    def _when(self) -> str:
+        """Return whether the joint was logged before or after it stood where it was measured."""
         # Terms may have opposite signs; the larger one, in sizes that real arms have, decides which way the joint errs.
         sizes = self.coefficients / self.natural_sizes
-        when = "before" if sizes[np.argmax(np.abs(sizes))] >= 0 else "after"
+        return "before" if sizes[np.argmax(np.abs(sizes))] >= 0 else "after"
+
+    @property
+    def clause(self) -> str:
+        """Return which joint was logged on its way."""
         grows = {
             STEP: "by a share of the last step",
             SPEED: "in proportion to its speed in the last move",
             PASSING: "in proportion to the velocity with which it passes the pose",
         }
         return (
-            f"the {self.joint_position} of joint {self.joint} was logged {when} the joint stood where it was measured, "
+            f"the {self.joint_position} of joint {self.joint} was logged {self._when} the joint stood where it was measured, "
             f"so it errs {' and '.join(grows[term] for term in self.terms)}"
         )
+
+    @classmethod
+    def clause_of(cls, effects: Sequence[Self]) -> str:
+        """Return which joints were logged on their way; of several joints, not what each errs in proportion to."""
+        if len(effects) == 1:
+            return effects[0].clause
+        joints = joints_in_words(sorted({effect.joint for effect in effects}))
+        when = " or ".join(sorted({effect._when for effect in effects}, reverse=True))
+        return f"{joints} were logged {when} they stood where they were measured, so they err with the move by which they arrive"
 
     @property
     def advice(self) -> list[str]:

@@ -30,7 +30,7 @@ def test_a_word_that_is_no_term_is_refused(dataset):
     """The message says what a lag may be in proportion to."""
     with pytest.raises(
         InvalidInput,
-        match="'angle' is nothing that a lag is in proportion to; there are step and speed and passing",
+        match="'angle' is nothing that a lag is in proportion to; there are step, speed and passing",
     ):
         parse_effects("pose_lag:2:angle", dataset)
 
@@ -59,6 +59,16 @@ def test_the_larger_term_says_whether_the_angle_was_logged_before_or_after(share
     """A small share of the step of the other sign does not turn the sentence round."""
     lag = PoseLag(5, terms=(STEP, SPEED), coefficients=np.array([share, at_full_speed]))
     assert f"was logged {when} the joint stood" in lag.clause
+
+
+def test_lags_of_several_joints_are_said_once():
+    """One clause names all joints; it says before or after, or both where the joints differ."""
+    lags = [
+        PoseLag(joint, coefficients=np.array([share])) for joint, share in ((5, 1e-3), (1, 2e-3), (2, 1e-3))
+    ]
+    assert PoseLag.clause_of(lags).startswith("joints 1, 2 and 5 were logged before they stood")
+    lags[0] = PoseLag(5, coefficients=np.array([-1e-3]))
+    assert "were logged before or after they stood" in PoseLag.clause_of(lags)
 
 
 def test_an_arm_at_rest_has_no_lag(dataset):
