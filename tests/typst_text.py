@@ -8,7 +8,20 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-NAMES = {"2D", "3D", "VS060", "UR10", "UR10e", "MA1400", "PUMA", "560", "T-Mac", "SHA-256"}
+NAMES = {
+    "2D",
+    "3D",
+    "VS060",
+    "UR10",
+    "UR10e",
+    "MA1400",
+    "MA1440",
+    "MA2010",
+    "PUMA",
+    "560",
+    "T-Mac",
+    "SHA-256",
+}
 """Words of prose that hold a digit and are no number: names of arms and kinds of sensors."""
 NUMBER_WORDS = re.compile(
     r"\b(ten|eleven|twelve|\w+teen|twenty|thirty|forty|fifty|sixty|seventy|eighty|ninety|hundred|million"
@@ -16,7 +29,7 @@ NUMBER_WORDS = re.compile(
     re.IGNORECASE,
 )
 """Numbers spelt out are typed as well, from ten on, and smaller ones before a unit; other small ones are words of the language."""
-ALLOWED_PHRASES = ("some hundreds", "tens of")
+ALLOWED_PHRASES = ("some hundreds", "tens of", "KUKA iiwa 7", "ABB IRB 120")
 UNIT = re.compile(r"\d\s*(mm|µm|°|%|m\b|s\b|rad|mrad)")
 
 CHECKED = re.compile(r"#says\(\s*\"[^\"]+\",\s*\"[^\"]+\"\s*\)")

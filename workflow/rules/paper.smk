@@ -70,9 +70,6 @@ if (MEASURED_SUMMARIES / "numbers.json").exists():
     for name in MEASURED_FIGURES:
         PAPER_FIGURES[f"measured/{name}.svg"] = f"{RESULTS}/paper/measured/{name}.svg"
 
-if (MEASURED_SUMMARIES / "unseen.json").exists():
-    PAPER_NUMBERS["measured_later"] = local(MEASURED_SUMMARIES / "unseen.json")
-
 if (MEASURED_SUMMARIES / "rivals.json").exists():
     PAPER_NUMBERS["measured_rivals"] = local(MEASURED_SUMMARIES / "rivals.json")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import asin, exp, hypot, log
+from math import asin, exp, hypot, isclose, log
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +12,12 @@ import pandas as pd
 from scalar.baseline import fit as baseline
 from scalar.baseline.parameterisation import DH_KINDS, SENSOR
 from scalar.diagnosis.settings import DEFAULTS
-from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.flexible.unattributed import Unattributed
 from scalar.effects.joint_harmonic import MAX_ORDER, MAX_RIPPLE_ORDER
 from scalar.effects.registry import known
 from scalar.geometry import parallel_axes
 from scalar.units import DEG, MM, MRAD
+from study.blind_trials.score import SURE
 from study.blind_trials.statistics import LEVEL
 from study.blind_trials.stratified_score import MUCH_WORSE, WORSE
 from study.common.methods import INITIAL, PROPOSED
@@ -132,6 +132,7 @@ def conventions() -> dict[str, Any]:
         "band_low": BAND[0],
         "band_high": BAND[1],
         "near_bound": NEAR_BOUND,
+        "sure": SURE,
         "worse": WORSE - 1,
         "much_worse": MUCH_WORSE - 1,
         "few_poses": FEW_POSES,
@@ -207,7 +208,7 @@ def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
         found["left_out"] = {e["sweep"]: int(e["value"]) for e in chosen}
         found["sizes"] = _sizes(parts["published_curves"]["candidates"])
         found["workcells"] = _workcells(parts["published_curves"], found["published_over_proposed"])
-    found["nonparallel"] = _nonparallel(parts.get("measured", {}).get("sets", {}))
+    found["measured"] = measured_counts(parts.get("measured", {}).get("sets", {}))
     curve = sorted(map(float, parts["published"]["curves"]["noise"]))
     setup = parts["setup"]
     n_fixed = parts["headline"]["identifiability"]["zero_singular_values"]
@@ -224,16 +225,29 @@ def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _nonparallel(sets: Mapping[str, Any]) -> dict[str, Any]:
-    """Return for each measured set in which a non-parallel axis was found the joint and the angle."""
+def measured_counts(sets: Mapping[str, Any]) -> dict[str, Any]:
+    """Return in how many measured sets what holds: the verdicts, the errors on unseen poses without and with the correction, and the names.
+
+    Args:
+        sets: The sets of the summary of measured arms.
+
+    Returns:
+        ``sets``, ``unattributed`` (the verdict), ``named`` (with a name that is sure), ``unseen`` (with errors on unseen poses), and of these
+        ``corrected`` (the error on unseen poses falls), ``not_corrected`` (it stays: the geometry alone is shipped), ``harmful`` (it grows).
+    """
+    pairs = [
+        (found["unseen"]["before_rms_mm"], found["unseen"]["after_rms_mm"])
+        for found in sets.values()
+        if found.get("unseen", {}).get("before_rms_mm") is not None
+    ]
     return {
-        name: {
-            "joint": effect["target"]["joint"],
-            "angle_mrad": effect["coefficients"]["beta_rad"]["value"] / MRAD,
-        }
-        for name, content in sets.items()
-        for effect in content["effects"]
-        if effect["name"] == AxisNonparallel.name
+        "sets": len(sets),
+        "unattributed": sum(found["verdict"] == "unattributed" for found in sets.values()),
+        "named": sum(found.get("sure", 0) > 0 for found in sets.values()),
+        "unseen": len(pairs),
+        "corrected": sum(after < before and not isclose(before, after) for before, after in pairs),
+        "not_corrected": sum(isclose(before, after) for before, after in pairs),
+        "harmful": sum(after > before and not isclose(before, after) for before, after in pairs),
     }
 
 
