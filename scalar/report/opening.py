@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scalar.effects.picture import Map, Profile
+from scalar.effects.title import joints_in_words
 from scalar.estimation.misfit import lacks_something
 from scalar.report import words
 from scalar.report.excess_residual import cause_of_excess
@@ -16,6 +17,7 @@ from scalar.report.noise_card import SURE, noise_advice, noise_clause, noise_siz
 if TYPE_CHECKING:
     from scalar.diagnosis.finding import Finding
     from scalar.diagnosis.result import Diagnosis
+    from scalar.effects import Effect
 
 _CLAUSES = 3  # clauses on effects in the first sentence; further kinds of effects are counted
 
@@ -74,10 +76,18 @@ def _as_unsure(clause: str, size: str, findings: Sequence[Finding]) -> str:
 
 
 def _without_a_name(findings: Sequence[Finding]) -> str:
-    titles = list(dict.fromkeys(words.quoted(finding.effect.title) for finding in findings))
-    return (
-        f"there is structure to which these data give no certain name, most like {words.listed(titles, 'or')}"
-    )
+    """Return the clause on structure that resembles effects; those of one kind at several joints are said together, without their orders."""
+    alike: dict[str, list[Effect]] = {}
+    for finding in findings:
+        effect = finding.effect
+        alike.setdefault(effect.kind if effect.erring_joint else effect.title, []).append(effect)
+    most_like = [
+        words.quoted(effects[0].title)
+        if len({effect.title for effect in effects}) == 1
+        else f"{words.quoted(kind)} of {joints_in_words(sorted({e.erring_joint or 0 for e in effects}))}"
+        for kind, effects in alike.items()
+    ]
+    return f"there is structure to which these data give no certain name, most like {words.listed(most_like, 'or')}"
 
 
 def _largest(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> str:

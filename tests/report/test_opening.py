@@ -80,6 +80,16 @@ def test_a_doubtful_name_is_a_hint():
     assert "Look for the cause before anything is repaired" in warning and "30 %" in warning
 
 
+def test_doubtful_names_of_one_kind_are_said_together():
+    """Gear errors of three joints in many orders are one phrase, without a list of orders; another kind keeps its title."""
+    gears = [found(JointHarmonic(joint, tuple(range(1, 33))), 3e-4, 1e-4) for joint in (3, 1, 2)]
+    other = found(JointBacklash(4, "approach"), 3e-4, 1e-4)
+    for finding in (*gears, other):
+        finding.doubtful, finding.confidence, finding.confounded_with = True, 0.3, ()
+    (clause,) = clauses([*gears, other], [])
+    assert clause.endswith("most like “harmonic error” of joints 1, 2 and 3 or “joint 4: backlash”")
+
+
 def test_an_unsure_name_is_not_stated_as_a_fact():
     """A confidence below 0.8 makes a clause a guess that lists its rivals; a sure effect of its kind stays a fact."""
     unsure, sure = (
