@@ -24,7 +24,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.jackknife import Linearised, variance_of
+from scalar.diagnosis.jackknife import Linearised, covariance_of, variance_of
 from scalar.effects import Effect
 from scalar.effects.registry import known
 from scalar.geometry.se3 import Array
@@ -103,12 +103,12 @@ def focused_choice(after: FittedState) -> FocusedChoice:
     wide = NestedModels(after.refitted(everything, after.model) if len(everything) > len(effects) else after)
     found = tuple(range(len(effects)))
     with_all = wide.errors(found)
-    shown = [
+    significant = [
         i
         for i in range(len(effects), len(effects) + len(nuisances))
         if wide.p_value(i) <= after.settings.selection.alpha_named_effect
     ]
-    starts = {found, (*found, *shown)}
+    starts = {found, (*found, *significant)}
     kept = min(
         (_eliminated(wide, start, with_all) for start in sorted(starts)),
         key=lambda kept: wide.errors(kept)[LIMITS],
@@ -219,9 +219,7 @@ class NestedModels:
         own = self.effect_index == index
         step, left_out = self.optimum
         estimate = (self.linear.coefficients + step)[own]
-        about = left_out[:, own] - left_out[:, own].mean(axis=0)
-        N = len(about)
-        covariance = (N - 1) / N * about.T @ about
+        covariance = covariance_of(left_out[:, own])
         wald = estimate @ np.linalg.pinv(covariance, hermitian=True) @ estimate
         return float(chi2.sf(wald, len(estimate)))
 

@@ -148,9 +148,14 @@ def variance_of(steps: Array, columns: Array) -> float:
         steps: ``(N, F)``, as ``steps_left_out`` gives them.
         columns: ``(3 K, F)``, derivatives of the predicted positions [m].
     """
+    return float(np.sum((columns @ covariance_of(steps)) * columns) / (len(columns) / 3))
+
+
+def covariance_of(steps: Array) -> Array:
+    """Return the covariance ``(F, F)`` of F coefficients by the jackknife, from the steps ``(N, F)`` without each of N poses."""
     about = steps - steps.mean(axis=0)
     N = len(steps)
-    return float((N - 1) / N * np.sum((columns @ (about.T @ about)) * columns) / (len(columns) / 3))
+    return (N - 1) / N * (about.T @ about)
 
 
 def _standard_error(left_out: Array) -> float:
