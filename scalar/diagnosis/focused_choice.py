@@ -39,15 +39,14 @@ LIMITS, RANGES, MEASURED = 0, 1, 2  # the indices of ``Errors``
 class FocusedChoice:
     """The effects that the shipped model contains, and the errors that are expected of its predictions.
 
-    All errors are zero if no effects were found.
-
     Attributes:
         state: The fit with the effects that were chosen.
         left_out: Effects that were found and are not in this fit.
         added: Effects that were not found and are in this fit.
         error_with_all: Expected error of a predicted position [m] with all effects, root mean square over poses within the joint limits.
-        error_as_shipped: The same with the effects that were chosen.
-        error_measured: The same with the effects that were chosen, over poses within the measured ranges of the joints.
+        error_as_chosen: The same with the effects that were chosen.
+        error_within_ranges: The same with the effects that were chosen, over poses within the measured ranges of the joints.
+        errors_without: Expected errors without effects.
         std_without: Standard error of a predicted position [m] without effects, root mean square over poses within the joint limits.
     """
 
@@ -55,8 +54,9 @@ class FocusedChoice:
     left_out: tuple[Effect, ...]
     added: tuple[Effect, ...]
     error_with_all: float
-    error_as_shipped: float
-    error_measured: float
+    error_as_chosen: float
+    error_within_ranges: float
+    errors_without: Errors
     std_without: float
 
     @property
@@ -64,15 +64,30 @@ class FocusedChoice:
         """Return whether the model contains the effects that were found, and no others."""
         return not self.left_out and not self.added
 
-    def to_mapping(self) -> dict[str, object]:
-        """Return the choice as it stands in ``diagnosis.json``."""
+    def expected_errors(self, *, without_effects: bool) -> tuple[float, float]:
+        """Return the expected errors of a predicted position [m] within the joint limits and within the measured ranges.
+
+        Args:
+            without_effects: Whether of the model without effects, instead of the fit with the effects that were chosen.
+        """
+        if without_effects:
+            return self.errors_without[LIMITS], self.errors_without[RANGES]
+        return self.error_as_chosen, self.error_within_ranges
+
+    def to_mapping(self, *, without_effects: bool) -> dict[str, object]:
+        """Return the choice as it stands in ``diagnosis.json``.
+
+        Args:
+            without_effects: Whether the model without effects is shipped.
+        """
+        within_limits, within_ranges = self.expected_errors(without_effects=without_effects)
         return {
             "left_out": [{"name": effect.name, "target": effect.target} for effect in self.left_out],
             "added": [{"name": effect.name, "target": effect.target} for effect in self.added],
             "expected_error_mm": {
                 "with_all": self.error_with_all / MM,
-                "as_shipped": self.error_as_shipped / MM,
-                "as_shipped_within_measured_ranges": self.error_measured / MM,
+                "as_shipped": within_limits / MM,
+                "as_shipped_within_measured_ranges": within_ranges / MM,
             },
         }
 
@@ -96,7 +111,11 @@ def focused_choice(after: FittedState) -> FocusedChoice:
     """
     effects = after.effects
     if not effects:
-        return FocusedChoice(after, (), (), 0.0, 0.0, 0.0, 0.0)
+        alone = NestedModels(after)
+        errors = alone.errors(())
+        return FocusedChoice(
+            after, (), (), errors[LIMITS], errors[LIMITS], errors[RANGES], errors, alone.std(())
+        )
     settings = after.settings.shipped_fit
     nuisances, general = _nuisances(after), _general(after)
     everything = (*effects, *nuisances, *general)
@@ -125,6 +144,7 @@ def focused_choice(after: FittedState) -> FocusedChoice:
         with_all[LIMITS],
         errors[LIMITS],
         errors[RANGES],
+        without,
         wide.std(()),
     )
 

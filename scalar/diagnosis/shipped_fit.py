@@ -139,7 +139,7 @@ class ShippedFit:
             "disagreement": found,
             "regions": None if self.regions is None else _entry_of_regions(*self.regions),
             "unconfirmed": [{"name": effect.name, "target": effect.target} for effect in self.unconfirmed],
-        } | self.choice.to_mapping()
+        } | self.choice.to_mapping(without_effects=self.without_effects)
 
 
 def shipped_fit(
@@ -193,7 +193,7 @@ def shipped_fit(
         against = next((name for name, errors in judged.items() if errors and not no_worse(*errors)), None)
         if all(effect.flexible for effect in after.effects) and _few_equations(after):
             against = "few_poses"
-        if against is None and choice.error_as_shipped > settings.most_extrapolated * max(
+        if against is None and choice.error_as_chosen > settings.most_extrapolated * max(
             without.rms, choice.std_without
         ):
             against = "extrapolation"

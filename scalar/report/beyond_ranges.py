@@ -26,20 +26,15 @@ _SHOWN = 3  # effects in question that are named
 
 
 def beyond_ranges(diagnosis: Diagnosis) -> list[str]:
-    """Return sentences if predictions err much more within the measured ranges of the joints than at the measured poses, or over all of the limits.
-
-    There are none where the model without effects is shipped.
-    """
-    if diagnosis.shipped.without_effects:
-        return []
-    choice = diagnosis.shipped.choice
+    """Return sentences if predictions err much more within the measured ranges of the joints than at the measured poses, or over all limits."""
+    shipped = diagnosis.shipped
+    found, measured = shipped.choice.expected_errors(without_effects=shipped.without_effects)
     errors = diagnosis.errors_after
     at_measured = (errors["unseen_rms_mm"] or errors["held_out_rms_mm"] or 0.0) * MM
     sees_position = diagnosis.before.residuals.measurement.equations_per_pose >= _OF_POSITION
-    if sees_position and choice.error_measured > MUCH_FARTHER * at_measured:
-        return [_only_at_such_poses(diagnosis.cleaned.dataset, at_measured, choice.error_measured)]
-    found, measured = choice.error_as_shipped, choice.error_measured
-    more = error_left_open(diagnosis)
+    if sees_position and measured > MUCH_FARTHER * at_measured:
+        return [_only_at_such_poses(diagnosis.cleaned.dataset, at_measured, measured)]
+    more = None if shipped.without_effects else error_left_open(diagnosis)
     counts = more is not None and more.error > _COUNTS * found
     if (more.error if more is not None and counts else found) <= MUCH_FARTHER * measured:
         return []

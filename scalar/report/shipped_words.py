@@ -36,7 +36,7 @@ def _left_out(diagnosis: Diagnosis) -> list[str]:
     them = "it" if len(choice.left_out) == 1 else "them"
     return [
         f"after.json does not correct for {names}, because these data do not determine {them} well enough: predictions at other poses are "
-        f"expected to err by {length(choice.error_with_all)} with this correction, and by {length(choice.error_as_shipped)} without it."
+        f"expected to err by {length(choice.error_with_all)} with this correction, and by {length(choice.error_as_chosen)} without it."
     ]
 
 
@@ -82,10 +82,10 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
         return []
     if shipped.decided_by == "expected_error":
         choice = shipped.choice
-        with_all, without = length(choice.error_with_all), length(choice.error_as_shipped)
+        with_all, without = length(choice.error_with_all), length(choice.error_as_chosen)
         gain = (
             ": a correction that gains so little may do harm"
-            if choice.error_with_all < choice.error_as_shipped
+            if choice.error_with_all < choice.error_as_chosen
             else ""
         )
         return [
@@ -99,7 +99,7 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
             "only, and nothing is corrected for them. Poses that differ in all joints would determine the geometry ('scalar plan' chooses them)."
         ]
     if shipped.decided_by == "extrapolation":
-        expected, errs = length(shipped.choice.error_as_shipped), length(shipped.held_out.rms)
+        expected, errs = length(shipped.choice.error_as_chosen), length(shipped.held_out.rms)
         return [
             "after.json is the model without effects, because with them predictions over the whole of the joint limits are expected to err by "
             f"{expected}, far more than the model without them errs at held-out poses ({errs} RMS): the measured poses do not show how the "

@@ -8,7 +8,7 @@ import pytest
 
 from scalar.diagnosis import diagnose
 from scalar.diagnosis.fitted_state import FittedState, refit
-from scalar.diagnosis.focused_choice import focused_choice
+from scalar.diagnosis.focused_choice import FocusedChoice, focused_choice
 from scalar.diagnosis.hold_out import held_out_errors
 from scalar.diagnosis.shipped_fit import BEFORE, EQUAL, shipped_fit
 from scalar.effects.joint_scale import JointScale
@@ -45,7 +45,7 @@ def test_a_correction_that_may_err_far_more_than_the_arm_is_not_shipped(
     monkeypatch.setattr(
         "scalar.diagnosis.shipped_fit.focused_choice",
         lambda state: replace(
-            focused_choice(state), error_as_shipped=error * rms, std_without=std_without * rms
+            focused_choice(state), error_as_chosen=error * rms, std_without=std_without * rms
         ),
     )
     shipped = shipped_fit(scaled, scaled.refitted([JointScale(3)]), None)
@@ -71,9 +71,10 @@ def test_nothing_is_corrected_where_the_tolerance_stands_in_for_poses(scaled, de
         ),
     ],
 )
-def test_why_nothing_is_corrected_is_said(decided_by, words):
+def test_why_nothing_is_corrected_is_said(scaled, decided_by, words):
     """The sentence says that the effects are findings only, why, and which poses would change that."""
-    choice = SimpleNamespace(left_out=(), added=(), error_as_shipped=7.2e-3, error_measured=1e-4)
+    state: Any = None
+    choice = FocusedChoice(state, (), (), 7.2e-3, 7.2e-3, 1e-4, errors_without=(3e-4,) * 3, std_without=0.0)
     shipped = SimpleNamespace(
         regions=None,
         without_effects=True,
@@ -84,7 +85,15 @@ def test_why_nothing_is_corrected_is_said(decided_by, words):
         unconfirmed=(),
     )
     cleaned = SimpleNamespace(dataset=make_scene().dataset)
-    diagnosis: Any = SimpleNamespace(shipped=shipped, outer=None, halves=None, findings=(), cleaned=cleaned)
+    diagnosis: Any = SimpleNamespace(
+        shipped=shipped,
+        outer=None,
+        halves=None,
+        findings=(),
+        cleaned=cleaned,
+        before=scaled,
+        errors_after={"unseen_rms_mm": None, "held_out_rms_mm": 0.26},
+    )
     text = " ".join(shipped_sentences(diagnosis))
     assert "findings only" in text and all(word in text for word in words)
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from scalar.diagnosis.focused_choice import FocusedChoice
 from scalar.geometry.robot import Robot
 from scalar.report.shipped_words import shipped_sentences
 from tests.robot_configs import robot_mapping
@@ -25,9 +26,9 @@ def said(
     robot = Robot.from_mapping(robot_mapping("vs060"))
     measured = robot.limits.T if q is None else q
     errors = [SimpleNamespace(rms=rms, block=np.arange(4)) for rms in (2.5e-4, 6e-4)]
-    choice = SimpleNamespace(
-        left_out=(), added=(), error_with_all=1e-4, error_as_shipped=1e-4, error_measured=within_ranges
-    )
+    state: Any = None
+    expected = 1e-4, within_ranges, 1e-4
+    choice = FocusedChoice(state, (), (), 1e-4, *expected[:2], errors_without=expected, std_without=0.0)
     shipped = SimpleNamespace(
         regions=tuple(errors),
         without_effects=without_effects,
@@ -81,6 +82,12 @@ def test_poses_that_never_tilt_the_tool_are_said_to_show_no_others(spin):
         "kept its direction to within 1 degree," in text
         and "with the tool tilted in other directions" in text
     )
+
+
+def test_where_the_geometry_alone_is_right_is_said_as_well():
+    """What is shipped without effects need not be right everywhere either: the sentence does not depend on whether effects were found."""
+    text = said(without_effects=True, within_ranges=8e-3)
+    assert "within the same ranges of the joints they are expected to err by 8.0 mm" in text
 
 
 def test_few_combinations_of_joints_are_said_without_blaming_the_orientation():
