@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 DEGREE = 4  # largest total degree of the polynomials in x and z: about two waves across the profile
 TERMS = tuple((i, j) for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i) if i + j)
 _POWERS = ((0, 0), *TERMS)
+_FLAT = ((0, 0), (1, 0), (0, 1))  # degrees of a plane's constant and slopes
 FIRST_DEGREE_SHARE = 0.1  # prior std of slopes over the natural size: makers calibrate slopes; lengths of the arm are confounded with them
+_AT_ONCE = 50_000  # points whose terms are computed together
 _LEAST_HALF = 1e-4  # m: a profile of less than this half width counts as a point
 
 
@@ -36,13 +38,20 @@ class SensorMap(RangeError):
     makers state, narrower for terms of higher degree. It is narrowest for the terms of first degree, which are almost confounded with the arm's
     lengths and the scanner's place.
 
+    Each term of higher degree is a polynomial less its least-squares plane ``a + b x + c z`` over the measured points, so that it has no offset and
+    no slope where the points lie. A polynomial alone has them, since points do not fill a rectangle evenly. The narrow prior of the slopes would
+    then turn the waves of a scanner into errors of the arm's lengths: in 27 simulated workcells with a crooked scanner the map without this made
+    positions up to four times worse, and no better in the mean.
+
     Attributes:
         middle: x and z [m] of the middle of the measured part of the profile.
         half: Half the width of that part in x and in z [m].
+        planes: ``(len(TERMS), 3)``, the planes that are taken off the terms: constant, and slopes over x and z in units of ``half``.
     """
 
     middle: tuple[float, float] = (0.0, 0.0)
     half: tuple[float, float] = (1.0, 1.0)
+    planes: tuple[tuple[float, ...], ...] = ((0.0, 0.0, 0.0),) * len(TERMS)
 
     name: ClassVar[str] = "sensor_map"
     kind: ClassVar[str] = "error of the scanner over its profile"
@@ -81,25 +90,29 @@ class SensorMap(RangeError):
     def _in_powers(self) -> Array:
         """Return the coefficients ``(len(_POWERS), k)`` of every term over products of powers of x and z."""
         of_x, of_z = (_in_powers_of(m, h) for m, h in zip(self.middle, self.half, strict=True))
-        return np.array([[of_x[i, a] * of_z[j, b] for i, j in TERMS] for a, b in _POWERS])
+        polynomials = np.array([[of_x[i, a] * of_z[j, b] for i, j in _POWERS] for a, b in _POWERS])
+        flat = [_POWERS.index(power) for power in _FLAT]
+        return polynomials[:, 1:] - polynomials[:, flat] @ np.array(self.planes).T
 
     def terms_at(self, x: Array, z: Array) -> Array:
         """Return every term ``(G, k)`` at points of the profile ``(G,)`` [m]."""
-        of_x, of_z = (
-            legendre.legvander((v - m) / h, DEGREE)
-            for v, m, h in zip((x, z), self.middle, self.half, strict=True)
-        )
-        return np.column_stack([of_x[:, i] * of_z[:, j] for i, j in TERMS])
+        u, v = ((w - m) / h for w, m, h in zip((x, z), self.middle, self.half, strict=True))
+        return _polynomials(u, v) - np.column_stack([np.ones_like(u), u, v]) @ np.array(self.planes).T
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return middle and half width of the part of the profile that the map covers."""
-        return {"middle_m": list(self.middle), "half_m": list(self.half)}
+        """Return middle and half width of the part of the profile that the map covers, and the planes that are taken off its terms."""
+        return {
+            "middle_m": list(self.middle),
+            "half_m": list(self.half),
+            "planes": [list(plane) for plane in self.planes],
+        }
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
-        """Return the effect of ``to_mapping``."""
+        """Return the effect of ``to_mapping``; in files of older versions no planes are taken off."""
         middle, half = (tuple(float(v) for v in mapping[key]) for key in ("middle_m", "half_m"))
-        return cls(middle, half)  # type: ignore[arg-type]
+        planes = tuple(tuple(float(v) for v in plane) for plane in mapping.get("planes", cls.planes))
+        return cls(middle, half, planes)  # type: ignore[arg-type]
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
@@ -112,7 +125,8 @@ class SensorMap(RangeError):
             raise ValueError(f"this effect needs a scanner of profiles, and a {dataset.sensor.kind} is none")
         low, high = dataset.points.min(axis=0), dataset.points.max(axis=0)
         middle, half = (low + high) / 2, np.maximum((high - low) / 2, _LEAST_HALF)
-        return [cls((float(middle[0]), float(middle[1])), (float(half[0]), float(half[1])))]
+        planes = _least_squares_planes((dataset.points - middle) / half)
+        return [cls(tuple(middle.tolist()), tuple(half.tolist()), tuple(map(tuple, planes.tolist())))]
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
@@ -150,6 +164,24 @@ class SensorMap(RangeError):
         x, z = found.profile[steep].T
         note = f"Each scan is cut in {PIECES} pieces."
         return [Map(x_axis, z_axis, y_axis, x, z, fitted + rest, rest, found.pose[steep], note)]
+
+
+def _polynomials(u: Array, v: Array) -> Array:
+    """Return the products of Legendre polynomials of every term ``(G, k)`` at points of the profile in units of its half widths ``(G,)``."""
+    of_u, of_v = legendre.legvander(u, DEGREE), legendre.legvander(v, DEGREE)
+    return np.column_stack([of_u[:, i] * of_v[:, j] for i, j in TERMS])
+
+
+def _least_squares_planes(points: Array) -> Array:
+    """Return the least-squares plane ``(k, 3)`` of every term over points ``(P, 2)`` in units of the half widths; zero for terms of first degree."""
+    gram, products = np.zeros((3, 3)), np.zeros((3, len(TERMS)))
+    for u, v in (block.T for block in np.array_split(points, 1 + len(points) // _AT_ONCE)):
+        straight = np.column_stack([np.ones_like(u), u, v])
+        gram += straight.T @ straight
+        products += straight.T @ _polynomials(u, v)
+    planes = np.linalg.lstsq(gram, products, rcond=1e-12)[0].T
+    planes[[i + j == 1 for i, j in TERMS]] = 0.0
+    return planes
 
 
 @lru_cache(maxsize=64)

@@ -7,7 +7,7 @@ import pytest
 
 from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
-from scalar.effects.sensor_map import SensorMap
+from scalar.effects.sensor_map import TERMS, SensorMap
 from scalar.evaluate import aligned_to, pose_errors, true_frames
 from scalar.sensors.profile import point_basis
 from tests.effects.injected import make_cell
@@ -40,7 +40,8 @@ def test_powers_and_polynomials_are_the_same_map(error_axis):
     """The products of powers from which rows are compressed give each Legendre term along the direction in which the scanner errs."""
     rng = np.random.default_rng(92)
     points = rng.uniform([-0.1, 0.2], [0.1, 0.5], (50, 2))
-    effect = SensorMap((0.01, 0.33), (0.09, 0.17))
+    planes = tuple(map(tuple, rng.standard_normal((len(TERMS), 3)).tolist()))
+    effect = SensorMap((0.01, 0.33), (0.09, 0.17), planes)
     c = rng.standard_normal((1, 3))
     columns = effect.contact_columns(None, np.eye(4)[None], None, np.zeros(1, int), c)[0]  # type: ignore[arg-type]
     along = point_basis(("ux", "uz"), points, error_axis) @ c[0, 1:]
@@ -48,6 +49,25 @@ def test_powers_and_polynomials_are_the_same_map(error_axis):
     np.testing.assert_allclose(
         point_basis(effect.basis_names, points, error_axis) @ columns, wanted, atol=1e-9
     )
+
+
+def test_terms_of_higher_degree_have_no_slope_where_the_points_lie():
+    """A plane over x and z, fitted to such a term at the measured points, is zero, so that the term cannot stand for a length of the arm."""
+    dataset = make_scene(seed=4).dataset
+    (effect,) = SensorMap.candidates(dataset)
+    assert isinstance(effect, SensorMap)
+    x, z = dataset.points.T
+    straight = np.column_stack([np.ones_like(x), x - x.mean(), z - z.mean()])
+    slopes = np.linalg.lstsq(straight, effect.terms_at(x, z), rcond=None)[0]
+    higher = np.array([i + j > 1 for i, j in TERMS])
+    np.testing.assert_allclose(slopes[:, higher], 0.0, atol=1e-9)
+    assert np.abs(slopes[1:, ~higher]).max(axis=0).min() > 1
+
+
+def test_a_map_of_an_older_file_is_read_as_it_was_written():
+    """Without planes in the file none is taken off, so that an old calibration predicts what it did."""
+    effect = SensorMap.from_mapping({"middle_m": [0.0, 0.3], "half_m": [0.1, 0.2]})
+    assert effect.terms_at(np.array([0.1]), np.array([0.5])).tolist() == [[1.0] * len(TERMS)]
 
 
 def test_only_a_scanner_of_profiles_has_a_map():
