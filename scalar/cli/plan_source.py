@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from scalar.estimation.result import Calibration
     from scalar.geometry.robot import Robot
 
-_SAME_ARM = 1e-3  # m or rad: nominal tables of one arm may be rounded, and differ by less
 # Offset of a tracker's target from the flange along x and along z [m]; assumed for an arm of the library.
 _TARGET_OFFSET = 0.1
 
@@ -83,6 +82,7 @@ def lines_on_poses_not_counted(source: str) -> list[str]:
 def calibration_near(near: Path | None, after: Path | None, arm: Robot) -> Calibration | None:
     """Return the calibration to plan near: the one given as ``--near``, else ``after.json`` next to the diagnosis, else None."""
     from scalar.estimation.result import load_calibration
+    from scalar.geometry.same_arm import difference_of_arms
 
     path = near or (None if after is None else after.parent / "after.json")
     if path is None:
@@ -91,17 +91,8 @@ def calibration_near(near: Path | None, after: Path | None, arm: Robot) -> Calib
         message = "no such file; --after takes the calibration that lies beside the diagnosis: put after.json there, or name it with --near"
         raise InvalidInput(Fault(str(path), message))
     calibration = load_calibration(path)
-    theirs = calibration.model.robot.n_joints
-    if theirs != arm.n_joints:
-        message = f"it calibrates an arm of {theirs} joints, and '{arm.name}' has {arm.n_joints}; give a calibration of this arm"
-        raise InvalidInput(Fault(str(path), message))
-    nominal = calibration.model.nominal
-    off = abs(nominal.geometry - arm.geometry).ravel()
-    if off.max() > _SAME_ARM:
-        k = int(off.argmax())
-        values = f"{nominal.geometry.ravel()[k]:.6g} there and {arm.geometry.ravel()[k]:.6g} in the table of '{arm.name}'"
-        message = f"it calibrates another arm: nominal {arm.parameter_names[k]} is {values}; give a calibration of this arm"
-        raise InvalidInput(Fault(str(path), message))
+    if (difference := difference_of_arms(calibration.model.nominal, arm)) is not None:
+        raise InvalidInput(Fault(str(path), f"{difference}; give a calibration of this arm"))
     return calibration
 
 

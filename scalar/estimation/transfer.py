@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from scalar.effects.effect import Effect
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.model import Model
+from scalar.geometry.same_arm import difference_of_arms
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -47,19 +48,10 @@ def carried(model: Model, dataset: Dataset) -> Carried:
         dataset: The dataset to be calibrated.
 
     Raises:
-        InvalidInput: The other calibration is of an arm with another number of joints.
+        InvalidInput: The other calibration is of another arm.
     """
-    theirs, ours = model.robot.n_joints, dataset.robot.n_joints
-    if theirs != ours:
-        raise InvalidInput(
-            [
-                Fault(
-                    OPTION,
-                    f"it calibrates an arm with {theirs} joints, and '{dataset.robot.name}' has {ours}; "
-                    "take the effects of a campaign with the same arm",
-                )
-            ]
-        )
+    if (difference := difference_of_arms(model.nominal, dataset.robot)) is not None:
+        raise InvalidInput(Fault(OPTION, f"{difference}; take the effects of a campaign with the same arm"))
     reasons = [(effect, effect.not_transferable(dataset)) for effect in model.effects]
     return Carried(
         tuple(effect for effect, reason in reasons if reason is None),

@@ -64,8 +64,31 @@ def test_an_effect_whose_column_is_missing_is_left_with_the_columns_name(cell, c
 
 
 def test_another_arm_is_refused(cell):
-    """Effects of an arm with another number of joints are refused."""
+    """Effects of an arm with another number of joints, another table of joints or another kind of joint are refused, with what differs."""
     dataset, model = cell
-    other = replace(dataset.robot, geometry=dataset.robot.geometry[:, :5], limits=dataset.robot.limits[:5])
-    with pytest.raises(InvalidInput, match="6 joints"):
-        carried(model, replace(dataset, robot=other))
+    ours = dataset.robot
+    longer = ours.geometry.copy()
+    longer[0, 2] += 0.05
+    others = [
+        (replace(ours, geometry=ours.geometry[:, :5], limits=ours.limits[:5]), "6 joints"),
+        (ours.with_geometry(longer), "another arm: nominal a_3 is"),
+        (replace(ours, prismatic=(3,)), "another arm: joint 4 turns there and slides"),
+    ]
+    for other, words in others:
+        with pytest.raises(InvalidInput, match=words):
+            carried(model, replace(dataset, robot=other))
+
+
+def test_the_same_arm_in_another_workcell_is_taken(cell):
+    """Another name, base, tool and limits, a table with rounded numbers and an angle written with a turn more are those of the same arm."""
+    dataset, model = cell
+    ours = dataset.robot
+    T = np.eye(4)
+    T[:3, 3] = 0.1, -0.2, 0.3
+    rounded = ours.geometry.round(3)
+    rounded[3, 1] += 2.0 * np.pi
+    same = replace(
+        ours, name="cell 2", geometry=rounded, limits=0.5 * ours.limits, T_base_0=T, T_n_flange=T @ T
+    )
+    given = carried(model, replace(dataset, robot=same))
+    assert {effect.name for effect in given.effects} >= GOES
