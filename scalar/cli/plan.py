@@ -127,6 +127,11 @@ def plan(
         refuse_foreign_plan(output, force, [Path(robot) / POSES])
     view = View(*_range(limits), fan * DEG, incidence * DEG)
     calibration = calibration_near(near, after, arm)
+    if after is not None:
+        from scalar.cli.plan_after import check_belongs, plan_after
+
+        assert dataset is not None and calibration is not None
+        check_belongs(after, dataset, calibration)
     sensor = with_noise(sensor, noise, calibration)
     workcell = Workcell.of(
         arm, sensor, planes, calibration, view, repeatability * MM, same_campaign=after is not None
@@ -136,8 +141,6 @@ def plan(
             workcell, candidates, np.random.default_rng(seed), allowed, one_turn=after is None
         )
         if after is not None:
-            from scalar.cli.plan_after import plan_after
-
             assert dataset is not None and calibration is not None
             chosen, lines, content = plan_after(workcell, found, dataset, calibration, after, poses)
             curve, random = [], None

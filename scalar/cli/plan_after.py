@@ -88,6 +88,37 @@ def plan_after(
     return after.chosen, [*told, *lines], content
 
 
+def check_belongs(path: Path, dataset: Dataset, calibration: Calibration) -> None:
+    """Refuse the diagnosis of another dataset, as far as its calibration shows that.
+
+    Args:
+        path: The file of the diagnosis.
+        dataset: The dataset that is said to have been diagnosed.
+        calibration: The calibration after the diagnosis.
+
+    Raises:
+        InvalidInput: The calibration is from another kind of sensor, from planes that the dataset does not have, or from more poses.
+    """
+    from scalar.geometry.planes import Planes
+
+    theirs, ours = calibration.sensor["kind"], dataset.sensor.kind
+    target, poses = calibration.model.target, calibration.summary.get("poses", 0)
+    here = f"'{dataset.name}'"
+    strange = (
+        set(target.names) - {plane.name for plane in dataset.planes} if isinstance(target, Planes) else ()
+    )
+    if theirs != ours:
+        what = f"its sensor is a {theirs}, and that of {here} is a {ours}"
+    elif strange:
+        what = f"it measured the plane '{min(strange)}', which {here} does not have"
+    elif poses > dataset.n_poses:
+        what = f"it was made from {poses} poses, and {here} has {dataset.n_poses}"
+    else:
+        return
+    message = f"the diagnosis of another dataset: {what}; give the folder that was diagnosed"
+    raise InvalidInput(Fault(str(path), message))
+
+
 def read_questions(path: Path, found: Sequence[Effect], dataset: Dataset) -> tuple[list[Pair], list[str]]:
     """Return what ``open_pairs`` returns for the diagnosis in a file.
 

@@ -34,7 +34,5 @@ def difference_of_arms(there: Robot, here: Robot) -> str | None:
     if off.max(initial=0.0) <= _ROUNDED:
         return None
     k = int(off.argmax())
-    values = (
-        f"{there.geometry.ravel()[k]:.6g} there and {here.geometry.ravel()[k]:.6g} in the table of '{here.name}'"
-    )
+    values = f"{there.geometry.ravel()[k]:.6g} there and {here.geometry.ravel()[k]:.6g} in the table of '{here.name}'"
     return f"it calibrates another arm: nominal {here.parameter_names[k]} is {values}"

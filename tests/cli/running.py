@@ -28,7 +28,7 @@ def refused(
     if lines is not None:
         assert len(said) == lines, result.stderr
     for word in words:
-        assert word in result.stderr
+        assert word in result.stderr, result.stderr
     if output is not None:
         assert not output.exists()
 

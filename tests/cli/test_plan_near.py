@@ -1,11 +1,16 @@
-"""``scalar plan --near``: which calibrations it takes."""
+"""``scalar plan --near`` and ``--after``: which calibrations and diagnoses they take."""
 
+import json
 from dataclasses import replace
 
+import pytest
 from click.testing import CliRunner
 
 from scalar import calibrate, read_dataset
 from scalar.cli import cli
+from scalar.effects.range_scale import RangeScale
+from scalar.estimation.result import Calibration
+from tests.cli.running import refused, run
 from tests.random_scene import make_scene
 
 
@@ -22,3 +27,44 @@ def test_a_calibration_of_another_arm_is_refused(tmp_path):
         result = CliRunner().invoke(cli, ["plan", str(folder), "--near", str(near), *map(str, given)])
         assert result.exit_code == status, result.output
         assert status == 0 or "it calibrates another arm: nominal" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("kind", "poses_per_plane", "renamed", "words"),
+    [
+        ("tracker", 12, {}, "its sensor is a line-laser, and that of 'vs060-tracker-4' is a tracker"),
+        (
+            "line-laser",
+            12,
+            {"floor": "table"},
+            "it measured the plane 'floor', which 'vs060-line-laser-4' does not have",
+        ),
+        ("line-laser", 10, {}, "it was made from"),
+    ],
+)
+def test_the_diagnosis_of_another_dataset_is_refused(tmp_path, kind, poses_per_plane, renamed, words):
+    """A diagnosis goes with the folder that was diagnosed: one of another sensor, of other planes or of more poses is refused by name."""
+    other = make_scene("vs060", kind, seed=4, poses_per_plane=poses_per_plane, points_per_scan=10)
+    diagnosed = make_scene(seed=4, poses_per_plane=12, points_per_scan=10).dataset
+    after = Calibration.nominal(replace(diagnosed, robot=other.dataset.robot))
+    model = replace(after.model, effects=(RangeScale(),))
+    after = replace(after, model=model, summary={"poses": diagnosed.n_poses})
+    after.save(tmp_path / "after.json")
+    content = {"format": "scalar-diagnosis/2", "effects": [], "unobservable": []}
+    (tmp_path / "diagnosis.json").write_text(json.dumps(content), encoding="utf-8")
+    folder = other.write(tmp_path / "cell")
+    for name in ("dataset.yaml", "poses.csv"):
+        text = (folder / name).read_text(encoding="utf-8")
+        for old, new in renamed.items():
+            text = text.replace(old, new)
+        (folder / name).write_text(text, encoding="utf-8")
+    given = ("--candidates", 100, "--no-collisions", "-o", tmp_path / "plan")
+    result = run("plan", folder, "--after", tmp_path / "diagnosis.json", *given)
+    refused(
+        result,
+        2,
+        "diagnosis.json: the diagnosis of another dataset",
+        words,
+        output=tmp_path / "plan",
+        lines=1,
+    )
