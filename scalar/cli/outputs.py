@@ -59,11 +59,14 @@ def refuse_foreign(outputs: Sequence[tuple[Path, Own]], force: bool, inputs: Seq
         inputs: Files that are read, and may never be replaced.
 
     Raises:
-        InvalidInput: There are such files; it has one fault for each.
+        InvalidInput: There are such files; it has one fault for each. Or a path leads to a folder, a pipe or a device.
     """
+    from scalar.data.io.regular_file import refuse_special
+
     faults = []
     for path, own in outputs:
-        # A folder is refused when the file is written; an empty file has no content that could be lost.
+        refuse_special(path)
+        # An empty file has no content that could be lost.
         if not path.is_file() or not path.stat().st_size:
             continue
         if any(source.exists() and path.samefile(source) for source in inputs):

@@ -1,6 +1,7 @@
 """What stands at the place of an output: the command's own earlier output is replaced, anything else only by --force, an input never."""
 
 import json
+import os
 
 import numpy as np
 import pandas as pd
@@ -69,6 +70,23 @@ def test_its_own_output_is_replaced_and_nothing_else(name, made, tmp_path):
     assert path.read_text() == mine
     assert run(*command, "--force").exit_code == 0
     assert path.read_bytes() == ours
+
+
+@pytest.mark.parametrize("name", list(commands(ROBOT_CONFIGS, ROBOT_CONFIGS)))
+@pytest.mark.parametrize("linked", [False, True])
+def test_a_pipe_at_the_place_of_an_output_stays(name, linked, made, tmp_path):
+    """A pipe, or a link to one, is refused with exit status 2 and stays a pipe, even with --force."""
+    path = tmp_path / name
+    path.parent.mkdir(exist_ok=True)
+    pipe = tmp_path / "pipe" if linked else path
+    os.mkfifo(pipe)
+    if linked:
+        path.symlink_to(pipe)
+    for more in ((), ("--force",)):
+        result = run(*commands(made, tmp_path)[name], *more)
+        assert result.exit_code == 2, result.output
+        assert str(path) in result.stderr and "a pipe, a device or a socket" in result.stderr
+        assert path.is_fifo() and path.is_symlink() == linked
 
 
 def test_an_input_is_never_an_output(made, tmp_path):

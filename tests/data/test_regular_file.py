@@ -1,6 +1,7 @@
 """Only regular files of a limited length are read: no reader waits for a pipe, and no device fills the memory."""
 
 import os
+import socket
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,9 +10,10 @@ import pytest
 
 from scalar.data.dataset import read_dataset
 from scalar.data.dataset_writer import write_dataset
+from scalar.data.io.atomic import write_json
 from scalar.data.io.json_reader import read_json
 from scalar.data.io.plain_yaml import load_yaml
-from scalar.data.io.regular_file import check_regular_file, read_regular_file
+from scalar.data.io.regular_file import check_regular_file, read_regular_file, refuse_special
 from scalar.data.pose_tables import read_pose_table
 from scalar.errors import InvalidInput
 from scalar.ingest.foreign_tables import read_raw
@@ -88,3 +90,37 @@ def test_a_file_of_just_the_limit_is_read(tmp_path: Path) -> None:
     for most, wrong in ((2, path), (3, tmp_path)):
         with pytest.raises(InvalidInput):
             read_regular_file(wrong, most)
+
+
+def test_a_place_with_something_special_is_refused_for_an_output(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A folder, a pipe, a socket and a link of the system's devices may not be replaced by an output; a file, a link to one and nothing may."""
+    monkeypatch.chdir(tmp_path)  # the path of a socket may not be long
+    (tmp_path / "folder").mkdir()
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "file").touch()
+    (tmp_path / "link").symlink_to("file")
+    (tmp_path / "dangling").symlink_to("nowhere")
+    for name in ("file", "link", "dangling", "nothing", "file/below"):
+        refuse_special(tmp_path / name)
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind("socket")
+        # This function only looks; it is not tried with a writer what becomes of devices.
+        for place in (tmp_path / "folder", tmp_path / "pipe", tmp_path / "socket", Path("/dev/stdout")):
+            with pytest.raises(InvalidInput, match="cannot be written"):
+                refuse_special(place)
+
+
+@pytest.mark.parametrize("special", [os.mkfifo, os.mkdir])
+def test_no_output_takes_the_place_of_a_pipe_or_a_folder(
+    special: Callable[[Path], None], tmp_path: Path
+) -> None:
+    """What is there stays, and no temporary file is left."""
+    path = tmp_path / "out.json"
+    special(path)
+    kind = path.stat().st_mode
+    with pytest.raises(InvalidInput, match="cannot be written"):
+        write_json(path, {})
+    assert path.stat().st_mode == kind
+    assert list(tmp_path.iterdir()) == [path]

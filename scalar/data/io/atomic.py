@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from scalar.data.io.regular_file import refuse_special
 from scalar.data.io.temporary import sweep_once, temporary_beside
 from scalar.errors import Fault, InvalidInput
 
@@ -42,15 +43,14 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
     Missing parent folders are made. An older file at `path` stays as it is until the new one is complete.
 
     Raises:
-        InvalidInput: the place cannot be written, or is a folder.
+        InvalidInput: the place cannot be written, or holds something that is no regular file, such as a folder or a device.
     """
     path = Path(path)
     temporary = temporary_beside(path)
     try:
+        refuse_special(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         sweep_once(path.parent)
-        if path.is_dir():
-            raise IsADirectoryError(None, "a folder of that name is there")
         temporary.open("xb").close()
     except OSError as error:
         raise cannot_write(path, error) from error

@@ -1,7 +1,8 @@
-"""Read regular files of limited size; pipes, devices and folders are refused.
+"""Read regular files of limited size, and replace only such; pipes, devices and folders are refused.
 
 Reading a pipe could wait for ever, and a device may deliver bytes without end. Every reader of this package gets its bytes here,
-or has the file checked here before a library opens it. A file longer than its limit is refused before it is read.
+or has the file checked here before a library opens it. A file longer than its limit is refused before it is read. An output appears by
+rename, which would remove a pipe or a device of that name.
 """
 
 import os
@@ -14,6 +15,7 @@ MAX_TABLE_BYTES = 1_000_000_000
 """Largest size of a table [bytes], some 20 million points: a larger one would not fit into the memory of a common computer."""
 MAX_JSON_BYTES = 100_000_000
 """Largest size of a JSON file [bytes], enough for the covariance of two thousand parameters."""
+_DEVICES = ("/dev", "/proc")
 
 
 def check_regular_file(path: Path, max_bytes: int, file: str | None = None) -> None:
@@ -33,6 +35,32 @@ def check_regular_file(path: Path, max_bytes: int, file: str | None = None) -> N
 def read_regular_file(path: Path, max_bytes: int, file: str | None = None) -> bytes:
     """Return the bytes of a regular file; arguments and refusals as for `check_regular_file`."""
     return _read(path, max_bytes, file, content=True)
+
+
+def refuse_special(path: Path) -> None:
+    """Refuse a place for an output at which something else than a regular file is, also at the end of a link.
+
+    Links among the system's devices, such as ``/dev/stdout``, are refused even if they lead to a regular file, because a rename replaces the link.
+
+    Raises:
+        InvalidInput: There is a folder, a pipe, a socket or a device, or such a link.
+    """
+    try:
+        mode = os.stat(path).st_mode
+    except (
+        OSError,
+        ValueError,
+    ):  # nothing is there, or the place cannot be written, which is reported where it is
+        return
+    of_system = path.is_symlink() and any(map(path.absolute().is_relative_to, _DEVICES))
+    if stat.S_ISREG(mode) and not of_system:
+        return
+    what = (
+        "a folder of that name is there"
+        if stat.S_ISDIR(mode)
+        else "it is a pipe, a device or a socket, not a file"
+    )
+    raise InvalidInput(Fault(str(path), f"cannot be written ({what}); give another place for the output"))
 
 
 def path_inside(folder: Path, name: str, file: str, key: str) -> Path:
