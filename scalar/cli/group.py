@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 import click
 
@@ -18,10 +18,29 @@ _INTERRUPTED = 130  # as of a shell: 128 plus the number of the signal SIGINT
 _BROKEN_PIPE = 141  # the same for SIGPIPE
 
 
+def _discard(*streams: TextIO) -> None:
+    """Let what is still buffered, and what is written later, go nowhere: the reader of these streams has ended."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in streams:
+        os.dup2(nowhere, stream.fileno())
+
+
 def _end_without_reader() -> NoReturn:
     """End without a message because the reader of the output has ended, as ``head`` does, which is no fault."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # discards what is still buffered
+    _discard(sys.stdout, sys.stderr)
     sys.exit(_BROKEN_PIPE)
+
+
+def _report(text: str) -> None:
+    """Write lines on stderr, each with the name of the program; nothing if the reader of stderr has ended.
+
+    The exit status then still says what was wrong, and does not depend on when the reader ended.
+    """
+    try:
+        for line in text.splitlines():
+            say(f"scalar: {line}", err=True)
+    except BrokenPipeError:
+        _discard(sys.stderr)
 
 
 class _Group(click.Group):
@@ -37,24 +56,33 @@ class _Group(click.Group):
         except BrokenPipeError:  # help is printed here
             _end_without_reader()
 
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        try:
+            return super().main(*args, **kwargs)
+        except BrokenPipeError:  # click was writing what is wrong with the arguments
+            _discard(sys.stdout, sys.stderr)
+            sys.exit(click.UsageError.exit_code)
+
     def invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
         except ScalarError as error:
-            for line in str(error).splitlines() or [type(error).__name__]:
-                say(f"scalar: {line}", err=True)
+            _report(str(error) or type(error).__name__)
             ctx.exit(error.exit_status)
         except BrokenPipeError:
             _end_without_reader()
         except OSError as error:
-            say(f"scalar: {error.filename or 'output'}: {error.strerror or error}", err=True)
+            _report(f"{error.filename or 'output'}: {error.strerror or error}")
             ctx.exit(2)
         except KeyboardInterrupt:
             ctx.exit(_INTERRUPTED)
         except (click.ClickException, click.exceptions.Exit, click.Abort):
             raise
         except Exception as error:
-            unexpected.report(error, ctx.meta[_ARGUMENTS])
+            try:
+                unexpected.report(error, ctx.meta[_ARGUMENTS])
+            except BrokenPipeError:
+                _discard(sys.stderr)
             ctx.exit(unexpected.EXIT_STATUS)
 
 

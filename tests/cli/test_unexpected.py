@@ -118,3 +118,19 @@ def test_a_closed_pipe_ends_quietly(arguments: list[str]) -> None:
     ended = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
     os.close(writer)
     assert (ended.returncode, ended.stderr) == (141, "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status"),
+    [(["validate", "no-such-folder"], 2), (["validate"], 2), (["no-such-command"], 2), (["--help"], 141)],
+)
+def test_the_exit_status_says_what_is_wrong_also_if_nobody_reads_the_messages(
+    arguments: list[str], status: int
+) -> None:
+    """If the one reader of stdout and stderr has gone, as in ``2>&1 | true``, a refusal keeps its status; other output has that of a closed pipe."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "scalar.cli", *arguments]
+    ended = subprocess.run(command, stdout=writer, stderr=writer, check=False)
+    os.close(writer)
+    assert ended.returncode == status
