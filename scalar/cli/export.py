@@ -128,9 +128,14 @@ def export(
         sensor = put_calibration(document, base, tip, nominal, rigid, sensor_link or SENSOR_LINK)
         content = text_of(document, calibration.name)
     elif form == ".yaml":
-        from scalar.export.ur_kinematics import ur_kinematics
+        from scalar.export.ur_kinematics import NO_HASH, ur_kinematics
 
         content = ur_kinematics(nominal, rigid, ur_hash, str(calibration))
+        if ur_hash is None:
+            lacking = (
+                f"the file has 'hash: {NO_HASH}', because --ur-hash is not given: the driver compares it with the controller's checksum, and will "
+                "report that they differ"
+            )
     else:
         from scalar.export.dh_table import beyond_standard_dh, dh_csv, dh_markdown
 

@@ -6,8 +6,11 @@ joints, and the checksum of the controller's own calibration.
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
+from scalar.data.located_table import shorten
 from scalar.errors import Fault, InvalidInput
 from scalar.export.rigid_part import RigidPart
 from scalar.geometry.robot import GEOMETRY, Robot, link_transforms
@@ -18,6 +21,7 @@ LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
 _RIGHT_ANGLES = (0, 1, 0, 0, 1, -1)  # alpha of a UR arm in modified DH
 _LIKE = 1e-3  # rad or m: the most by which a nominal arm may differ from the form of a UR arm
 NO_HASH = "calib_not_stated"
+_HASH = re.compile(r"calib_[A-Za-z0-9_]+")
 
 
 def ur_kinematics(nominal: Robot, rigid: RigidPart, checksum: str | None, file: str) -> str:
@@ -30,9 +34,12 @@ def ur_kinematics(nominal: Robot, rigid: RigidPart, checksum: str | None, file: 
         file: Path of the calibration, for messages.
 
     Raises:
-        InvalidInput: The arm is no UR arm in the frames of its controller.
+        InvalidInput: The arm is no UR arm in the frames of its controller, or the checksum has another form.
     """
     _check_form(nominal, file)
+    if checksum is not None and not _HASH.fullmatch(checksum):
+        message = f"{shorten(checksum)} is no checksum of a controller; write it as its own kinematics.yaml has it: calib_ and a number"
+        raise InvalidInput(Fault("--ur-hash", message))
     lines = [
         "# Written by `scalar export`: calibrated kinematics, not those that the controller states.",
         "kinematics:",

@@ -92,6 +92,29 @@ def test_a_kinematics_file_is_the_calibrated_arm(tmp_path):
     )
 
 
+@pytest.mark.parametrize("checksum", ["x: y", "calib_1\n  shoulder: {}", "calib_1 # a", "true", "", "calib_"])
+def test_a_checksum_that_is_none_is_refused(checksum, tmp_path):
+    """Text that would be other YAML than one value, or is no checksum, is refused, and nothing is written."""
+    path, output = tmp_path / "calibration.json", tmp_path / "kinematics.yaml"
+    calibrated(robot_of("ur10e"), np.random.default_rng(1)).save(path)
+    result = CliRunner().invoke(cli, ["export", str(path), "-o", str(output), "--ur-hash", checksum])
+    assert result.exit_code == 2 and "--ur-hash" in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    assert not output.exists()
+
+
+def test_a_kinematics_file_without_a_checksum_is_said_to_have_none(tmp_path):
+    """Where no checksum is given, the file has one that no controller has, and a line says so."""
+    path, output = tmp_path / "calibration.json", tmp_path / "kinematics.yaml"
+    calibrated(robot_of("ur10e"), np.random.default_rng(1)).save(path)
+    for given, said in (((), 1), (("--ur-hash", "calib_123"), 0)):
+        result = CliRunner().invoke(cli, ["export", str(path), "-o", str(output), "--force", *given])
+        assert result.exit_code == 0, result.output
+        stated = yaml.safe_load(output.read_text(encoding="utf-8"))["kinematics"]["hash"]
+        lines = [line for line in result.output.splitlines() if "--ur-hash is not given" in line]
+        assert len(lines) == said and all(stated in line for line in lines)
+
+
 def test_an_arm_in_other_frames_makes_no_kinematics_file(tmp_path):
     """A base that is turned against the controller's is refused, because the file would turn the arm."""
     turned = replace(robot_of("ur10e"), T_base_0=rotation(2, np.pi))
