@@ -33,7 +33,7 @@ def evaluate(calibration: Path, truth: Path, output: Path, force: bool) -> None:
     from scalar.data.io.atomic import write_json
     from scalar.estimation.result import load_calibration
     from scalar.evaluate import evaluate
-    from scalar.evaluate.truth import read_truth
+    from scalar.evaluate.truth import read_truth, refuse_truth_of_another_robot
 
     refuse_foreign([(output / "evaluation.json", json_of("evaluation"))], force)
     lock_output(output)
@@ -41,8 +41,14 @@ def evaluate(calibration: Path, truth: Path, output: Path, force: bool) -> None:
     robot = model.model.robot
     truth_poses, content = read_truth(truth, robot.n_joints, robot.limits, robot.prismatic)
     result = evaluate(model, truth_poses, content)
+    refuse_truth_of_another_robot(truth, content, model.model.nominal, float(result.aligned.position.mean()))
     write_json(output / "evaluation.json", result.to_mapping())
     say(describe_evaluation(result))
+    named = None if content is None else content.get("robot")
+    if named and named != robot.name:
+        say(
+            f"  note: the truth calls the robot '{named}', and the calibration '{robot.name}': do they belong together?"
+        )
     say(f"written: {output / 'evaluation.json'}")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,11 +13,16 @@ from scalar.data.io.run_id import RUN, check_truth_run
 from scalar.data.pose_tables import read_pose_table
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.frame_tables import FRAME_COLUMNS
-from scalar.geometry.robot import GEOMETRY
+from scalar.geometry.robot import GEOMETRY, Robot
 from scalar.geometry.se3 import Array
+from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
     import pandas as pd
+
+# Chosen: uncalibrated arms err by millimetres and by a degree or so, and two arms differ by more than this in a length or a twist.
+_OTHER_LENGTH, _OTHER_ANGLE = 30 * MM, 10 * DEG
+_MOST_ERROR = 20 * MM  # mean error of positions that no calibration of the right arm has
 
 
 def read_truth(
@@ -46,6 +51,41 @@ def read_truth(
         raise InvalidInput([Fault(str(path), message)]) from None
     check_truth_run(folder, content.get(RUN))
     return poses, content
+
+
+def refuse_truth_of_another_robot(
+    folder: Path, truth: Mapping[str, Any] | None, nominal: Robot, aligned: float
+) -> None:
+    """Refuse a truth whose arm is far from the one that was calibrated, in its table of joints and in the places of its sensor.
+
+    The table alone does not decide it, since one arm may be described in several ways; nor do the places, since a calibration may be bad.
+
+    Args:
+        folder: The folder of the truth.
+        truth: Content of ``truth.json``; None if there is none.
+        nominal: The arm before calibration.
+        aligned: Mean distance [m] of predicted and true positions, after the best fit of base and sensor.
+
+    Raises:
+        InvalidInput: The truth is that of another robot.
+    """
+    if truth is None or aligned <= _MOST_ERROR:
+        return
+    for name, most, unit in (("a", _OTHER_LENGTH, "m"), ("alpha", _OTHER_ANGLE, "rad")):
+        true = np.array(truth.get("parameters", {}).get(name, []), dtype=float).reshape(-1)
+        ours = nominal.geometry[GEOMETRY.index(name)]
+        if true.shape != ours.shape:
+            continue
+        off = np.abs(true - ours)
+        if off.max() > most:
+            k = int(off.argmax())
+            whose = f" ('{robot}')" if (robot := truth.get("robot")) else ""
+            values = f"{true[k]:.4g} {unit}, that of '{nominal.name}' is {ours[k]:.4g} {unit}"
+            message = (
+                f"the truth of another robot{whose}: its {name}_{k + 1} is {values}, and even "
+                f"aligned the positions differ by {aligned / MM:.0f} mm; give the truth of the dataset that was calibrated"
+            )
+            raise InvalidInput(Fault(str(folder / "truth.json"), message))
 
 
 def _check_truth(content: dict[str, Any]) -> None:

@@ -1,5 +1,6 @@
 """What ``scalar predict`` and ``scalar evaluate`` refuse, and outputs that cannot be written."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pandas as pd
 import pytest
 
 from tests.cli.running import INPUT_AT_FAULT, JOINTS, refused, run
+from tests.random_scene import make_scene
 
 
 @pytest.mark.parametrize(("spoil", "words"), [
@@ -129,3 +131,23 @@ def test_evaluate_refuses_a_truth_that_is_none(sound, tmp_path):
         truth / "truth_poses.csv", index=False
     )
     refused(run("evaluate", calibration, truth, "-o", out), INPUT_AT_FAULT, "q6", "rz", output=out)
+
+
+def test_evaluate_refuses_the_truth_of_another_robot(sound, tmp_path):
+    """A truth with as many joints but another table is refused with the parameter that differs most."""
+    calibration = sound / "out/calibration.json"
+    make_scene("ur10e", "tracker", seed=3).write_truth(tmp_path / "truth", np.random.default_rng(0))
+    result = run("evaluate", calibration, tmp_path / "truth", "-o", tmp_path / "e")
+    refused(result, INPUT_AT_FAULT, "truth.json: the truth of another robot", output=tmp_path / "e", lines=1)
+
+
+def test_a_robot_that_is_described_otherwise_is_evaluated(sound, tmp_path):
+    """Where the predicted places are right, another table of joints or another name is no reason to refuse; the name is said."""
+    truth = Path(shutil.copytree(sound / "truth", tmp_path / "truth"))
+    content = json.loads((truth / "truth.json").read_text(encoding="utf-8"))
+    content["robot"] = "arm of hall 3"
+    content["parameters"]["alpha"] = [angle + np.pi for angle in content["parameters"]["alpha"]]
+    (truth / "truth.json").write_text(json.dumps(content), encoding="utf-8")
+    result = run("evaluate", sound / "out/calibration.json", truth, "-o", tmp_path / "e")
+    assert result.exit_code == 0, result.output
+    assert "arm of hall 3" in result.output
