@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
-import re
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,15 +12,13 @@ import click
 from scalar.cli.group import cli
 from scalar.cli.options import PATH
 from scalar.cli.terminal import say
-from scalar.units import DEG, MM
+from scalar.units import MM
 
 if TYPE_CHECKING:
     from scalar.data.folder import Content
     from scalar.data.located_table import Table
     from scalar.data.sensor_formats import MeasuredTable
 
-_SEVERAL = 10  # poses from which their angles are looked at
-_TWO_TURNS_AS_DEGREES = 4.0 * math.pi * DEG  # rad
 _LIDAR_NOISE = 2e-3  # m: stated noise from which a note is written; line scanners have 1e-5 to 2e-4
 
 
@@ -31,7 +27,7 @@ _LIDAR_NOISE = 2e-3  # m: stated noise from which a note is written; line scanne
 def validate(dataset: Path) -> None:
     """Check a dataset.
 
-    Prints what the dataset contains, or one line for each fault.
+    Prints what the dataset contains and what looks wrong in it, or one line for each fault.
 
     \b
     Example:
@@ -65,6 +61,7 @@ def _measurements(points: Table, layout: MeasuredTable | None) -> list[str]:
 
 def describe_content(content: Content) -> str:
     """Return a few lines on what a dataset contains."""
+    from scalar.cli.validate_notes import WARNING, notes_on
     from scalar.sensors import kind_named
 
     mapping, poses, points = content.mapping, content.poses, content.points
@@ -89,61 +86,17 @@ def describe_content(content: Content) -> str:
     if content.references is not None:
         lines += _measurements(content.references, kind.format.references)
     noise = sensor.get("noise")
+    notes = notes_on(content, kind.format.table)
+    found = "no fault found" + (", but see the warnings" if any(WARNING in note for note in notes) else "")
     if points is not None and "noise" in points.columns:
         least, most = (
             f"{bound / MM:g}" for bound in (points.columns["noise"].min(), points.columns["noise"].max())
         )
-        lines.append(f"  noise of each measurement stated, {least} to {most} mm; no fault found")
+        lines.append(f"  noise of each measurement stated, {least} to {most} mm; {found}")
     else:
-        lines.append(f"  noise {'not stated' if noise is None else f'{noise / MM:g} mm'}; no fault found")
+        lines.append(f"  noise {'not stated' if noise is None else f'{noise / MM:g} mm'}; {found}")
     if noise is not None and noise >= _LIDAR_NOISE:
         lines.append(
             f"  note: a noise of {noise / MM:g} mm is that of a lidar, and ten times that of a line scanner or more; dataset.yaml states it in metres"
         )
-    lines += _small_angles(poses, robot["joints"])
-    if points is not None:
-        lines += _copies(poses, points)
-    return "\n".join(lines)
-
-
-def _small_angles(poses: Table, joints: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return a line if no joint turns by more than it would if radians had been read as degrees."""
-    turning = [f"q{i + 1}" for i, joint in enumerate(joints) if joint.get("type") != "prismatic"]
-    if poses.n_rows < _SEVERAL or not turning:
-        return []
-    largest = max(float(poses.columns[name].max() - poses.columns[name].min()) for name in turning)
-    if largest > _TWO_TURNS_AS_DEGREES:
-        return []
-    return [
-        f"  note: over all poses no joint turns by more than {largest / DEG:.2g} deg; were radians taken for degrees? poses.csv holds radians, and "
-        "`unit` in a mapping is that of the file"
-    ]
-
-
-def _copies(poses: Table, points: Table) -> list[str]:
-    """Return a line if poses repeat another one with its measurements to the last digit, which noise never does."""
-    joints = [name for name in poses.columns if re.fullmatch(r"q[1-9][0-9]*", name)]
-    alike: defaultdict[Any, list[Any]] = defaultdict(list)
-    for pose, *q in zip(poses.columns["pose"], *(poses.columns[name] for name in joints), strict=True):
-        alike[tuple(q)].append(pose)
-    repeated = {pose for group in alike.values() if len(group) > 1 for pose in group}
-    rows: defaultdict[Any, list[Any]] = defaultdict(list)
-    measured = [points.columns[name] for name in points.columns if name != "pose"]
-    for i, pose in enumerate(points.columns["pose"] if repeated else ()):
-        if pose in repeated:
-            rows[pose].append(tuple(column[i] for column in measured))
-    first: dict[Any, Any] = {}
-    copies: list[tuple[Any, Any]] = []
-    for q, group in alike.items():
-        for pose in (pose for pose in group if pose in rows):
-            same = first.setdefault((q, tuple(rows[pose])), pose)
-            if same != pose:
-                copies.append((same, pose))
-    if not copies:
-        return []
-    one, other = copies[0]
-    more = f", and {len(copies) - 1} more such pairs" if len(copies) > 1 else ""
-    return [
-        f"  note: poses {one:.0f} and {other:.0f} have the same joint angles and measurements to the last digit{more}; "
-        "if one is a copy, remove it, since it counts twice"
-    ]
+    return "\n".join([*lines, *notes])

@@ -24,6 +24,7 @@ from scalar.diagnosis.shipped_fit import ShippedFit, shipped_fit, unconfirmed_ef
 from scalar.diagnosis.two_halves import limited_by_halves, two_halves
 from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
 from scalar.estimation.measured_effects import with_target_motion
+from scalar.estimation.motion import refuse_without_motion
 
 MAX_RANKING = 25  # candidates that the ranking of a diagnosis lists
 
@@ -59,6 +60,7 @@ def diagnose(
         >>> diagnosis.verdict, [finding.effect.name for finding in diagnosis.findings]
         ('effect', ['joint_scale'])
     """
+    refuse_without_motion(dataset)
     dataset = with_target_motion(dataset)
     run = explained(dataset, settings, progress)
     final_residuals, candidates = FinalResiduals.of(run.after), run.candidates

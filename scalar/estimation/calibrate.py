@@ -25,6 +25,7 @@ from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, w
 from scalar.estimation.joint_fit import fit_all
 from scalar.estimation.measured_effects import measured_effects, with_target_motion
 from scalar.estimation.misfit import lacks_something
+from scalar.estimation.motion import refuse_without_motion
 from scalar.estimation.pose_consistency import distances_under
 from scalar.estimation.prepare import prepare
 from scalar.estimation.result import Calibration
@@ -67,6 +68,7 @@ def calibrate(
         >>> calibration.residual_rms < 1e-3  # m
         True
     """
+    refuse_without_motion(dataset)
     dataset = with_target_motion(dataset)
     fixed_effects = (*fixed_effects, *measured_effects(dataset, (*effects, *fixed_effects)))
     try:

@@ -118,7 +118,7 @@ def prepare(
     except (InvalidInput, Undetermined) as error:
         # A fit that failed, or in which the arm collapsed until all planes are one, shows nothing of the planes.
         if residuals.rms(coarse) > settings.sufficiency.gross_error or ran_away(coarse, settings.fit):
-            raise FitFailed() from error
+            raise FitFailed(dataset.q) from error
         raise
     return Prepared(residuals, guess, initial, coarse, identifiability, free)
 

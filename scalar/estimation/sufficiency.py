@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.data.motion import still_clause
 from scalar.errors import Fault, InvalidInput, Undetermined
 from scalar.estimation.identifiability import Identifiability
 from scalar.estimation.model import Model
@@ -242,13 +243,18 @@ def check_setup(
 
 
 class FitFailed(Undetermined):
-    """The geometry ended so far from dataset.yaml that the fit says nothing of the planes."""
+    """The geometry ended so far from dataset.yaml that the fit says nothing of the planes.
 
-    def __init__(self) -> None:
+    Args:
+        q: ``(N, n)`` [rad; m of a joint that slides], of the poses.
+    """
+
+    def __init__(self, q: Array) -> None:
         super().__init__(
             [
                 "no fit stays near the arm and the planes that dataset.yaml describes: no single sign, zero, unit, label or convention explains it; "
                 "check several of them, the table of joints, and whether the angles and labels of poses.csv and the measurements belong together"
+                + still_clause(q)
             ]
         )
 

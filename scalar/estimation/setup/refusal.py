@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.data.motion import still_clause
 from scalar.errors import Undetermined
 from scalar.estimation.setup.suspicion import WrongSetup, explain
 from scalar.geometry.se3 import Array
@@ -19,7 +22,8 @@ def refuse_wrong_setup(dataset: Dataset) -> None:
     """
     suspicions = explain(dataset)
     if suspicions:
-        raise WrongSetup(suspicions)
+        first = replace(suspicions[0], sentence=suspicions[0].sentence + still_clause(dataset.q))
+        raise WrongSetup((first, *suspicions[1:]))
 
 
 def misfit_refused(dataset: Dataset, distances: Array) -> Undetermined:
@@ -35,5 +39,6 @@ def misfit_refused(dataset: Dataset, distances: Array) -> Undetermined:
     return Undetermined(
         [f"the best fit is still {np.sqrt(np.mean(distances**2)) / MM:.0f} mm RMS off, pose {worst} most of all: this is not "
          f"{robot}{planes} that dataset.yaml describes; no single sign, zero, unit{label} or convention "
-         "explains it, and no two or three signs: check several of them, and whether joint angles and measurements belong together"]
+         f"explains it, and no two or three signs: check several of them, and whether joint angles and measurements belong together"
+         f"{still_clause(dataset.q)}"]
     )  # fmt: skip
