@@ -82,7 +82,7 @@ def correct(
     """
     import numpy as np
 
-    from scalar.cli.kinds_of_targets import naming_mixed_rows, naming_table
+    from scalar.cli.kinds_of_targets import naming_mixed_rows, naming_table, naming_text
     from scalar.cli.pose_lines import lines_on_measured_ranges, lines_on_small_degrees
     from scalar.data.moves import joint_angles
     from scalar.data.pose_tables import read_pose_table
@@ -119,6 +119,7 @@ def correct(
             joints_needed=with_joints,
             prismatic=robot.prismatic,
             columns=columns,
+            copied=True,
         )
     angles = joint_angles(table, robot.n_joints) if with_joints else np.empty((0, robot.n_joints))
     unsure = lines_on_small_degrees(robot, angles, units_to_write(units, columns).angle)
@@ -132,7 +133,7 @@ def correct(
         if not len(rows):
             raise InvalidInput(faults_of(dropped, str(targets), is_written=False))
         going = table.iloc[rows].reset_index(drop=True)
-        with naming_table(targets.name):
+        with naming_table(targets.name), naming_text(going):
             found = correct_table(model, going, _frames(going) if frames_wanted else None)
         poses = Poses.from_frame(going, robot.n_joints, order_is_row=False)
         ids, given, exact = going["pose"].to_numpy(), None, found

@@ -8,8 +8,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from scalar.errors import Fault, InvalidInput
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def refuse_frames(columns: Sequence[str], file: str) -> None:
@@ -43,6 +47,22 @@ def naming_table(file: str) -> Iterator[None]:
     except InvalidInput as error:
         raise InvalidInput(
             [replace(f, file=file) if f.file == "poses" else f for f in error.faults]
+        ) from None
+
+
+@contextmanager
+def naming_text(table: pd.DataFrame) -> Iterator[None]:
+    """Where a column that an effect needs is called missing within the block, and is there with other cells than numbers, say this.
+
+    Args:
+        table: The table of poses.
+    """
+    try:
+        yield
+    except InvalidInput as error:
+        said = "the calibrated effects need this column, and not all of its cells are numbers; write a number in each row"
+        raise InvalidInput(
+            [replace(f, message=said) if f.column in table.columns else f for f in error.faults]
         ) from None
 
 

@@ -39,6 +39,7 @@ class Layout:
         text: columns that hold text; all others hold numbers.
         integers: columns that hold integers.
         extras: whether further numeric columns are kept.
+        copied: whether further columns that are not all numbers are kept as well, as the text that stands there.
         blank: columns of numbers in which a cell may be empty; NaN then stands for it.
         other_names: names under which columns are known elsewhere, and how they are called here; a fault of the former suggests the latter.
         refuse: returns what is wrong with a column of that name, or None.
@@ -50,6 +51,7 @@ class Layout:
     integers: frozenset[str] = frozenset({"pose"})
     extras: bool = False
     refuse: Callable[[str], str | None] = lambda _: None
+    copied: bool = False
     blank: frozenset[str] = frozenset()
     other_names: Mapping[str, str] = field(default_factory=dict)
 
@@ -186,6 +188,8 @@ def header_faults(file: str, names: list[str], layout: Layout, row: int | None =
 def check_cells(table: Table, layout: Layout, faults: list[Fault]) -> None:
     """Report empty texts, numbers that are not finite or beyond ``MAX_NUMBER``, and integers that are not whole or beyond ``MAX_INTEGER``."""
     for name, values in table.columns.items():
+        if values.dtype == object and name not in layout.text:  # copied as it is
+            continue
         if name in layout.text:
             empty = np.array([not cell for cell in values], dtype=bool)
             table.report(faults, name, empty, lambda i: "an empty cell; fill it in, or remove the row")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,6 @@ import numpy as np
 
 from scalar.data.description import Description
 from scalar.data.io.csv_reader import read_csv
-from scalar.data.located_table import Layout
 from scalar.data.table_consistency import check_poses, poses_layout
 from scalar.data.table_units import SI, FileUnits, TableUnits, columns_of
 from scalar.data.unit_suspicions import suspect_joint_angles
@@ -34,6 +34,7 @@ def read_pose_table(
     joints_needed: bool = True,
     prismatic: Sequence[int] = (),
     columns: Sequence[str] | None = None,
+    copied: bool = False,
 ) -> pd.DataFrame:
     """Return the poses of a CSV file with the columns ``pose, q1..qn``; rows and columns as in the file.
 
@@ -46,9 +47,11 @@ def read_pose_table(
         joints_needed: whether the columns q1..qn have to be there.
         prismatic: indices, from 0, of the prismatic joints.
         columns: the names in the file's first line, if they were read before.
+        copied: whether further columns may hold text or empty cells.
 
     Returns:
-        `pose` int64, `plane` and `session` text, all others float64; in SI, under the names without units.
+        `pose` int64, `plane` and `session` text, with `copied` also columns that are not all numbers, all others float64;
+        in SI, under the names without units.
 
     Raises:
         InvalidInput: with every fault found, each with its row and column.
@@ -64,9 +67,7 @@ def read_pose_table(
     needed = known.required if joints_needed else ("pose",)
     columns = columns_of(path) if columns is None else columns
     own = FileUnits.of(columns, units.sliding(prismatic))
-    layout = own.layout(
-        Layout((*needed, *required), known.optional, known.text, known.integers, True, known.refuse)
-    )
+    layout = own.layout(replace(known, required=(*needed, *required), copied=copied))
     faults: list[Fault] = []
     table = read_csv(path, layout, faults)
     if table is not None:

@@ -161,6 +161,6 @@ class FileUnits:
                 size = (_ANGLES | _LENGTHS)[unit]
             else:
                 size = self.units.of(column)[1]
-            converted[name] = values if size == 1.0 else values * size
+            converted[name] = values if size == 1.0 or values.dtype == object else values * size
         table.columns = converted
         table.bad = {plain.get(column, column): bad for column, bad in table.bad.items()}

@@ -1,10 +1,13 @@
 """Columns and units of the tables of ``scalar correct`` and ``scalar predict``."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 
+from scalar.effects.payload_deflection import PayloadDeflection
 from tests.cli.correcting import FRAME, JOINTS, WRITTEN, corrected, frames, predicted, run
 
 
@@ -120,6 +123,56 @@ def test_a_column_called_roll_beside_joint_angles_is_copied(program):
     joints[JOINTS] = np.degrees(joints[JOINTS])
     joints.to_csv(program / "targets.csv", index=False, float_format="%.17g")
     assert (corrected(program, "targets.csv", "--units", "deg,mm")["roll"] == 12.5).all()
+
+
+@pytest.mark.parametrize("form", ["joints", "frames"])
+def test_text_and_empty_cells_of_other_columns_are_copied_as_they_are(form, program):
+    """A comment, a column of blanks, numbers with gaps and text with a comma stand in the output as they stood in the input."""
+    table = pd.read_csv(program / "targets.csv")
+    if form == "frames":
+        table = pd.concat([predicted(program, "targets.csv"), table.drop(columns=["pose", *JOINTS])], axis=1)
+    n = len(table)
+    own = {
+        "comment": [f"weld {i}" for i in range(n)],
+        "nothing": [""] * n,
+        "speed": ["250", ""] * (n // 2),
+        "name": ["a, b"] * n,
+        "decimal": ["12,5"] * n,
+    }
+    table.assign(**own).to_csv(program / "own.csv", index=False, float_format="%.17g")
+    corrected(program, "own.csv")
+    written = pd.read_csv(program / "joints.csv", dtype=str, keep_default_na=False)
+    for name, cells in own.items():
+        assert written[name].tolist() == cells
+
+
+def test_a_column_that_an_effect_needs_has_to_hold_numbers(program):
+    """A temperature is known, and a cell of it that is no number is refused with its row, as is a joint angle."""
+    table = pd.read_csv(program / "targets.csv").astype({"temperature": object, "q2": object})
+    table.loc[3, "temperature"] = "warm"
+    table.loc[4, "q2"] = ""
+    table.to_csv(program / "bad.csv", index=False)
+    status, said = run(
+        "correct", program / "calibration.json", program / "bad.csv", "-o", program / "joints.csv"
+    )
+    assert status == 2 and not (program / "joints.csv").exists()
+    assert "row 5, column temperature: not a number ('warm')" in said
+    assert "row 6, column q2: an empty cell" in said
+
+
+def test_text_in_a_covariate_that_an_effect_needs_is_not_called_missing(program, arm_calibration):
+    """A payload is known to the effect alone; it is there, and the message says that it has to be numbers."""
+    effect = PayloadDeflection((2,))
+    loaded = replace(arm_calibration.model, effects=(effect,))
+    replace(arm_calibration, model=loaded, free=(), covariance=np.empty((0, 0))).save(
+        program / "calibration.json"
+    )
+    pd.read_csv(program / "targets.csv").assign(payload="heavy").to_csv(program / "bad.csv", index=False)
+    status, said = run(
+        "correct", program / "calibration.json", program / "bad.csv", "-o", program / "joints.csv"
+    )
+    assert status == 2 and "column payload" in said and "not all of its cells are numbers" in said
+    assert "missing" not in said
 
 
 def test_frames_where_joint_angles_belong_are_one_fault(program):

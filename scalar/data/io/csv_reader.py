@@ -142,10 +142,19 @@ def _read_by_cell(file: str, raw: bytes, layout: Layout, faults: list[Fault]) ->
     for j, name in enumerate(names):
         if name and names.count(name) == 1:
             cells = [row[j] for row in rows]
+            if _is_copied(name, cells, layout):
+                table.columns[name] = _text(cells)
+                continue
             table.columns[name] = _text(cells) if name in layout.text else _numbers(cells)
             _check_numeric_cells(table, name, cells, layout, faults)
     check_cells(table, layout, faults)
     return table
+
+
+def _is_copied(name: str, cells: list[str], layout: Layout) -> bool:
+    """Return whether a column is kept as text: one that the layout does not know, and that is not all numbers."""
+    known = name in layout.required or name in layout.optional
+    return layout.copied and not known and not all(map(NUMBER.fullmatch, cells))
 
 
 def _text(cells: list[str]) -> np.ndarray:
