@@ -9,6 +9,7 @@ from scalar.data.io.csv_reader import read_csv
 from scalar.data.io.parquet_reader import read_parquet
 from scalar.data.io.plain_yaml import load_yaml_lines
 from scalar.data.located_table import MISSING_COLUMN, SEPARATED, Table, did_you_mean
+from scalar.data.point_units import advice_on_points
 from scalar.data.references import check_references, references_layout
 from scalar.data.sensor_formats import MeasuredTable, sensor_formats
 from scalar.data.table_consistency import (
@@ -89,7 +90,7 @@ def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
         points = _read_points(path, description, table, names, faults)
         if points is not None:
             check_points(points, poses, table, faults)
-            suspect_points(points, table, faults)
+            suspect_points(points, table, faults, advice_on_points(points, poses, description, table))
     references = _read_references(path, description, poses, names, faults)
     _mention_import(faults)
     if faults or poses is None:

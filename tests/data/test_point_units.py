@@ -1,0 +1,40 @@
+"""Points of a tracker in another unit are recognised by how far they scatter."""
+
+import pandas as pd
+import pytest
+
+from scalar.data.dataset import read_dataset
+from scalar.errors import InvalidInput
+from tests.random_scene import make_scene
+
+AXES = ["x", "y", "z"]
+
+
+@pytest.mark.parametrize(("size", "name"), [(1e-3, "millimetres"), (1e-2, "centimetres"), (0.0254, "inches")])
+def test_the_unit_is_named_in_which_points_are_written(size, name, tmp_path):
+    """Each column that cannot be metres is one fault, with the unit in which the flange's nominal places scatter as the points do."""
+    folder = make_scene("vs060", "tracker", seed=2, poses_per_plane=20).write(tmp_path / "cell")
+    table = pd.read_csv(folder / "points.csv")
+    table[AXES] = (table[AXES] + 3.0) / size  # the tracker stands a few metres away
+    table["x"] += 250.0  # farther away than any tracker, in whatever unit that is
+    table.to_csv(folder / "points.csv", index=False)
+    with pytest.raises(InvalidInput) as refused:
+        read_dataset(folder)
+    named = {fault.column: fault.message for fault in refused.value.faults}
+    assert set(named) >= {"x"} and set(named) <= set(AXES)
+    assert all(f"are these {name}? write metres" in message for message in named.values())
+
+
+def test_where_the_angles_are_at_fault_as_well_no_other_unit_is_claimed(tmp_path):
+    """Without joint angles nothing is known of the scatter: millimetres, the usual unit, are asked for."""
+    folder = make_scene("vs060", "tracker", seed=2, poses_per_plane=20).write(tmp_path / "cell")
+    points = pd.read_csv(folder / "points.csv")
+    points[AXES] = (points[AXES] + 3.0) * 100.0
+    points.to_csv(folder / "points.csv", index=False)
+    poses = pd.read_csv(folder / "poses.csv").astype({"q2": object})
+    poses.loc[3, "q2"] = "north"
+    poses.to_csv(folder / "poses.csv", index=False)
+    with pytest.raises(InvalidInput) as refused:
+        read_dataset(folder)
+    said = [fault.message for fault in refused.value.faults if fault.file == "points.csv"]
+    assert said and all("are these millimetres?" in message for message in said)
