@@ -24,7 +24,7 @@ def first_lines(lines: list[str]) -> list[str]:
 
 
 def lines_on_limits(robot: Robot, ids: Array, q: Array) -> list[str]:
-    """Return a line for each of the first few poses at which a joint is beyond its limits, and one that counts the others.
+    """Return a line for each of the first few poses at which joints are beyond their limits, with each such joint, and one that counts the others.
 
     Args:
         robot: Whose limits count; a revolute joint without stated limits has half a turn on either side of zero.
@@ -36,12 +36,14 @@ def lines_on_limits(robot: Robot, ids: Array, q: Array) -> list[str]:
     beyond = (q < robot.limits[:, 0]) | (q > robot.limits[:, 1])
     lines = []
     for i in np.flatnonzero(beyond.any(axis=1)):
-        joint = int(np.argmax(beyond[i]))
-        unit, size = unit_of_joint(joint in robot.prismatic)
-        low, high = robot.limits[joint] / size
-        lines.append(
-            f"  pose {ids[i]}: joint {joint + 1} at {q[i, joint] / size:.3f} {unit} is beyond its limits {low:.1f} to {high:.1f} {unit}"
-        )
+        told = []
+        for joint in np.flatnonzero(beyond[i]):
+            unit, size = unit_of_joint(joint in robot.prismatic)
+            low, high = robot.limits[joint] / size
+            told.append(
+                f"joint {joint + 1} at {q[i, joint] / size:.3f} {unit} is beyond its limits {low:.1f} to {high:.1f} {unit}"
+            )
+        lines.append(f"  pose {ids[i]}: {'; '.join(told)}")
     return first_lines(lines)
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.data.description import Description
+from scalar.data.description import DESCRIPTION, Description
 from scalar.data.io.csv_reader import read_csv
 from scalar.data.table_consistency import check_poses, poses_layout
 from scalar.data.table_units import SI, FileUnits, TableUnits, columns_of
@@ -22,6 +22,9 @@ from scalar.errors import Fault, InvalidInput
 
 if TYPE_CHECKING:
     import pandas as pd
+
+# A calibration holds the limits of the dataset from which it was made.
+_GIVE_LIMITS = f"give its limits in {DESCRIPTION} of the dataset and calibrate again"
 
 
 def read_pose_table(
@@ -75,7 +78,7 @@ def read_pose_table(
         # Only `pose` is unique: several poses to predict for may have the same order.
         # An effect of one joint needs the approach of that joint alone.
         check_poses(table, description, faults, unique=("pose",), all_joints=False)
-        suspect_joint_angles(table, description, faults)
+        suspect_joint_angles(table, description, faults, give_limits=_GIVE_LIMITS)
     if faults or table is None:
         raise InvalidInput(faults)
     import pandas as pd

@@ -34,6 +34,7 @@ MAX_NOISE = 0.05  # m; one standard deviation of a point of a scan: lidars have 
 # Largest plausible standard deviation of a single point [m]: trackers and probes have 1e-5 to 1e-4, cameras 1e-3.
 MAX_POINT_NOISE = 5e-3
 MAX_NORMAL_STD = 0.5  # rad; one standard deviation of a direction
+GIVE_LIMITS = f"give its limits in {DESCRIPTION}"
 GRAVITY = (1.0, 20.0)  # m/s^2
 
 
@@ -152,6 +153,7 @@ def suspect_joint_angles(
     description: Description,
     faults: list[Fault],
     advice: Callable[[str, str], str] = lambda unit, _: write_si(unit),
+    give_limits: str = GIVE_LIMITS,
 ) -> None:
     """Add joint angles that look like degrees: one joint far beyond its limits, or several beyond 1.5 turns; and travels in millimetres.
 
@@ -162,6 +164,7 @@ def suspect_joint_angles(
         description: The description, with the joints' limits.
         faults: What is found is added here.
         advice: What to do, by the unit that is expected and the column.
+        give_limits: What to do if a joint really goes so far.
     """
     bounds, wide = {}, []
     for i in range(description.n_joints):
@@ -170,7 +173,13 @@ def suspect_joint_angles(
             continue
         limits = description.vector("robot", "joints", i, "limits", size=2)
         if description.slides(i):
-            _suspect_travel(poses, name, limits, faults, advice("m", name))
+            _suspect_travel(
+                poses,
+                name,
+                limits,
+                faults,
+                f"{advice('m', name)}, or, if it really goes so far, {give_limits}",
+            )
             continue
         declared = 0.0 if limits is None else 1.01 * float(np.abs(limits).max())
         bounds[name] = max(MANY_TURNS, declared)
@@ -184,7 +193,7 @@ def suspect_joint_angles(
             message = (
                 f"suspect: {value:g} rad is {abs(value) / TURN:.1f} turns, and "
                 f"{beyond} of {poses.n_rows} angles are beyond {bound:.1f} rad; {advice('rad', name)}, or, if it "
-                f"really turns so far, give its limits in {DESCRIPTION}"
+                f"really turns so far, {give_limits}"
             )
             faults.append(Fault(poses.file, message, int(poses.line_numbers()[worst]), name))
 
@@ -221,16 +230,13 @@ def refuse_degrees(q: np.ndarray, limits: np.ndarray, slides: np.ndarray) -> Non
 
 
 def _suspect_travel(
-    poses: Table, name: str, limits: np.ndarray | None, faults: list[Fault], as_metres: str
+    poses: Table, name: str, limits: np.ndarray | None, faults: list[Fault], remedy: str
 ) -> None:
     """Add the travels of a prismatic joint that look like millimetres: one fault, with the largest travel."""
     bound = MAX_TRAVEL if limits is None else TRAVEL_OVER_LIMIT * float(np.abs(limits).max())
     beyond, worst, value = _beyond(poses.columns[name], bound)
     if beyond:
-        message = (
-            f"suspect: a travel of {value:g} m, and {beyond} of {poses.n_rows} are beyond {bound:g} m; {as_metres}, or, "
-            f"if it really goes so far, give its limits in {DESCRIPTION}"
-        )
+        message = f"suspect: a travel of {value:g} m, and {beyond} of {poses.n_rows} are beyond {bound:g} m; {remedy}"
         faults.append(Fault(poses.file, message, int(poses.line_numbers()[worst]), name))
 
 

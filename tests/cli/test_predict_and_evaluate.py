@@ -71,6 +71,25 @@ def test_poses_beyond_the_limits_are_predicted_and_named(sound, tmp_path):
     )
 
 
+def test_every_joint_beyond_its_limits_is_named(sound, tmp_path):
+    """A pose with three joints beyond their limits is one line that has all three, and not the others."""
+    joints = pd.read_csv(sound / "joints.csv")
+    joints.loc[1, ["q1", "q3", "q5"]] = 3.1, -3.1, 3.2
+    joints.to_csv(tmp_path / "joints.csv", index=False)
+    result = run("predict", sound / "out/calibration.json", tmp_path / "joints.csv", "-o", tmp_path / "f.csv")
+    assert result.exit_code == 0, result.output
+    (line,) = [line for line in result.output.splitlines() if "beyond its limits" in line]
+    assert [f"joint {i} at" in line for i in range(1, 7)] == [True, False, True, False, True, False]
+
+
+def test_advice_on_limits_leads_to_a_calibration_that_has_them(sound, tmp_path):
+    """A table of poses has no dataset.yaml beside it: limits that are too narrow are those of the dataset that was calibrated."""
+    joints = pd.read_csv(sound / "joints.csv").assign(q2=40.0)
+    joints.to_csv(tmp_path / "joints.csv", index=False)
+    result = run("predict", sound / "out/calibration.json", tmp_path / "joints.csv", "-o", tmp_path / "f.csv")
+    refused(result, INPUT_AT_FAULT, "column q2", "dataset.yaml of the dataset and calibrate again", lines=1)
+
+
 @pytest.mark.parametrize("command", ["predict", "correct"])
 def test_radians_that_are_read_as_degrees_are_suspected(command, sound, tmp_path):
     """Joint angles in radians under `--units deg` are all tiny: a line says so. The same angles in degrees, or a few poses near zero, are not."""
