@@ -82,7 +82,12 @@ def correct(
     """
     import numpy as np
 
-    from scalar.cli.kinds_of_targets import naming_mixed_rows, naming_table, naming_text
+    from scalar.cli.kinds_of_targets import (
+        naming_mixed_rows,
+        naming_table,
+        naming_text,
+        refuse_without_orientation,
+    )
     from scalar.cli.pose_lines import lines_on_measured_ranges, lines_on_small_degrees
     from scalar.data.moves import joint_angles
     from scalar.data.pose_tables import read_pose_table
@@ -104,6 +109,7 @@ def correct(
     model = calibrated.model
     robot = model.robot
     columns = columns_of(targets)
+    refuse_without_orientation(columns, targets.name)
     named = {base_name(column) for column in columns}
     form = form_of_orientation(named)
     frame = (*PLACE, *form)

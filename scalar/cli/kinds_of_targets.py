@@ -15,6 +15,8 @@ from scalar.errors import Fault, InvalidInput
 if TYPE_CHECKING:
     import pandas as pd
 
+_KUKA = {"a", "b", "c"}
+
 
 def refuse_frames(columns: Sequence[str], file: str) -> None:
     """Refuse a table of frames, without any joint angle, where joint angles are needed.
@@ -33,6 +35,33 @@ def refuse_frames(columns: Sequence[str], file: str) -> None:
             "for the joint angles at which the arm takes these frames, use `scalar correct`"
         )
         raise InvalidInput(Fault(file, message, 1))
+
+
+def refuse_without_orientation(columns: Sequence[str], file: str) -> None:
+    """Refuse a table of wanted places without any column of an orientation, and say in which forms one may be written.
+
+    Args:
+        columns: Names of its columns.
+        file: Name of the table.
+
+    Raises:
+        InvalidInput: It is such a table.
+    """
+    from scalar.data.table_units import base_name
+    from scalar.estimation.frame_tables import ORIENTATIONS, PLACE, VECTOR
+
+    named = {base_name(column) for column in columns}
+    forms = [VECTOR, *ORIENTATIONS.values()]
+    if not named.issuperset(PLACE) or any(named.intersection(form) for form in forms):
+        return
+    kuka = (
+        "; A, B, C of a KUKA are yaw, pitch, roll: rename them" if _KUKA <= {n.lower() for n in named} else ""
+    )
+    message = (
+        "the columns of an orientation are missing; write a rotation vector rx,ry,rz, or roll,pitch,yaw (R = Rz(yaw) Ry(pitch) Rx(roll)), or a "
+        f"quaternion qw,qx,qy,qz{kuka}"
+    )
+    raise InvalidInput(Fault(file, message, 1))
 
 
 @contextmanager

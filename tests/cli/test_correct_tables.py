@@ -105,6 +105,19 @@ def test_orientations_in_other_forms_are_written_and_read(program, units):
     np.testing.assert_allclose(found[2], found[0], atol=1e-6)
 
 
+@pytest.mark.parametrize(("names", "kuka"), [(("a", "b", "c"), True), (("u", "v", "w"), False)])
+def test_a_table_without_an_orientation_is_refused_with_all_forms(names, kuka, program):
+    """Places beside columns of other names are one fault that names the three forms of an orientation; KUKA's names are translated."""
+    wanted = predicted(program, "targets.csv").rename(columns=dict(zip(FRAME[3:], names, strict=True)))
+    wanted.to_csv(program / "wanted.csv", index=False)
+    status, said = run(
+        "correct", program / "calibration.json", program / "wanted.csv", "-o", program / "joints.csv"
+    )
+    assert status == 2 and len(said.splitlines()) == 1
+    assert all(form in said for form in ("rx,ry,rz", "roll,pitch,yaw", "qw,qx,qy,qz"))
+    assert ("KUKA" in said) == kuka
+
+
 def test_a_quaternion_of_another_norm_is_refused(program):
     """The row is named; nothing is written."""
     table = predicted(program, "targets.csv", "--orientation", "quaternion").drop(columns=["rx", "ry", "rz"])
