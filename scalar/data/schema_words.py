@@ -8,6 +8,7 @@ from typing import Any
 from jsonschema.exceptions import ValidationError
 
 from scalar.data.located_table import MAX_SHOWN, did_you_mean, shorten
+from scalar.errors import printable
 
 KeyPath = tuple[str | int, ...]
 
@@ -46,7 +47,7 @@ def in_plain_words(error: ValidationError) -> list[tuple[KeyPath, str]]:
         case "enum":
             known = [str(choice) for choice in expected]
             hint = did_you_mean(str(value), known)
-            return [(path, f"unknown ({shorten(value)}); {hint}write one of {', '.join(known)}")]
+            return [(path, f"unknown ({shorten(value)}); {hint}write one of {', '.join(_choices(known))}")]
         case "const":
             return [(path, f"{shorten(value)} cannot be read by this version; write {expected}")]
         case "anyOf" | "oneOf" if error.context:
@@ -87,6 +88,15 @@ def wanted(schema: Mapping[str, Any]) -> str:
         limits.append(f"that matches {schema['pattern']}")
     text = " ".join([text, " and ".join(limits)]).strip()
     return f"{text} ({description})" if description else text
+
+
+def _choices(known: Sequence[str]) -> list[str]:
+    """Return the values to choose from, as a message shows them: signs in quotes, and a tab by its escape."""
+    shown = [
+        choice if any(map(str.isalnum, choice)) and not choice.startswith("\\") else f"'{printable(choice)}'"
+        for choice in known
+    ]
+    return list(dict.fromkeys(shown))
 
 
 def _unknown_key(key: str, known: Sequence[str], given: Mapping[str, Any]) -> str:

@@ -22,7 +22,11 @@ from scalar.ingest.raw_table import RawTable, last_number, table_of_rows
 from scalar.ingest.records import read_records
 from scalar.ingest.spreadsheet import read_spreadsheet
 
-_SEPARATORS = {"tab": "\t", "space": " "}
+_SEPARATORS = {
+    "tab": "\t",
+    r"\t": "\t",
+    "space": " ",
+}  # in single quotes, YAML leaves the two characters of \t as they are
 _IS_HDF5 = "a MATLAB 7.3 file, which is HDF5; save it with '-v7'"
 
 

@@ -1,9 +1,11 @@
 """Imported tables give the same numbers as the foreign files, in SI: units, signs, missing rows, covariates, scans and nests."""
 
 import numpy as np
+import pytest
 from click.testing import CliRunner
 
 from scalar.cli import cli
+from scalar.data.dataset import read_dataset
 from scalar.data.io.plain_yaml import dump_yaml
 from tests.ingest.foreign_tables import (
     N,
@@ -34,6 +36,22 @@ def test_other_units_separators_and_decimal_signs_give_the_same_numbers(tmp_path
     )
     np.testing.assert_array_equal(data.pose_ids, np.arange(N))
     np.testing.assert_array_equal(data.poses["order"], np.arange(N))
+
+
+@pytest.mark.parametrize("written", ["tab", '"\\t"', "'\\t'"])
+def test_a_tab_may_be_written_as_a_word_or_as_its_escape(written, tmp_path):
+    """``tab``, ``"\\t"`` and ``'\\t'`` are one separator, in a mapping of YAML text."""
+    mapping = tracker_mapping()
+    mapping["text"]["separator"] = "SEPARATOR"
+    file = tmp_path / "mapping.yaml"
+    dump_yaml(mapping, file)
+    text = file.read_text(encoding="utf-8")
+    assert text.count("SEPARATOR") == 1
+    file.write_text(text.replace("SEPARATOR", written), encoding="utf-8")
+    table = write_table(tmp_path / "a.csv", cells(), separator="\t")
+    result = CliRunner().invoke(cli, ["import", str(file), str(table), "-o", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    np.testing.assert_allclose(read_dataset(tmp_path / "out").q, np.radians(numbers()[:, :6]), atol=1e-15)
 
 
 def test_sign_and_offset_of_a_joint(tmp_path):

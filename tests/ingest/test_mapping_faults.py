@@ -47,6 +47,7 @@ def changed(path: tuple[str, ...], value: Any) -> dict[str, Any]:
         (("matrixx",), {}, ("matrixx", "did you mean 'matrix'")),
         (("text", "seperator"), ";", ("text.seperator", "unknown key", "separator")),
         (("text", "separator"), None, ("text.decimal", "separator")),
+        (("text", "separator"), ":", ("text.separator", "write one of ',', ';', '|', tab, '\\t', space")),
         (("text", "skip_lines"), -1, ("text.skip_lines", "less than 0")),
         (("format",), "scalar-mapping/2", ("format", "scalar-mapping/1")),
         (("poses", "columns", "q1", "unit"), "degrees", ("poses.columns.q1.unit", "did you mean 'deg'")),
