@@ -154,7 +154,9 @@ def _described(
                 f"No limits stated: {listed(without)}. Those below are assumed: correct them, since plans stay within them."
             )
         return mapping, lines
-    from scalar.ingest.dh_table import robot_from_dh_table
+    from scalar.ingest.dh_table import robot_from_dh_table, suspected_radians
 
     assert dh is not None and convention is not None
-    return robot_from_dh_table(dh, convention, dh.stem), [f"From {dh.name}."]
+    mapping = robot_from_dh_table(dh, convention, dh.stem)
+    suspicion = suspected_radians(mapping)
+    return mapping, [f"From {dh.name}.", *([suspicion] if suspicion else [])]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,8 @@ _OTHER_LIMITS = {
     "high": "upper",
     "qmax": "upper",
 }
+_QUARTERS = 4  # a twist is a turn at most
+_ROUNDED = 6e-3  # of a number such as 1.57 or 3.14 in the column
 _TYPE, _NUMBER = "type", "joint"
 _TYPES = ("revolute", "prismatic")
 
@@ -89,6 +91,25 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
             joint["limits"] = limits[i]
         joints.append(joint)
     return {"name": name, "convention": convention, "joints": joints}
+
+
+def suspected_radians(robot: Mapping[str, Any]) -> str | None:
+    """Return a line if all twists of an arm are, in degrees, such numbers as right angles are in radians; None if not.
+
+    Args:
+        robot: The ``robot:`` block, in SI.
+    """
+    degrees = [abs(float(joint["alpha"])) / DEG for joint in robot["joints"] if joint["alpha"]]
+    quarter = math.pi / 2.0
+    turns = [alpha / quarter for alpha in degrees]
+    if not turns or not all(
+        1 <= round(x) <= _QUARTERS and abs(x - round(x)) * quarter < _ROUNDED for x in turns
+    ):
+        return None
+    return (
+        f"Check the units: the twists alpha that are not zero are {max(degrees):.4g} degrees at most, and in radians they would be right angles. "
+        "If the table has radians, call the column alpha_rad (theta likewise)."
+    )
 
 
 def _check_reach(

@@ -241,3 +241,27 @@ def test_a_file_name_does_not_break_out_of_its_comment(tmp_path):
     table.write_text("a_mm,alpha_deg,d_mm,theta_deg\n0,0,0,0\n")
     folder = begun(tmp_path / "cell", "--dh", table, "--convention", "standard-dh")
     assert load_yaml(folder / "dataset.yaml")["sensor"] == {"kind": "tracker"}
+
+
+@pytest.mark.parametrize(
+    ("column", "twists", "suspect"),
+    [
+        ("alpha_deg", ("-1.5708", "0", "1.57"), True),
+        ("alpha_deg", ("3.1416", "1.5707963", "0"), True),
+        ("alpha_deg", ("-90", "0", "90"), False),
+        ("alpha_deg", ("1.5708", "0", "90"), False),
+        ("alpha_deg", ("0.3", "0", "1.2"), False),
+        ("alpha_deg", ("0", "0", "0"), False),
+        ("alpha_rad", ("-1.5708", "0", "1.5708"), False),
+    ],
+)
+def test_right_angles_in_radians_under_degrees_are_suspected(column, twists, suspect, tmp_path):
+    """If every twist in degrees is a number such as 1.5708, a line asks for the units; the folder is made all the same."""
+    rows = [f"{0.1 + 0.2 * i},{alpha},0.1,0" for i, alpha in enumerate(twists)]
+    table = tmp_path / "arm.csv"
+    table.write_text("\n".join([f"a_m,{column},d_m,theta_rad", *rows]), encoding="utf-8")
+    command = ["init", tmp_path / "cell", "--dh", table, "--convention", "standard-dh", "--sensor", "tracker"]
+    result = CliRunner().invoke(cli, [str(word) for word in command])
+    assert result.exit_code == 0, result.output
+    assert ("Check the units" in result.output and "alpha_rad" in result.output) == suspect
+    assert (tmp_path / "cell" / "dataset.yaml").exists()
