@@ -19,6 +19,7 @@ SEPARATED = "cells are separated by"
 MAX_SHOWN = 100
 """Most faults of one kind in one column that are listed; one more line counts the rest."""
 _ROWS_SHOWN = 3  # rows that are listed of a label that is wrong in several
+_IDS_SHOWN = 3  # poses that are reported one by one; if there are more, in one line
 MAX_COLUMNS = 2000
 """Most columns of a table that is read; the log of a robot has hundreds."""
 MAX_INTEGER = 2.0**53  # the largest up to which float64 holds every integer
@@ -101,6 +102,40 @@ class Table:
     def file_of(self, row: int) -> str:
         """Return the name of the file that an entry is from."""
         return self.file
+
+    def report_ids(
+        self,
+        faults: list[Fault],
+        column: str,
+        mask: np.ndarray,
+        one: Callable[[int], str],
+        all_of: Callable[[int, str], str],
+    ) -> None:
+        """Add a fault for every number in the rows of `mask`, at its first row; one for all of them if there are many.
+
+        Args:
+            faults: The list to which they are added.
+            column: A column of numbers that name poses.
+            mask: ``(N,)`` bool.
+            one: Returns the message about the number in a row.
+            all_of: Returns the message about many, from their count and words such as ``5, 6, 7, ... (95 rows: 7, 8, 9, ...)``.
+        """
+        mask = mask & ~self.bad.get(column, np.zeros(self.n_rows, dtype=bool))
+        rows = np.flatnonzero(mask)
+        ids = self.columns[column][rows]
+        values, first = np.unique(ids, return_index=True)
+        start = np.zeros(self.n_rows, dtype=bool)
+        if len(values) <= _IDS_SHOWN:
+            start[rows[first]] = True
+            self.report(faults, column, start, one)
+        else:
+            lines = [str(line) for line in self.line_numbers()[rows[:_ROWS_SHOWN]]]
+            names = [f"{ids[i]:.15g}" for i in np.sort(first)[:_ROWS_SHOWN]]
+            text = all_of(len(values), f"{', '.join(names)}, ... ({len(rows)} rows: {', '.join(lines)}, ...)")
+            start[rows[0]] = True
+            self.report(faults, column, start, lambda _: text)
+        if rows.size:
+            self.bad[column] |= mask
 
     def report_labels(
         self, faults: list[Fault], column: str, mask: np.ndarray, message: Callable[[int], str]

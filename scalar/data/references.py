@@ -93,11 +93,14 @@ def check_references(table: Table, layout: MeasuredTable, poses: Table | None, f
         return
     ids = table.columns["pose"]
     strange = ~np.isin(ids, poses.columns["pose"]) & ~np.isnan(ids)
-    table.report(
+    table.report_ids(
         faults,
         "pose",
         strange,
         lambda i: f"unknown pose {ids[i]:.15g}; remove the row, or add the pose to {poses.file}",
+        lambda count, named: (
+            f"{count} unknown poses, {named}; remove the rows, or add the poses to {poses.file}"
+        ),
     )
     needed = ("pose", str(layout.item), *layout.units)
     if not table.whole or strange.any() or not table.columns.keys() >= {*needed}:

@@ -224,24 +224,37 @@ def check_points(points: Table, poses: Table | None, layout: MeasuredTable, faul
         return
     known, ids = poses.columns["pose"], points.columns["pose"]
     if poses.whole and not np.isnan(known).any():
-        values, first, counts = np.unique(ids, return_index=True, return_counts=True)
-        strange = ~np.isin(values, known) & ~np.isnan(values)
-        count_of = dict(zip(first[strange].tolist(), counts[strange].tolist(), strict=True))
-        mask = np.zeros(points.n_rows, dtype=bool)
-        mask[first[strange]] = True
+        strange = ~np.isin(ids, known) & ~np.isnan(ids)
 
         def strange_message(i: int) -> str:
-            rows = f"{count_of[i]} row" + ("s" if count_of[i] > 1 else "")
+            count = int(np.count_nonzero(ids == ids[i]))
+            rows = f"{count} row" + ("s" if count > 1 else "")
             return f"unknown pose {ids[i]:.15g} ({rows}); remove them, or add the pose to {poses.file}"
 
-        points.report(faults, "pose", mask, strange_message)
+        points.report_ids(
+            faults,
+            "pose",
+            strange,
+            strange_message,
+            lambda count, named: (
+                f"{count} unknown poses, {named}; remove them, or add the poses to {poses.file}"
+            ),
+        )
     if points.whole and not np.isnan(ids).any():
         missing = ~np.isin(known, ids) & ~np.isnan(known)
 
         def missing_message(i: int) -> str:
             return f"pose {known[i]:.15g} has no {layout.row} in {points.file}; add it there, or remove this pose"
 
-        poses.report(faults, "pose", missing, missing_message)
+        poses.report_ids(
+            faults,
+            "pose",
+            missing,
+            missing_message,
+            lambda count, named: (
+                f"{count} poses have no {layout.row} in {points.file}: {named}; add them there, or remove these poses"
+            ),
+        )
 
 
 def unknown_data_files(kind: str, names: Sequence[str], *, version_2: bool = True) -> list[Fault]:
