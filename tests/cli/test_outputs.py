@@ -89,6 +89,22 @@ def test_a_pipe_at_the_place_of_an_output_stays(name, linked, made, tmp_path):
         assert path.is_fifo() and path.is_symlink() == linked
 
 
+def test_a_pipe_at_the_place_of_a_fleets_table_is_refused_before_anything_is_diagnosed(made, tmp_path):
+    """The table is written last; what is in its place is looked at first."""
+    os.mkfifo(tmp_path / "fleet.csv")
+    result = run("diagnose", "--batch", made / "cell", "-o", tmp_path, "--quick")
+    assert result.exit_code == 2 and "fleet.csv: cannot be written" in result.stderr
+    assert list(tmp_path.iterdir()) == [tmp_path / "fleet.csv"]
+
+
+def test_a_pipe_in_the_place_of_a_folder_is_refused(made, tmp_path):
+    """A folder of results is not made where a pipe is."""
+    os.mkfifo(tmp_path / "out")
+    result = run("calibrate", made / "cell", "-o", tmp_path / "out")
+    assert result.exit_code == 2 and "something else than a folder is there" in result.stderr
+    assert (tmp_path / "out").is_fifo()
+
+
 def test_an_input_is_never_an_output(made, tmp_path):
     """A command never replaces its own input, not even with --force."""
     joints = tmp_path / "joints.csv"

@@ -38,6 +38,8 @@ def locked(folder: Path) -> Iterator[Path]:
     """
     new = _missing(folder)
     try:
+        if folder.exists() and not folder.is_dir():
+            raise NotADirectoryError(None, "something else than a folder is there")
         folder.mkdir(parents=True, exist_ok=True)
         descriptor, at = _acquire(folder)
     except (OSError, ValueError) as error:
