@@ -179,29 +179,6 @@ def test_poses_without_a_scan_are_named_one_by_one(folder: Path) -> None:
     assert "pose 12 has no laser point in scans.csv" in faults[0].message
 
 
-@pytest.mark.parametrize(
-    ("file", "other", "words"),
-    [
-        ("points.csv", "poses.csv", ("poses have no ", "in points.csv: ", "remove these poses")),
-        ("poses.csv", "points.csv", ("unknown poses,", "add the poses to poses.csv")),
-    ],
-)
-def test_many_poses_that_one_table_lacks_are_one_fault(
-    tmp_path: Path, file: str, other: str, words: tuple[str, ...]
-) -> None:
-    """If a table ends after its second row, the other has one fault, with the number of poses and rows and the first three of each."""
-    folder = make(tmp_path, "tracker")
-    all_rows = (folder / other).read_text().splitlines()
-    lost, at = [row.split(",")[0] for row in all_rows[3:]], range(4, len(all_rows) + 1)
-    assert len(lost) > 4
-    edit_lines(folder, file, lambda ls: ls[:3])
-    fault = only(validate_dataset(folder))
-    assert (fault.file, fault.row, fault.column) == (other, 4, "pose")
-    assert fault.message.startswith(f"{len(lost)} ")
-    assert f"{', '.join(lost[:3])}, ... ({len(at)} rows: 4, 5, 6, ...)" in fault.message
-    assert all(word in fault.message for word in words)
-
-
 def test_a_pose_that_could_not_be_read_causes_no_faults_of_its_scan(folder: Path) -> None:
     """One short row of poses.csv gives one fault, and none for the points of the pose that it held."""
     edit_lines(folder, "poses.csv", lambda ls: [*ls[:3], "12,floor", *ls[4:]])
