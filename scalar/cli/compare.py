@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +25,7 @@ _KINDS = {"a": "length", "alpha": "twist", "d": "offset", "theta": "zero", "beta
 _RIVALS_SHOWN = 4
 # An effect with more coefficients is described by how far they move positions together, which a person can judge better.
 _COEFFICIENTS_SHOWN = 2
+_NONE: Mapping[str, float] = {}
 _MISFIT = 1e-3  # p-value below which the residual is larger than the noise explains, so that the model lacks something
 
 
@@ -60,22 +61,34 @@ def compare(
     from scalar.comparison import compare
     from scalar.data.io.atomic import write_json
     from scalar.estimation.result import load_calibration
+    from scalar.report.unstated_noise import exceeds_usual_noise
 
     if output is not None:
         refuse_foreign([(output, json_of("comparison"))], force, [a, b])
     load_effects(effects_modules)
-    found = compare(load_calibration(a), load_calibration(b), alpha)
+    calibrations = load_calibration(a), load_calibration(b)
+    found = compare(*calibrations, alpha)
     say(f"A: {a}\nB: {b}")
     if a.read_bytes() == b.read_bytes():
         say("note: A and B are the same calibration; give those of two campaigns")
-    say("\n".join(describe_comparison(found)))
+    residuals = {
+        letter: calibration.residual_rms
+        for letter, calibration in zip("AB", calibrations, strict=True)
+        if exceeds_usual_noise(calibration)
+    }
+    say("\n".join(describe_comparison(found, residuals)))
     if output is not None:
         write_json(output, found.to_mapping())
         say(f"written: {output}")
 
 
-def describe_comparison(comparison: Comparison) -> list[str]:
-    """Return lines on what changed, for the terminal."""
+def describe_comparison(comparison: Comparison, residuals: Mapping[str, float] = _NONE) -> list[str]:
+    """Return lines on what changed, for the terminal.
+
+    Args:
+        comparison: The comparison.
+        residuals: The residual [m] of A or B by letter, where it is more than instruments of the kind scatter by, and no noise is known.
+    """
     from scalar.estimation.random_poses import RECORDS_IN_WORDS
 
     lines: list[str] = []
@@ -85,6 +98,11 @@ def describe_comparison(comparison: Comparison) -> list[str]:
                 f"note: the model of {letter} leaves {ratio:.1f} times its noise; what it lacks may look like a change "
                 "(`scalar diagnose` looks for it)"
             )
+    lines += [
+        f"note: the model of {letter} leaves {rms / MM:.3f} mm RMS, which is more than noise; what it lacks may look like a change, or hide one "
+        "(`scalar diagnose` looks for it)"
+        for letter, rms in residuals.items()
+    ]
     if comparison.arm.effects_differ:
         how = (
             "contain the same effects with other coefficients"
@@ -99,7 +117,7 @@ def describe_comparison(comparison: Comparison) -> list[str]:
         lines.append(f"note: A calls the arm '{one}' and B '{other}'; the nominal geometry is the same")
     n = len(comparison.changes)
     # If a model lacks something, its parameters depend a little on the measured poses: such calibrations differ without any change of the arm.
-    lacking = any(p < _MISFIT for _, p in comparison.misfits)
+    lacking = bool(residuals) or any(p < _MISFIT for _, p in comparison.misfits)
     doubtful = lacking or comparison.arm.effects_differ
     what = "the calibrations differ" if doubtful else "the arm changed"
     if n:
@@ -145,11 +163,14 @@ def describe_comparison(comparison: Comparison) -> list[str]:
 
 def _by_positions(effect: DisjointTerms) -> list[str]:
     """Return lines on the difference of an effect for which A and B contain different coefficients."""
+    from scalar.comparison.beyond_chance import most_by_chance
+
     verdict = "beyond chance" if effect.beyond_chance else "no more than chance explains"
+    most = most_by_chance(effect.by_chance, effect.alpha)
     lines = [
         f"{effect.name}: A and B describe it by different coefficients, so the comparison is of the positions that it causes: they differ by "
         f"{effect.apart.rms / MM:.3f} mm RMS, at most {effect.apart.largest / MM:.3f} mm, beyond what base, sensor and geometry could explain; "
-        f"chance alone would make {effect.by_chance / MM:.3f} mm: {verdict}"
+        f"chance alone would make {effect.by_chance / MM:.3f} mm, and more than {most / MM:.3f} mm hardly ever: {verdict}"
     ]
     if effect.beyond_chance:
         lines.append(

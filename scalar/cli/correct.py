@@ -88,7 +88,7 @@ def correct(
         naming_text,
         refuse_without_orientation,
     )
-    from scalar.cli.pose_lines import lines_on_measured_ranges, lines_on_small_degrees
+    from scalar.cli.pose_lines import lines_on_large_changes, lines_on_measured_ranges, lines_on_small_degrees
     from scalar.data.moves import joint_angles
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.poses import Poses
@@ -163,6 +163,7 @@ def correct(
         *unsure,
         *(lines_on_left_out(refused) if leave_out else []),
         *warnings_on_written(robot, ids, found, near),
+        *([] if frames_wanted else lines_on_large_changes(robot, ids, poses.q, found.q)),
         *(outside := lines_on_measured_ranges(calibrated, found.q)),
         *([_CHOSEN] if outside and not with_joints else []),
     ]:

@@ -15,6 +15,7 @@ from scalar.cli.outputs import FORCE, refuse_foreign_plan
 from scalar.cli.plan_moves import in_degrees, moves_in_words
 from scalar.cli.plan_source import (
     calibration_near,
+    line_on_assumed_noise,
     lines_on_poses_not_counted,
     read_plan_source,
     with_noise,
@@ -132,6 +133,7 @@ def plan(
 
         assert dataset is not None and calibration is not None
         check_belongs(after, dataset, calibration)
+    assumed = line_on_assumed_noise(sensor, noise, calibration)
     sensor = with_noise(sensor, noise, calibration)
     workcell = Workcell.of(
         arm, sensor, planes, calibration, view, repeatability * MM, same_campaign=after is not None
@@ -164,7 +166,7 @@ def plan(
     elif near is None:
         lines += lines_on_poses_not_counted(robot)
     say(f"{arm.name}, {sensor.kind}: {len(chosen)} poses of {len(found.q)} candidates")
-    say("\n".join(lines))
+    say("\n".join([*assumed, *lines]))
     if no_collisions:
         say("  not tested for collisions: check every pose and move before you run them")
     say(f"written: {output / 'poses.csv'}, poses_deg.csv, plan.json, plan.png")

@@ -105,6 +105,22 @@ def with_noise(sensor: Sensor, option: float | None, calibration: Calibration | 
     )
 
 
+def line_on_assumed_noise(sensor: Sensor, option: float | None, calibration: Calibration | None) -> list[str]:
+    """Return one line if nothing states the noise for which poses are planned: that it is assumed, and what such sensors have; arguments as above."""
+    from scalar.sensors.registry import kind_named
+
+    known = calibration is not None and calibration.summary.get("sigma_m") is not None
+    if option is not None or sensor.noise is not None or known:
+        return []
+    assumed = with_noise(sensor, None, None).noise or 0.0
+    usual = kind_named(sensor.kind).usual_noise
+    of_kind = "" if usual is None else f" ({usual.words})"
+    return [
+        f"  the noise of {assumed / MM:g} mm is assumed, since none is stated{of_kind}: give --noise, state sensor.noise in dataset.yaml, or plan "
+        "--near a calibration, which estimates it"
+    ]
+
+
 def _described(folder: Path) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:
     """Return the arm, the sensor and the planes of a ``dataset.yaml``, or of a folder that has one."""
     from scalar.data.declared import declared_parts

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scalar.units import unit_of_joint
+from scalar.units import DEG, MM, unit_of_joint
 
 if TYPE_CHECKING:
     from scalar.estimation.result import Calibration
@@ -14,6 +14,10 @@ if TYPE_CHECKING:
 MOST_SHOWN = 10
 """Most poses that are listed one by one."""
 _FEW_ROWS = 3  # chosen: so few poses may all be near zero
+_LARGE_TURN, _LARGE_TRAVEL = (
+    1 * DEG,
+    10 * MM,
+)  # chosen: ten times what the errors of an arm usually take away from singularities
 _MOST_JOINTS = 3  # named in the line on measured ranges, those with the most poses outside first
 
 
@@ -66,6 +70,37 @@ def lines_on_small_degrees(robot: Robot, q: Array, unit: str) -> list[str]:
     return [
         f"  check the units: no joint angle of these {len(numbers)} poses is larger than {numbers.max():.3g} deg; if they are radians, "
         "say --units rad or rad,mm, or rename columns that end in _deg"
+    ]
+
+
+def lines_on_large_changes(robot: Robot, ids: Array, nominal: Array, corrected: Array) -> list[str]:
+    """Return one line on the joint positions that a correction changes by more than a degree or 10 mm; none if it changes none by as much.
+
+    Args:
+        robot: Whose joints slide or turn.
+        ids: ``(N,)``, numbers of the poses.
+        nominal: ``(N, n)`` [rad; m of a joint that slides], as given.
+        corrected: ``(N, n)``, to be commanded.
+    """
+    import numpy as np
+
+    change = np.abs(corrected - nominal)
+    most = np.array([_LARGE_TRAVEL if i in robot.prismatic else _LARGE_TURN for i in range(robot.n_joints)])
+    size = np.nan_to_num((change / most).max(axis=1))
+    large = [int(i) for i in np.argsort(-size, kind="stable") if size[i] > 1.0]
+    if not large:
+        return []
+
+    def words(i: int) -> str:
+        joint = int(np.nanargmax(change[i] / most))
+        unit, one = unit_of_joint(joint in robot.prismatic)
+        return f"pose {ids[i]} (joint {joint + 1} by {change[i, joint] / one:.1f} {unit})"
+
+    named = ", ".join(words(i) for i in large[:_MOST_JOINTS])
+    more = f" and {len(large) - _MOST_JOINTS} more" if len(large) > _MOST_JOINTS else ""
+    return [
+        f"  look at these before they run: the correction moves a joint far in {named}{more}; near a singularity a small correction of the sensor "
+        "takes a large turn of a joint"
     ]
 
 

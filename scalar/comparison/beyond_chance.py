@@ -20,5 +20,10 @@ def is_beyond_chance(rms: float, by_chance: float, alpha: float) -> bool:
         by_chance: What chance alone makes of it [m], root mean square.
         alpha: Probability of being called beyond chance where nothing changed.
     """
+    return rms > most_by_chance(by_chance, alpha)
+
+
+def most_by_chance(by_chance: float, alpha: float) -> float:
+    """Return the root mean square difference [m] that chance exceeds with a probability of at most ``alpha``, arguments as above."""
     times = max(float(chi2.isf(alpha, 1)), _LEAST_TIMES)
-    return rms > max(float(np.sqrt(times)) * by_chance, _LEAST)
+    return max(float(np.sqrt(times)) * by_chance, _LEAST)

@@ -34,6 +34,7 @@ from scalar.estimation.prepare import Prepared
 from scalar.estimation.ran_away import ran_away
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.estimation.result import Calibration
+from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT
 
@@ -132,6 +133,7 @@ def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
         InvalidInput: A corrected description of the set-up explains the data.
         Undetermined: Most scans have lost their line to stray points, or the poses contradict one another and no corrected description explains them.
     """
+    refuse_wrong_orientations(dataset)
     try:
         return clean(dataset, settings.estimation)
     except TooManyStrayPoints:

@@ -87,7 +87,8 @@ class AxisNonparallel(OneJoint, LinkEffect):
     def advice(self) -> list[str]:
         """Return what to do about it."""
         return [
-            "Correct poses with the calibration, or use a robot model that has Hayati's beta: plain DH parameters cannot describe this tilt."
+            "Correct programs with 'scalar correct', or use a controller whose robot model has a further angle for this joint (Hayati's beta, about "
+            "y): four DH parameters a joint cannot describe this tilt."
         ]
 
     @property

@@ -66,7 +66,7 @@ def coefficient(name: str, value: float, std: float | None) -> tuple[str, str, s
     ):
         if name.endswith(ending):
             stem = _OF_WEIGHT.sub(
-                r"joint \1 by the weight of link \2 along \3, at full lever", name.removesuffix(ending)
+                r"joint \1 by the weight of link \2 along \3, at its longest lever", name.removesuffix(ending)
             )
             stem = stem.replace("_", " ")
             return stem, number(value / scale), UNKNOWN if std is None else number(std / scale, 2), unit

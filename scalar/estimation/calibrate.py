@@ -30,6 +30,7 @@ from scalar.estimation.pose_consistency import distances_under
 from scalar.estimation.prepare import prepare
 from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorSettings
+from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT, Suspicion
 from scalar.estimation.sufficiency import FitFailed, TooManyUnknowns
@@ -70,6 +71,8 @@ def calibrate(
     """
     refuse_without_motion(dataset)
     dataset = with_target_motion(dataset)
+    if explain:
+        refuse_wrong_orientations(dataset)
     fixed_effects = (*fixed_effects, *measured_effects(dataset, (*effects, *fixed_effects)))
     try:
         prepared = prepare(

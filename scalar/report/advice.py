@@ -38,6 +38,14 @@ GEOMETRY = (
 """How the controller gets the calibrated geometry; a full stop, or a clause on effects, follows."""
 
 
+GEOMETRY_AND_EFFECTS = (
+    "'scalar correct after.json program.csv -o corrected.csv' writes corrected joint angles of a program, effects included; the controller keeps "
+    "the lengths and angles that it has. A controller that takes lengths and angles cannot hold the effects: give it those of before.json, which are "
+    "fitted without effects and usually err less there ('scalar export before.json -o parameters.csv')."
+)
+"""How the controller gets the calibrated geometry where effects were found as well."""
+
+
 UNKNOWN_CAUSE = (
     "Enter none of the lengths and angles that were found until the cause of the unmodelled structure is known, because they may carry a part of "
     "it. 'scalar correct after.json program.csv -o corrected.csv' corrects programs near the measured poses."
@@ -121,13 +129,8 @@ def _in_controller(diagnosis: Diagnosis) -> list[Item]:
     if diagnosis.verdict == UNATTRIBUTED:
         return [Item("In the controller", (UNKNOWN_CAUSE,))]
     asked = [finding.effect.in_controller for finding in by_importance(diagnosis.findings)]
-    end = "."
-    if diagnosis.calibration_after.model.effects:
-        end = (
-            ", effects included. If the controller takes lengths and angles, and nothing corrects the effects, those of before.json usually err "
-            "less: export that file."
-        )
-    return [Item("In the controller", (GEOMETRY + end, *dict.fromkeys(filter(None, asked))))]
+    geometry = GEOMETRY_AND_EFFECTS if diagnosis.calibration_after.model.effects else f"{GEOMETRY}."
+    return [Item("In the controller", (geometry, *dict.fromkeys(filter(None, asked))))]
 
 
 def _unobservable(diagnosis: Diagnosis) -> list[str]:

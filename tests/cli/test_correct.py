@@ -6,8 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from scalar.cli.pose_lines import lines_on_large_changes
+from scalar.geometry.robot import Robot
 from tests.calibrated_arms import T_SENSOR
 from tests.cli.correcting import FRAME, JOINTS, corrected, frames, predicted, run
+from tests.robot_configs import robot_mapping
 
 
 def test_predict_takes_corrected_joints_to_the_nominal_frames(program, arm_calibration):
@@ -81,3 +84,14 @@ def test_targets_that_say_too_little_are_refused(change, options, words, program
     assert words in said
     assert "Traceback" not in said
     assert not (program / "out.csv").exists()
+
+
+def test_joints_that_a_correction_moves_far_are_named():
+    """Half a degree is usual, and nothing is said of it; larger moves are listed with joint and size, the largest first."""
+    robot = Robot.from_mapping(robot_mapping("vs060"))
+    q = np.zeros((5, 6))
+    moved = q.copy()
+    moved[1, 2], moved[3, 5], moved[4, 0] = np.radians([2.0, -7.5, 0.5])
+    (line,) = lines_on_large_changes(robot, np.arange(10, 15), q, moved)
+    assert "pose 13 (joint 6 by 7.5 deg), pose 11 (joint 3 by 2.0 deg);" in line
+    assert lines_on_large_changes(robot, np.arange(5), q, moved / 20) == []

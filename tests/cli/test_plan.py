@@ -10,6 +10,7 @@ from click.testing import CliRunner
 
 from scalar import calibrate, read_dataset
 from scalar.cli import cli
+from scalar.cli.plan_source import line_on_assumed_noise
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
@@ -297,3 +298,14 @@ def test_an_empty_dataset_of_init_says_what_is_missing(tmp_path):
     result = run("plan", tmp_path / "cell", "--after", tmp_path / "diagnosis.json", "-o", tmp_path / "plan")
     assert result.exit_code == 2
     assert "--after needs the folder of the dataset that was diagnosed" in result.stderr.splitlines()[-1]
+
+
+@pytest.mark.parametrize(("stated", "option"), [(None, None), (2e-5, None), (None, 0.02)])
+def test_a_noise_that_nobody_stated_is_said_to_be_assumed(stated, option):
+    """The expected error is in proportion to it, so the line says what such sensors have, and where to state it."""
+    sensor = replace(make_scene(kind="tracker", seed=3).dataset.sensor, noise=stated)
+    lines = line_on_assumed_noise(sensor, option, None)
+    assert bool(lines) is (stated is None and option is None)
+    assert not lines or (
+        "is assumed" in lines[0] and "laser tracker scatters" in lines[0] and "--noise" in lines[0]
+    )

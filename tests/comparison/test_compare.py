@@ -8,6 +8,7 @@ from scipy.stats import binom
 
 from scalar.cli.compare import describe_comparison
 from scalar.comparison import compare
+from scalar.comparison.beyond_chance import most_by_chance
 from scalar.comparison.changes import Candidate, find_changes
 from scalar.comparison.invariants import Invariants
 from scalar.data.io.plain_yaml import load_yaml
@@ -217,3 +218,20 @@ def test_two_kinds_of_sensors_are_said_to_be_two(before):
     assert found.campaign["sensor_kinds"] == [before.sensor["kind"], "probe"]
     lines = describe_comparison(found)
     assert any(f"A has a {before.sensor['kind']} and B a probe" in line for line in lines)
+
+
+def test_a_residual_that_is_no_noise_is_said_where_no_noise_is_known(before):
+    """A change may hide behind what both models lack: the residual is stated for each calibration that leaves more than instruments scatter by."""
+    lines = describe_comparison(compare(before, before), {"B": 5e-4})
+    assert any("the model of B leaves 0.500 mm RMS, which is more than noise" in line for line in lines)
+    assert not any("leaves" in line for line in describe_comparison(compare(before, before)))
+
+
+def test_a_difference_called_beyond_chance_is_one_that_chance_seldom_makes():
+    """Normal differences along one direction exceed the limit as often as alpha says, and along several directions less often."""
+    draws = np.random.default_rng(11).standard_normal((200_000, 3))
+    for weights in ([1.0, 0.0, 0.0], [1.0, 0.5, 0.2], [1.0, 1.0, 1.0]):
+        rms = np.sqrt((draws**2 @ np.array(weights)) / np.sum(weights))
+        share = np.mean(rms > most_by_chance(1.0, 0.01))
+        assert share < 0.011
+        assert share > 0.009 or weights[1] > 0

@@ -1,12 +1,9 @@
 """A tracker with several targets on one flange, with whole poses and with a noise for each measurement, in an independent simulation."""
 
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from scipy.spatial.transform import Rotation
 
 from scalar.cli import cli
 from scalar.data.dataset import read_dataset, validate_dataset
@@ -131,22 +128,6 @@ def test_a_gear_is_named_from_several_targets_and_nothing_without_it(errs):
     assert named == ([("joint_harmonic", 4)] if errs else [])
     (component,) = diagnosis["noise"]["components"]
     assert component["name"] == "rotation_noise" and 0.8e-4 < component["value"] < 1.25e-4
-
-
-@pytest.mark.parametrize("euler", [True, False])
-def test_euler_angles_in_place_of_rotation_vectors_are_suspected(euler):
-    """KUKA's A, B, C written as rz, ry, rx raise a suspicion; the same orientations as rotation vectors do not."""
-    rng = np.random.default_rng(8)
-    arm = drawn_arm(rng, NAMES[:1])
-    dataset = arm.dataset(arm.poses(40, rng), rng, noise=3e-5, turn_noise=1e-4, stated={"noise": 3e-5})
-    if euler:
-        columns = dataset.point_columns
-        vectors = np.column_stack([columns[name] for name in ("rx", "ry", "rz")])
-        a, b, c = Rotation.from_rotvec(vectors).as_euler("ZYX").T
-        dataset = replace(dataset, point_columns={**columns, "rx": c, "ry": b, "rz": a})
-    said = {entry["what"]: entry["sentence"] for entry in calibrate(dataset).summary["setup"]}
-    assert ("orientation" in said) is euler
-    assert not euler or "Euler angles" in said["orientation"]
 
 
 def test_poses_are_weighed_by_their_own_noise():

@@ -57,3 +57,11 @@ def test_a_cause_without_a_name_cannot_be_told(dataset):
     assert effects_in(NOTHING | {"injected": [unknown]}, dataset) is None
     with pytest.raises(InvalidInput):
         effects_in(NOTHING | {"injected": [{"name": "joint_scale", "target": {"joint": 9}}]}, dataset)
+
+
+@pytest.mark.parametrize("name", ["pose_jitter", "scan_bias"])
+def test_a_random_error_is_left_out(dataset, name):
+    """It has no coefficients; the other causes are told as without it."""
+    scale = {"name": "joint_scale", "target": {"joint": 3}}
+    told = effects_in(NOTHING | {"injected": [{"name": name, "target": {}}, scale]}, dataset)
+    assert told is not None and [effect.name for effect in told] == ["joint_scale"]

@@ -17,6 +17,7 @@ from scalar.estimation.calibrate import calibrate
 from scalar.estimation.gross_errors import clean
 from scalar.estimation.settings import DEFAULTS
 from study.blind_trials.run import errors
+from study.blind_trials.score import NOISES
 from study.common.in_memory import dataset_in_memory
 
 if TYPE_CHECKING:
@@ -51,13 +52,15 @@ def told_error(simulated: SimulatedScene, truth: Mapping[str, Any]) -> dict[str,
 def effects_in(truth: Mapping[str, Any], dataset: Dataset) -> tuple[Effect, ...] | None:
     """Return the effects of the catalogue that describe all that is true of a scene, each once; None if a cause has no name there.
 
+    A random error of the poses has no coefficients that could be told, and is left out.
+
     Args:
         truth: ``injected`` (entries of truth.json), ``scanner`` and ``surface`` (blocks of truth.json, or None).
         dataset: The dataset of the scene.
     """
     if any(entry["name"] == "unknown" for entry in truth["injected"]):
         return None
-    words = [words_of(entry) for entry in truth["injected"]]
+    words = [words_of(entry) for entry in truth["injected"] if entry["name"] not in NOISES]
     if (truth.get("surface") or {}).get("bow_m"):
         words += [f"plane_bow:{plane.name}" for plane in dataset.planes]
     if (truth.get("scanner") or {}).get("linearity_m"):

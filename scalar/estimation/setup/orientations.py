@@ -1,0 +1,150 @@
+"""Whether measured orientations are those of the arm, before any fit: if they are read in the wrong way, they pull a fit far from the positions.
+
+In a pose i, ``R_tracker_base R_i R_flange_target = M_i`` with the nominal arm's R_i and the measured M_i. The two other rotations are constant, so
+the turns between poses, ``R_i' R_j`` and ``M_i' M_j``, have the same angles, and axes that differ by one rotation. This determines both constants in
+closed form (Park and Martin, IEEE Transactions on Robotics and Automation 10, 1994), and what remains is compared. A real arm's orientations differ
+from the nominal one's by a degree or two.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from scalar.data.dataset import Dataset
+from scalar.errors import Fault, InvalidInput
+from scalar.estimation.setup.plausibility import DISAGREEMENT
+from scalar.estimation.setup.suspicion import AS_GOOD, FALLS_TO, MOST_LEFT, SINGLE, WrongSetup, explain
+from scalar.estimation.setup.trial import full_fit, thinned
+from scalar.geometry.se3 import Array, exp_so3, log_so3, nearest_rotation, rotation_angle
+from scalar.units import DEG, MM
+
+COLUMNS = ["rx", "ry", "rz"]
+_FILE, _COLUMN = "points.csv", "rx,ry,rz"
+_EULER_AXES = ("xyz", "XYZ", "ZYX", "ZYZ")  # capitals: about moving axes; "xyz" is roll, pitch and yaw
+_NEARLY_HALF_A_TURN = 3.0  # rad: beyond it, a small error may turn the axis round
+_LEAST_POSES = 4  # with fewer, a few turns may agree by chance
+
+
+def refuse_wrong_orientations(dataset: Dataset) -> None:
+    """Refuse a dataset whose measured orientations are not those of the arm although its positions are; do nothing if none were measured.
+
+    Raises:
+        InvalidInput: Read in another way (inverted, as Euler angles, in degrees) they are; or another description of the set-up explains them alone;
+            or nothing does, and positions alone fit.
+        WrongSetup: Another description of the set-up explains both.
+    """
+    columns = dataset.point_columns
+    if any(name not in columns for name in COLUMNS) or dataset.n_poses < _LEAST_POSES:
+        return
+    some = thinned(dataset)
+    as_read = disagreement(some)
+    if as_read <= DISAGREEMENT:
+        return
+    most = min(DISAGREEMENT, FALLS_TO * as_read)
+    readings = list(_readings(some))
+    # Constant frames may make two readings the same; the more usual one comes first.
+    least = AS_GOOD * min(left for left, _, _ in readings)
+    left, says, remedy = next(reading for reading in readings if reading[0] <= least)
+    if left <= most:
+        fault = Fault(_FILE, f"they are {says}: {_then(left, as_read)}; {remedy}", column=_COLUMN)
+        raise InvalidInput([fault])
+    found = [
+        (disagreement(other.dataset), other) for other in itertools.chain(*(each(some) for each in SINGLE))
+    ]
+    explaining = sorted((entry for entry in found if entry[0] <= most), key=lambda entry: entry[0])
+    if explaining:
+        suspicions = explain(dataset)
+        if suspicions:
+            raise WrongSetup(suspicions)
+        left, best = explaining[0]
+        raise InvalidInput(
+            [Fault("dataset.yaml", f"{best.says}: {best.changed} {_then(left, as_read)}; {best.remedy}")]
+        )
+    trial = full_fit(without_orientations(dataset))
+    if trial is not None and trial.rms <= MOST_LEFT:
+        message = (
+            f"these orientations differ from the arm's by {as_read / DEG:.0f} degrees, the positions alone fit to {trial.rms / MM:.2g} mm: they "
+            "have to be rotation vectors (the axis times the angle, in radians) from the target's axes to the tracker's; convert them, or leave the "
+            "columns out to calibrate with positions alone"
+        )
+        raise InvalidInput([Fault(_FILE, message, column=_COLUMN)])
+
+
+def _then(left: float, as_read: float) -> str:
+    return f"the orientations then differ from the arm's by {left / DEG:.2g} degrees instead of {as_read / DEG:.0f}"
+
+
+def disagreement(dataset: Dataset, measured: Array | None = None) -> float:
+    """Return the median over the points of the angle between measured orientations and the nominal arm's [rad], both constant frames fitted.
+
+    Args:
+        dataset: What was measured. Each target and each session has frames of its own; the largest of their medians is returned, 0 if none has
+            enough poses.
+        measured: ``(P, 3, 3)``, from a target's axes to the tracker's, of all points; None for the rotation vectors of the dataset.
+    """
+    measured = exp_so3(_vectors(dataset)) if measured is None else measured
+    pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
+    arm = dataset.robot.flange(dataset.q)[pose, :3, :3]
+    target = dataset.point_columns.get("target", np.zeros(len(pose)))
+    session = np.zeros(dataset.n_poses) if dataset.session is None else np.asarray(dataset.session)
+    groups = np.unique(np.column_stack([target, session[pose]]), axis=0, return_inverse=True)[1].ravel()
+    found = [
+        _angle_left(arm[groups == g], measured[groups == g])
+        for g in range(int(groups.max()) + 1)
+        if np.sum(groups == g) >= _LEAST_POSES
+    ]
+    return max(found, default=0.0)
+
+
+def _vectors(dataset: Dataset) -> Array:
+    """Return the columns rx,ry,rz of the points, ``(P, 3)``."""
+    return np.column_stack([dataset.point_columns[name] for name in COLUMNS])
+
+
+def _angle_left(arm: Array, measured: Array) -> float:
+    """Return the median angle [rad] between ``measured`` and ``Y arm X`` for the rotations X and Y that fit best; arguments ``(N, 3, 3)``."""
+    order = np.argsort(
+        rotation_angle(np.swapaxes(arm, 1, 2) @ arm[0])
+    )  # neighbours in this order turn by different angles about different axes
+    i, j = order, np.roll(order, len(order) // 2)
+    of_arm = log_so3(np.swapaxes(arm[i], 1, 2) @ arm[j])
+    of_measured = log_so3(np.swapaxes(measured[i], 1, 2) @ measured[j])
+    clear = (
+        np.maximum(np.linalg.norm(of_arm, axis=1), np.linalg.norm(of_measured, axis=1)) < _NEARLY_HALF_A_TURN
+    )
+    X = nearest_rotation(
+        of_arm[clear].T @ of_measured[clear]
+    )  # M_i' M_j = X' (R_i' R_j) X turns the axes by X'
+    Y = nearest_rotation(np.sum(measured @ np.swapaxes(arm @ X, 1, 2), axis=0))
+    return float(np.median(rotation_angle(np.swapaxes(Y @ arm @ X, 1, 2) @ measured)))
+
+
+def _readings(dataset: Dataset) -> Iterator[tuple[float, str, str]]:
+    """Yield other readings of the columns rx,ry,rz: the disagreement that is left [rad], what the columns then are, and what to do."""
+    vectors = _vectors(dataset)
+    convert = "write rotation vectors (the axis times the angle, in radians); 'scalar import' converts Euler angles (euler_axes in the mapping)"
+    inverted = "the inverse rotation, from the tracker's axes to the target's"
+    yield disagreement(dataset, exp_so3(-vectors)), inverted, "change the sign of all three columns"
+    yield disagreement(dataset, exp_so3(vectors * DEG)), "in degrees", "multiply them by pi / 180"
+    for axes in _EULER_AXES:
+        kind = "moving" if axes.isupper() else "fixed"
+        for unit, degrees in (("radians", False), ("degrees", True)):
+            R = Rotation.from_euler(axes, vectors, degrees=degrees).as_matrix()
+            says = f"Euler angles about the {kind} axes {axes.lower()} in {unit}"
+            yield disagreement(dataset, R), says, convert
+            yield disagreement(dataset, np.swapaxes(R, 1, 2)), f"{says} of the inverse rotation", convert
+
+
+def without_orientations(dataset: Dataset) -> Dataset:
+    """Return the dataset with the measured positions alone."""
+    kept = {
+        name: values
+        for name, values in dataset.point_columns.items()
+        if name not in (*COLUMNS, "rotation_noise")
+    }
+    return replace(dataset, point_columns=kept)

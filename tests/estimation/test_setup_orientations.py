@@ -1,0 +1,80 @@
+"""Measured orientations that are read in the wrong way are refused, with what they are and what to do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from scalar.errors import InvalidInput
+from scalar.estimation.calibrate import calibrate
+from scalar.estimation.setup.alternatives import with_sign_changed
+from scalar.estimation.setup.orientations import COLUMNS, disagreement
+from tests.tracked_targets import drawn_arm
+
+
+@pytest.fixture(scope="module")
+def tracked():
+    """Return 40 whole poses of a target, measured in an independent simulation of an arm with errors."""
+    rng = np.random.default_rng(8)
+    arm = drawn_arm(rng, ("A",))
+    return arm.dataset(arm.poses(40, rng), rng, noise=3e-5, turn_noise=1e-4, stated={"noise": 3e-5})
+
+
+def with_columns(dataset, vectors):
+    """Return a dataset whose columns rx,ry,rz are ``vectors`` ``(P, 3)``."""
+    return replace(
+        dataset, point_columns={**dataset.point_columns, **dict(zip(COLUMNS, vectors.T, strict=True))}
+    )
+
+
+def rotations(dataset):
+    """Return the measured orientations."""
+    return Rotation.from_rotvec(np.column_stack([dataset.point_columns[name] for name in COLUMNS]))
+
+
+READINGS = {
+    "inverse": (lambda R: R.inv().as_rotvec(), "the inverse rotation"),
+    "degrees": (lambda R: np.degrees(R.as_rotvec()), "they are in degrees"),
+    "kuka": (lambda R: R.as_euler("ZYX")[:, ::-1], "Euler angles about the fixed axes xyz in radians"),
+    "moving": (lambda R: R.as_euler("XYZ"), "Euler angles about the moving axes xyz in radians"),
+    "wrist": (lambda R: R.as_euler("ZYZ"), "Euler angles about the moving axes zyz in radians"),
+    "inverse_kuka": (lambda R: R.inv().as_euler("ZYX")[:, ::-1], "Euler angles about"),
+}
+
+
+def test_orientations_as_they_should_be_are_accepted(tracked):
+    """Nothing is said of rotation vectors; the errors of a real arm turn the target by much less than the limit."""
+    assert disagreement(tracked) < np.radians(1)
+    assert not [e for e in calibrate(tracked).summary["setup"] if e["what"] == "orientation"]
+
+
+@pytest.mark.parametrize("reading", READINGS)
+def test_another_reading_is_named(tracked, reading):
+    """The message says what the columns hold, by how much the orientations then differ from the arm's, and what to do."""
+    convert, words = READINGS[reading]
+    with pytest.raises(InvalidInput, match=f"points.csv.*{words}.*instead of") as refused:
+        calibrate(with_columns(tracked, convert(rotations(tracked))))
+    assert (
+        "write rotation vectors" in str(refused.value)
+        or "multiply" in str(refused.value)
+        or "change the sign" in str(refused.value)
+    )
+
+
+def test_orientations_of_something_else_are_refused_if_positions_fit(tracked):
+    """Orientations of no reading, beside positions that fit, are blamed with both figures, and how to go on without them is said."""
+    turned = Rotation.random(len(tracked.points), rng=np.random.default_rng(3))
+    with pytest.raises(InvalidInput, match=r"the positions alone fit to 0.* mm.*leave the columns out"):
+        calibrate(with_columns(tracked, turned.as_rotvec()))
+
+
+def test_a_last_joint_that_counts_the_other_way_is_named():
+    """Positions of a target near the last axis hardly show its sign; orientations do, and the joint is named, not the columns."""
+    rng = np.random.default_rng(9)
+    arm = drawn_arm(rng, ("A",))
+    dataset = arm.dataset(arm.poses(40, rng), rng, noise=3e-5, turn_noise=1e-4, stated={"noise": 3e-5})
+    last = dataset.robot.n_joints
+    wrong = replace(dataset, robot=with_sign_changed(dataset.robot, last - 1))
+    with pytest.raises(InvalidInput, match=f"joint {last} counts the other way"):
+        calibrate(wrong)
