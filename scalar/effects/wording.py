@@ -160,6 +160,6 @@ _CALLED = {
 KNOWN_LENGTH = "a reference of known length would show it"
 KNOWN_LENGTH_ADVICE = (
     "Add a length that is known: two target planes whose distance was measured, or one whose place in the base frame "
-    "is known (distance_std and normal_std in dataset.yaml). Such a length fixes the scale, which these data do not determine."
+    "is known (known: {distance_std: ..., normal_std: ...} of that plane in dataset.yaml). Such a length fixes the scale, which these data do not determine."
 )
 """What would show an error that scales the whole workcell: a clause, and whole sentences of advice."""

@@ -174,7 +174,7 @@ def _columns(diagnosis: Diagnosis) -> list[str]:
         found.append(
             "State the scanner's noise in dataset.yaml: it is then compared with the noise that the scans themselves show."
             if kind_of(diagnosis.dataset).scans
-            else "State the sensor's noise in dataset.yaml: the diagnosis needs it to distinguish structure from noise."
+            else "State the sensor's noise in dataset.yaml (sensor.noise, in metres): then it is tested whether the residual is more than noise."
         )
     return found
 
