@@ -33,15 +33,15 @@ class Alternative:
 
     Attributes:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
-            ``shifted_poses``, ``mirrored``, ``coupled_joints`` or ``twist_sign``.
+            ``shifted_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign`` or ``sign_and_zero``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
         says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.
         changed: Under which change the residual was computed, for the message: ``with its sign changed``.
         remedy: What to do.
         dataset: The measurements under this reading.
         corrects_robot: Whether ``dataset.robot`` is all that differs.
-        joint: The joint, from 1, if the alternative is another zero of one joint; else None.
-        zero: What was added to that joint's theta [rad].
+        zeros: The joints, from 1, that have another zero in this reading, each with what was added to its theta [rad].
+        counts_back: Whether those joints count the other way as well.
         scale: Factor by which the measured lengths were multiplied; a residual that shrinks by the same factor proves nothing.
         motion: Factor by which the joint angles were multiplied, where the arm hardly moves as described or under this reading. An arm that hardly
             moves leaves a residual that is smaller by as much, whatever is measured.
@@ -54,8 +54,8 @@ class Alternative:
     remedy: str
     dataset: Dataset
     corrects_robot: bool = False
-    joint: int | None = None
-    zero: float = 0.0
+    zeros: tuple[tuple[int, float], ...] = ()
+    counts_back: bool = False
     scale: float = 1.0
     motion: float = 1.0
 
@@ -160,8 +160,7 @@ def _zeros(dataset: Dataset, joint: int) -> Iterator[Alternative]:
                 f"the zero of joint {joint + 1} is off",
                 "with its zero moved",
             ),
-            joint=joint + 1,
-            zero=angle,
+            zeros=((joint + 1, angle),),
         )
 
 

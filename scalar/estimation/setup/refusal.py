@@ -35,5 +35,6 @@ def misfit_refused(dataset: Dataset, distances: Array) -> Undetermined:
     return Undetermined(
         [f"the best fit is still {np.sqrt(np.mean(distances**2)) / MM:.0f} mm RMS off, pose {worst} most of all: this is not "
          f"{robot}{planes} that dataset.yaml describes; no single sign, zero, unit{label} or convention "
-         "explains it, and no two or three signs: check several of them, and whether joint angles and measurements belong together"]
+         "explains it, no sign and zero of one joint, and no two or three signs: check several of them, "
+         "and whether joint angles and measurements belong together"]
     )  # fmt: skip
