@@ -7,6 +7,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
+from scalar.estimation.setup.known_planes import base_moved_to, contradictions
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array, log_so3
@@ -49,6 +50,7 @@ def implausible(
         fixed_length: Name of the length to which all others are relative because the data show no length; None if they show it.
     """
     found = [
+        *(Suspicion("known_plane", c.plane, c.sentence) for c in contradictions(dataset, model)),
         *_lengths(dataset, model, std, fixed_length),
         *_zeros(dataset, model, std),
         *_sensor(dataset, model, rotation_observed),
@@ -131,11 +133,13 @@ def _lengths(dataset: Dataset, model: Model, std: Array, fixed_length: str | Non
     k, j = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
     name = f"{GEOMETRY[rows[k]]}_{j + 1}"
     which = f"{name} or {fixed_length}, to which all lengths are relative here," if fixed_length else name
+    known = base_moved_to(dataset, model) if j == 0 else ()
+    elsewhere = f"is {' or '.join(known)} not where it is declared known, " if known else ""
     return [
         Suspicion(
             "robot",
             name,
-            f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints: is {which} wrong there, or is "
+            f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints: is {which} wrong there, {elsewhere}or is "
             "this another robot than the one that was measured?",
         )
     ]
