@@ -33,7 +33,8 @@ class Alternative:
 
     Attributes:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
-            ``shifted_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign`` or ``sign_and_zero``.
+            ``shifted_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign``, ``sign_and_zero`` or
+            ``moved_target``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
         says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.
         changed: Under which change the residual was computed, for the message: ``with its sign changed``.

@@ -13,7 +13,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import THETA, Alternative, with_sign_changed, with_zero_moved
-from scalar.estimation.setup.trial import look_with_zeros
+from scalar.estimation.setup.trial import quick_fit
 from scalar.geometry.robot import Robot
 from scalar.units import DEG
 
@@ -46,6 +46,6 @@ def _zero_found(dataset: Dataset, robot: Robot, joint: int) -> float:
     found = []
     for k in range(1, round(2 * np.pi / STEP)):
         start = with_zero_moved(robot, joint, k * STEP)
-        look, thetas = look_with_zeros(replace(dataset, robot=start), [joint])
-        found.append((look.rms, float(thetas[0])))
+        look, model = quick_fit(replace(dataset, robot=start), [joint])
+        found.append((look.rms, float((start if model is None else model.robot).geometry[THETA, joint])))
     return min(found)[1] - float(robot.geometry[THETA, joint])

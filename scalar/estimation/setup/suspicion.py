@@ -17,6 +17,7 @@ from scalar.errors import Fault, InvalidInput
 from scalar.estimation.setup.alternatives import Alternative, alternatives
 from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
+from scalar.estimation.setup.moved_target import moved_targets
 from scalar.estimation.setup.moved_zeros import as_described, with_zeros_of, zeros_in_words
 from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
 from scalar.estimation.setup.sign_and_zero import signs_and_zeros
@@ -44,6 +45,9 @@ TIMES_NEARER = (
     2.0  # places may be guessed badly: to be taken, a correction has to be nearer by this factor as well
 )
 SINGLE = (alternatives, twists, angle_units, coupled_joints)  # what yields the alternatives with one change
+LAST = (
+    moved_targets,
+)  # what yields the alternatives that hold from a pose on; they are tried where no other explains the data
 MOST_FITTED = 4  # alternatives that are fitted in full
 
 
@@ -96,7 +100,7 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     Every alternative is compared with the arm nominal. The few with the smallest residuals, and with sensor and planes nearest to where
     dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
     explains the data with sensor and planes near their stated places. A sign and a zero of one joint are tried before the pairs, where no single
-    alternative explains the data. If the data do not distinguish several alternatives, all are returned.
+    alternative explains the data, and errors that begin at some pose last. If the data do not distinguish several alternatives, all are returned.
     """
     as_it_is = first_look(dataset)
     before = _residual(full_fit(dataset), as_it_is)
@@ -109,6 +113,8 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
             found += _explaining(signs_and_zeros(dataset), as_it_is, before)
         if count > 1 and any(look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in found):
             break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then
+    for alternatives_of in LAST:
+        found = found or _explaining_fully(alternatives_of(dataset), before)
     if not found:
         return ()
     lowest = min(trial.rms for _, _, trial in found)
@@ -152,6 +158,25 @@ def _explaining(
             continue
         if _explains(look, alternative, trial, as_it_is, before):
             found.append((look, alternative, trial))
+    return found
+
+
+def _explaining_fully(
+    tried: Iterable[Alternative], before: float | None
+) -> list[tuple[Look, Alternative, Trial]]:
+    """Return those of a few alternatives that leave a far smaller residual, whatever the nominal arm leaves of them.
+
+    Errors of the nominal arm may hide a change by centimetres that holds from some pose on.
+    """
+    found: list[tuple[Look, Alternative, Trial]] = []
+    for alternative in tried:
+        trial = full_fit(alternative.dataset)
+        if (
+            trial is not None
+            and trial.rms <= MOST_LEFT
+            and (before is None or trial.rms <= FALLS_TO * before)
+        ):
+            found.append((first_look(alternative.dataset), alternative, trial))
     return found
 
 

@@ -49,30 +49,29 @@ class Look:
         turn: How far sensor and planes ended from where dataset.yaml has them, as an angle [rad]: the largest of the turn of the sensor and the
             turns of the planes' normals.
         shift: The same as a length [m]: the largest of the shift of the sensor and the shifts of the planes.
+        of_all: Root mean square distance over all poses [m], which a few wrong poses change much.
     """
 
     rms: float
     turn: float
     shift: float
+    of_all: float = np.inf
 
 
 def first_look(dataset: Dataset) -> Look:
     """Return how well a set-up explains some of the poses with the arm nominal: sensor and target alone are fitted."""
-    return look_with_zeros(dataset, ())[0]
+    return quick_fit(dataset)[0]
 
 
-def look_with_zeros(dataset: Dataset, joints: Sequence[int]) -> tuple[Look, Array]:
-    """Return the first look with the zeros of some joints free as well, and where these end.
+def quick_fit(dataset: Dataset, joints: Sequence[int] = ()) -> tuple[Look, Model | None]:
+    """Return the first look at a set-up, and where its fit ended; None if no comparison was possible.
 
     Args:
         dataset: The measurements under some reading of the set-up.
-        joints: ``(k,)``, from 0; joints that turn.
-
-    Returns:
-        The look, and theta of the joints ``(k,)`` [rad]; as described if no comparison was possible.
+        joints: ``(k,)``, from 0: joints that turn, whose zeros are free as well.
     """
     dataset = thinned(dataset)
-    best = Look(np.inf, np.inf, np.inf), dataset.robot.geometry[THETA, list(joints)]
+    best: tuple[Look, Model | None] = Look(np.inf, np.inf, np.inf), None
     try:
         measurement = measure(dataset)
         guess = measurement.initial_target(dataset)
@@ -80,11 +79,13 @@ def look_with_zeros(dataset: Dataset, joints: Sequence[int]) -> tuple[Look, Arra
         for _, T, target in proposals(measurement, dataset.robot, dataset.q, guess, T_nominal):
             model = Model.at(dataset.robot, T, target)
             model = _few_steps(Residuals.of(dataset, model, measurement), model, joints)
+            distances = Residuals.of(dataset, model, measurement).pose_distances(model)
             look = Look(
-                typical_distance(Residuals.of(dataset, model, measurement), model),
+                float(np.median(distances)),
                 *_turn_and_shift(model, guess, T_nominal),
+                float(np.sqrt(np.mean(distances**2))),
             )
-            best = min(best, (look, model.robot.geometry[THETA, list(joints)]), key=lambda x: x[0].rms)
+            best = min(best, (look, model), key=lambda x: x[0].rms)
     except (ScalarError, np.linalg.LinAlgError, ValueError, FloatingPointError):
         pass
     return best
