@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from scalar.errors import Fault, InvalidInput
 from scalar.estimation.setup.alternatives import Alternative, alternatives
 from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
+from scalar.estimation.setup.lost_row import lost_rows
 from scalar.estimation.setup.moved_target import moved_targets
 from scalar.estimation.setup.moved_zeros import as_described, with_zeros_of, zeros_in_words
 from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
@@ -44,8 +45,14 @@ CLEARLY_NEARER_SHIFT = 30 * MM  # the same for places
 TIMES_NEARER = (
     2.0  # places may be guessed badly: to be taken, a correction has to be nearer by this factor as well
 )
-SINGLE = (alternatives, twists, angle_units, coupled_joints)  # what yields the alternatives with one change
+SINGLE = (
+    alternatives,
+    twists,
+    angle_units,
+    coupled_joints,
+)  # what yields the alternatives with one change
 LAST = (
+    lost_rows,
     moved_targets,
 )  # what yields the alternatives that hold from a pose on; they are tried where no other explains the data
 MOST_FITTED = 4  # alternatives that are fitted in full
@@ -100,7 +107,8 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     Every alternative is compared with the arm nominal. The few with the smallest residuals, and with sensor and planes nearest to where
     dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
     explains the data with sensor and planes near their stated places. A sign and a zero of one joint are tried before the pairs, where no single
-    alternative explains the data, and errors that begin at some pose last. If the data do not distinguish several alternatives, all are returned.
+    alternative explains the data; errors that begin at some pose are tried last. If the data do not distinguish several alternatives,
+    all are returned.
     """
     as_it_is = first_look(dataset)
     before = _residual(full_fit(dataset), as_it_is)
@@ -114,7 +122,7 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
         if count > 1 and any(look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in found):
             break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then
     for alternatives_of in LAST:
-        found = found or _explaining_fully(alternatives_of(dataset), before)
+        found = found or _explaining_fully(dataset, alternatives_of(dataset), before)
     if not found:
         return ()
     lowest = min(trial.rms for _, _, trial in found)
@@ -162,20 +170,20 @@ def _explaining(
 
 
 def _explaining_fully(
-    tried: Iterable[Alternative], before: float | None
+    dataset: Dataset, tried: Iterable[Alternative], before: float | None
 ) -> list[tuple[Look, Alternative, Trial]]:
     """Return those of a few alternatives that leave a far smaller residual, whatever the nominal arm leaves of them.
 
-    Errors of the nominal arm may hide a change by centimetres that holds from some pose on.
+    Errors of the nominal arm may hide a change by centimetres that holds from some pose on. An alternative has to be better also than the set-up as
+    described with the arm that was fitted to the alternative, in case the set-up as described has no fit of its own.
     """
     found: list[tuple[Look, Alternative, Trial]] = []
     for alternative in tried:
         trial = full_fit(alternative.dataset)
-        if (
-            trial is not None
-            and trial.rms <= MOST_LEFT
-            and (before is None or trial.rms <= FALLS_TO * before)
-        ):
+        if trial is None or trial.rms > MOST_LEFT:
+            continue
+        without = first_look(replace(dataset, robot=trial.model.robot)).rms
+        if trial.rms <= FALLS_TO * min(without, np.inf if before is None else before):
             found.append((first_look(alternative.dataset), alternative, trial))
     return found
 
