@@ -247,9 +247,9 @@ class FitFailed(Undetermined):
     def __init__(self) -> None:
         super().__init__(
             [
-                "no fit stays near the arm and the planes that dataset.yaml describes: no single sign, zero, unit, label or convention explains "
-                "it, and no sign and zero of one joint; check several of them, the table of joints, and whether the angles and labels of poses.csv "
-                "and the measurements belong together"
+                "no fit stays near the arm and the planes that dataset.yaml describes: no single sign, zero, length, unit, label or convention "
+                "explains it, and no sign and zero of one joint; check several of them, the table of joints, and whether the angles and labels of "
+                "poses.csv and the measurements belong together"
             ]
         )
 

@@ -33,7 +33,7 @@ class Alternative:
 
     Attributes:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
-            ``shifted_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign``, ``sign_and_zero``,
+            ``shifted_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign``, ``length_sign``, ``sign_and_zero``,
             ``lost_row`` or ``moved_target``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
         says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.

@@ -35,7 +35,7 @@ def misfit_refused(dataset: Dataset, distances: Array) -> Undetermined:
     worst = int(dataset.pose_ids[np.argmax(distances)])
     return Undetermined(
         [f"the best fit is still {np.sqrt(np.mean(distances**2)) / MM:.0f} mm RMS off, pose {worst} most of all: this is not "
-         f"{robot}{planes} that dataset.yaml describes; no single sign, zero, unit{label} or convention "
-         f"explains it, no sign and zero of one joint, no two or three signs, no lost row, and no move of {moved}: check "
+         f"{robot}{planes} that dataset.yaml describes; no single sign, zero, length, unit{label} or convention "
+         f"explains it, no sign and zero of one joint, no two zeros, no two or three signs, no lost row, and no move of {moved}: check "
          "several of them, and whether joint angles and measurements belong together"]
     )  # fmt: skip

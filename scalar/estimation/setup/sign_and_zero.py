@@ -13,7 +13,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import THETA, Alternative, with_sign_changed, with_zero_moved
-from scalar.estimation.setup.trial import quick_fit
+from scalar.estimation.setup.trial import quick_fit, thinned
 from scalar.geometry.robot import Robot
 from scalar.units import DEG
 
@@ -22,12 +22,13 @@ STEP = 60 * DEG  # between the zeros from which a fit of the zero starts: from h
 
 def signs_and_zeros(dataset: Dataset) -> Iterator[Alternative]:
     """Yield for every joint that turns the alternative in which it counts the other way, its zero where a quick fit has it."""
+    few = thinned(dataset)
     for j in np.flatnonzero(np.ptp(dataset.q, axis=0) > 0):
         joint = int(j)
         if joint in dataset.robot.prismatic:
             continue
         robot = with_sign_changed(dataset.robot, joint)
-        zero = _zero_found(dataset, robot, joint)
+        zero = _zero_found(few, robot, joint)
         yield Alternative(
             "sign_and_zero",
             f"joint {joint + 1}",

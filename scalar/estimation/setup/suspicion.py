@@ -17,6 +17,7 @@ from scalar.errors import Fault, InvalidInput
 from scalar.estimation.setup.alternatives import Alternative, alternatives
 from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
+from scalar.estimation.setup.lengths import length_signs
 from scalar.estimation.setup.lost_row import lost_rows
 from scalar.estimation.setup.moved_target import moved_targets
 from scalar.estimation.setup.moved_zeros import as_described, with_zeros_of, zeros_in_words
@@ -24,6 +25,7 @@ from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
 from scalar.estimation.setup.sign_and_zero import signs_and_zeros
 from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
 from scalar.estimation.setup.twists import twists
+from scalar.estimation.setup.two_zeros import two_zeros
 from scalar.geometry.robot import Robot
 from scalar.units import DEG, MM
 
@@ -48,6 +50,7 @@ TIMES_NEARER = (
 SINGLE = (
     alternatives,
     twists,
+    length_signs,
     angle_units,
     coupled_joints,
 )  # what yields the alternatives with one change
@@ -107,7 +110,7 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     Every alternative is compared with the arm nominal. The few with the smallest residuals, and with sensor and planes nearest to where
     dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
     explains the data with sensor and planes near their stated places. A sign and a zero of one joint are tried before the pairs, where no single
-    alternative explains the data; errors that begin at some pose are tried last. If the data do not distinguish several alternatives,
+    alternative explains the data; two zeros, and errors that begin at some pose, are tried last. If the data do not distinguish several alternatives,
     all are returned.
     """
     as_it_is = first_look(dataset)
@@ -121,6 +124,8 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
             found += _explaining(signs_and_zeros(dataset), as_it_is, before)
         if count > 1 and any(look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in found):
             break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then
+    if not found:
+        found += _explaining(two_zeros(dataset), as_it_is, before)
     for alternatives_of in LAST:
         found = found or _explaining_fully(dataset, alternatives_of(dataset), before)
     if not found:
