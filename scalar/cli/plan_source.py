@@ -83,6 +83,7 @@ def lines_on_poses_not_counted(source: str) -> list[str]:
 def calibration_near(near: Path | None, after: Path | None, arm: Robot) -> Calibration | None:
     """Return the calibration to plan near: the one given as ``--near``, else ``after.json`` next to the diagnosis, else None."""
     from scalar.estimation.result import load_calibration
+    from scalar.geometry.standard_dh import as_stated
 
     path = near or (None if after is None else after.parent / "after.json")
     if path is None:
@@ -100,7 +101,8 @@ def calibration_near(near: Path | None, after: Path | None, arm: Robot) -> Calib
     if off.max() > _SAME_ARM:
         k = int(off.argmax())
         values = f"{nominal.geometry.ravel()[k]:.6g} there and {arm.geometry.ravel()[k]:.6g} in the table of '{arm.name}'"
-        message = f"it calibrates another arm: nominal {arm.parameter_names[k]} is {values}; give a calibration of this arm"
+        name = as_stated(arm.parameter_names[k], arm)
+        message = f"it calibrates another arm: nominal {name} is {values}; give a calibration of this arm"
         raise InvalidInput(Fault(str(path), message))
     return calibration
 

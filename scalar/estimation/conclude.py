@@ -23,6 +23,7 @@ from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.plausibility import implausible
 from scalar.geometry.se3 import Array
+from scalar.geometry.standard_dh import as_stated
 from scalar.sensors.pose_noise import ROTATION_NOISE
 
 
@@ -136,7 +137,8 @@ def _check_rank(model: Model, decomposed: Decomposed, free: Array) -> None:
     largest = names[np.argsort(-np.abs(decomposed.weakest))[:4]]
     raise Undetermined(
         [
-            f"the data do not distinguish {', '.join(largest)}: measure more poses that differ in all joints, or fix one of them (--hold)"
+            f"the data do not distinguish {as_stated(', '.join(largest), model.nominal)}: measure more poses that "
+            "differ in all joints, or fix one of them (--hold)"
         ]
     )
 
@@ -148,8 +150,8 @@ def _check_plausible(model: Model, settings: FitSettings) -> None:
         Undetermined: A length or an angle ran away from its nominal value.
     """
     reasons = [
-        f"{name} ran {size:.0f} {unit} away from its nominal value, past the bound of {bound:.0f} {unit}: the poses hardly determine it, "
-        "or robot.joints in dataset.yaml describes another robot"
+        f"{as_stated(name, model.nominal)} ran {size:.0f} {unit} away from its nominal value, past the bound of {bound:.0f} {unit}: "
+        "the poses hardly determine it, or robot.joints in dataset.yaml describes another robot"
         for name, size, bound, unit in ran_away(model, settings)
     ]
     if reasons:

@@ -14,6 +14,7 @@ from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS, SufficiencySettings
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
+from scalar.geometry.standard_dh import as_stated
 from scalar.sensors import Measurement
 from scalar.units import DEG
 
@@ -182,7 +183,8 @@ def check_parameters(
     unseen = [h for h in identifiability.fixed if h.cause == "poses"]
     if unseen:
         raise Undetermined(
-            [f"these poses do not determine {h.name}: {h.reason}; measure more poses that differ in all joints and all over the "
+            [f"these poses do not determine {as_stated(f'{h.name}: {h.reason}', dataset.robot)}; measure more poses that differ in all joints "
+             f"and all over the "
              f"{'planes' if dataset.planes else 'workspace'}; {_without_them(dataset, 'it')}" for h in unseen]
         )  # fmt: skip
 

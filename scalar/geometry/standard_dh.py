@@ -105,6 +105,11 @@ def in_rows(text: str, robot: Robot) -> str:
     return _NAME.sub(row, text)
 
 
+def as_stated(text: str, robot: Robot) -> str:
+    """Return a text in which parameters are named as in the table that the arm was read from: by its rows if that is standard DH."""
+    return in_rows(text, robot) if robot.standard_dh else text
+
+
 def in_row(kind: str, row: int) -> str:
     """Return the name of a parameter of a row, from 1; row 0 is what precedes the table's first row."""
     return f"{kind} {row}" if row else f"{kind} {OF_THE_BASE}"

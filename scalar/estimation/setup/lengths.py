@@ -10,7 +10,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import Alternative
 from scalar.geometry.robot import GEOMETRY, LENGTHS
-from scalar.geometry.standard_dh import in_rows
+from scalar.geometry.standard_dh import as_stated
 from scalar.units import MM
 
 LEAST_LENGTH = 10 * MM  # a fit finds the sign of a shorter one by itself
@@ -28,8 +28,7 @@ def length_signs(dataset: Dataset) -> Iterator[Alternative]:
             length = float(robot.geometry[k, j])
             geometry = robot.geometry.copy()
             geometry[k, j] = -length
-            name = f"{kind}_{j + 1}"
-            name = in_rows(name, robot) if robot.standard_dh else name
+            name = as_stated(f"{kind}_{j + 1}", robot)
             yield Alternative(
                 "length_sign",
                 name,

@@ -11,6 +11,7 @@ from scalar.estimation.setup.known_planes import base_moved_to, contradictions
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array, log_so3
+from scalar.geometry.standard_dh import as_stated
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
@@ -131,8 +132,9 @@ def _lengths(dataset: Dataset, model: Model, std: Array, fixed_length: str | Non
             )
         ]
     k, j = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
-    name = f"{GEOMETRY[rows[k]]}_{j + 1}"
-    which = f"{name} or {fixed_length}, to which all lengths are relative here," if fixed_length else name
+    name = as_stated(f"{GEOMETRY[rows[k]]}_{j + 1}", dataset.robot)
+    fixed = None if fixed_length is None else as_stated(fixed_length, dataset.robot)
+    which = f"{name} or {fixed}, to which all lengths are relative here," if fixed else name
     known = base_moved_to(dataset, model) if j == 0 else ()
     elsewhere = f"is {' or '.join(known)} not where it is declared known, " if known else ""
     return [
