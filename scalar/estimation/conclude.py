@@ -9,7 +9,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.effects import registry
 from scalar.errors import Undetermined
-from scalar.estimation.fixed_parameter import NO_LENGTH_KNOWN
+from scalar.estimation.fixed_parameter import AS_ASKED, NO_LENGTH_KNOWN
 from scalar.estimation.least_squares import Decomposed, Fit
 from scalar.estimation.measured_ranges import MEASURED_RANGES
 from scalar.estimation.misfit import misfit, unexplained_shift
@@ -34,7 +34,7 @@ def _why_fixed(name: str, is_effect: bool) -> str:
     return (
         "fixed as asked, or its residual is a combination of those of other parameters"
         if is_effect
-        else "fixed as asked"
+        else AS_ASKED
     )
 
 

@@ -13,8 +13,9 @@ from scalar.cli.correct_words import lines_on_tool
 from scalar.data.dataset import Dataset
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.estimation.calibrate import calibrate
+from scalar.estimation.result import load_calibration
 from scalar.geometry.robot import GEOMETRY
-from scalar.geometry.standard_dh import stated_mapping
+from scalar.geometry.standard_dh import as_stated, from_row, stated_mapping
 from scalar.units import MM
 from tests.random_scene import make_scene
 
@@ -63,6 +64,33 @@ def test_what_is_not_known_of_the_flange_is_named_by_its_row(standard):
     assert "d 6 and theta 6 are not known" in line
     (line,) = lines_on_tool(gauge, replace(standard.robot, standard_end=None))
     assert "d_6 and theta_6 are not known" in line
+
+
+@pytest.mark.parametrize("name", ["a 2", "a_3"])
+def test_a_parameter_is_held_by_its_row_or_by_its_joint(standard, tmp_path: Path, name):
+    """Both names hold row 2 of the table, and the summary says which row was held; without --hold it has a standard error."""
+    cell = written(standard, tmp_path / "cell")
+    held = run("calibrate", cell, "-o", tmp_path / "out", "--hold", name)
+    assert held.exit_code == 0 and "fixed as asked (1): a 2 (a_3)" in held.stdout
+    parameter = load_calibration(tmp_path / "out/calibration.json").parameters()["a_3"]
+    assert parameter["std"] is None
+    assert parameter["value"] == pytest.approx(standard.robot.geometry[GEOMETRY.index("a"), 2], abs=1e-12)
+
+
+def test_a_row_that_there_is_not_is_refused_with_the_rows_that_there_are(standard, tmp_path: Path):
+    """The length of the last row is part of the flange, and no parameter."""
+    cell = written(standard, tmp_path / "cell")
+    refused = run("calibrate", cell, "-o", tmp_path / "out", "--hold", "a 6")
+    assert (
+        refused.exit_code == 2 and "no parameter 'a 6'; there are a of the base, a 1, a 2" in refused.stderr
+    )
+
+
+def test_names_of_rows_and_of_joints_are_each_other_s_inverse(standard):
+    """Every parameter is found again by the name of its row, in either convention."""
+    for robot in (standard.robot, replace(standard.robot, standard_end=None)):
+        for name in robot.parameter_names:
+            assert from_row(as_stated(name, robot), robot) == name
 
 
 @pytest.mark.slow
