@@ -8,6 +8,7 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
 from scalar.estimation.setup.known_planes import base_moved_to, contradictions
+from scalar.estimation.setup.scan_axes import misread_axes
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array, log_so3
@@ -183,10 +184,14 @@ def _sensor(dataset: Dataset, model: Model, rotation_observed: bool) -> list[Sus
     angle = float(np.linalg.norm(turn))
     if rotation_observed and angle > SENSOR_TURN:
         axis = "xyz"[int(np.argmax(np.abs(turn)))]
+        kind = kind_of(dataset)
+        axes = None
+        if kind.scans:
+            axes = misread_axes(T[:3, :3], model.T_flange_sensor[:3, :3], kind.format.measured_in)
         found.append(
             _sensor_suspicion(
                 f"the {what} sits turned by {angle / DEG:.0f} degrees, mostly about its {axis}, from where nominal_pose has it: "
-                f"correct nominal_pose, or check whether {turned}"
+                f"correct nominal_pose, or check whether {turned}{f'; {axes}' if axes else ''}"
             )
         )
     return found
