@@ -8,6 +8,7 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
 from scalar.estimation.setup.known_planes import base_moved_to, contradictions
+from scalar.estimation.setup.plane_guesses import far_guesses
 from scalar.estimation.setup.scan_axes import misread_axes
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.robot import GEOMETRY, LENGTHS
@@ -56,6 +57,7 @@ def implausible(
         *_lengths(dataset, model, std, fixed_length),
         *_zeros(dataset, model, std),
         *_sensor(dataset, model, rotation_observed),
+        *(Suspicion("plane_guess", name, sentence) for name, sentence in far_guesses(dataset, model)),
     ]
     if rotation_noise > DISAGREEMENT:
         found.append(

@@ -66,8 +66,8 @@ class Suspicion:
     """Something in the description of the set-up that is suspected to be wrong.
 
     Attributes:
-        what: As in ``Alternative``; ``known_plane``, ``robot``, ``sensor_pose``, ``orientation`` or ``noise`` if a fit ended implausibly;
-            ``points`` if points lie off the line of their scan.
+        what: As in ``Alternative``; ``known_plane``, ``plane_guess``, ``robot``, ``sensor_pose``, ``orientation`` or ``noise`` if a fit ended
+            implausibly; ``points`` if points lie off the line of their scan.
         where: What it concerns, as a person names it.
         sentence: What is suspected, with the figures, and what to do.
         rms_before: Residual with the set-up as described [m], or None if no fit was possible.
