@@ -42,7 +42,10 @@ _HIDDEN_SHOWN = 4  # such coefficients that are named
     help="Take the arm's effects from another calibration and fix them.",
 )
 @click.option(
-    "--hold", metavar="NAME,...", help="Fix these parameters at their nominal values, e.g. a_2,d_4."
+    "--hold",
+    metavar="NAME,...",
+    help="Fix these parameters at their nominal values, e.g. a_2,d_4 (joints of modified DH). "
+    "With a standard-DH table also by its rows, as the summary names them: 'a 1,d 4'.",
 )
 @click.option(
     "--report",
@@ -92,6 +95,7 @@ def calibrate(
     from scalar.estimation.calibrate import calibrate
     from scalar.estimation.result import load_calibration
     from scalar.estimation.transfer import carried
+    from scalar.geometry.standard_dh import from_row
     from scalar.report.calibration_residual import far_poses_in_words
     from scalar.report.output import write_calibration
 
@@ -101,13 +105,12 @@ def calibrate(
     lock_output(output)
     load_effects(effects_modules)
     data = read_dataset(dataset)
+    held = [from_row(name, data.robot) for name in split_names(hold)]
     data = data.commanded() if commanded else data
     wanted = parse_effects(effects, data) if effects else ()
     given = carried(load_calibration(effects_from).model, data) if effects_from else None
     with corrected_description(dataset, output), progress("calibrating"):
-        result = calibrate(
-            data, effects=wanted, fixed_effects=given.effects if given else (), fix=split_names(hold)
-        )
+        result = calibrate(data, effects=wanted, fixed_effects=given.effects if given else (), fix=held)
     if given:
         result = replace(result, summary={**result.summary, "effects_from": given.to_mapping()})
     write_calibration(result, data, output, with_page=with_report)
@@ -120,6 +123,7 @@ def calibrate(
 def describe_calibration(calibration: Calibration) -> str:
     """Return a summary of a calibration: parameters, standard errors, and what the data do not determine."""
     from scalar.estimation import transfer
+    from scalar.estimation.fixed_parameter import AS_ASKED
     from scalar.estimation.misfit import lacks_something, may_lack_something
     from scalar.geometry.roll_pitch_yaw import rpy_from_rotation
     from scalar.geometry.standard_dh import in_rows
@@ -160,8 +164,8 @@ def describe_calibration(calibration: Calibration) -> str:
 
     if standard:
         lines.append(
-            "  parameters by the rows of the standard-DH table of dataset.yaml; calibration.json and --hold have them by joints of modified DH, "
-            "where a_2 and alpha_2 are a and alpha of row 1"
+            "  parameters by the rows of the standard-DH table of dataset.yaml; calibration.json has them by joints of modified DH, "
+            "where a_2 and alpha_2 are a and alpha of row 1; --hold takes either name"
         )
     lines.append("  parameter        nominal    calibrated        change     std")
     for kind in ("a", "alpha", "d", "theta"):
@@ -214,6 +218,10 @@ def describe_calibration(calibration: Calibration) -> str:
         lines.append(
             f"  kept near the data sheet, because these poses hardly determine them: {', '.join(map(shown, near))}"
         )
+    asked = [name for name, reason in calibration.fixed.items() if reason == AS_ASKED]
+    if asked:
+        rows = [f"{shown(name)} ({name})" if shown(name) != name else name for name in asked]
+        lines.append(f"  fixed as asked ({len(asked)}): {', '.join(rows)}")
     fixed = gauge_rows(calibration) if standard else calibration.gauge
     if fixed:
         lines.append(f"  fixed, because the data do not determine them ({len(fixed)}):")

@@ -90,10 +90,9 @@ def size_grows(comparison: Comparison, index: int) -> float | None:
 
 def named_parameter(comparison: Comparison, name: str) -> str:
     """Return a parameter's name; if dataset.yaml has standard DH, by the row of that table."""
-    from scalar.geometry.standard_dh import in_rows
+    from scalar.geometry.standard_dh import as_stated
 
-    nominal = comparison.arm.model.nominal
-    return in_rows(name, nominal) if nominal.standard_dh else name
+    return as_stated(name, comparison.arm.model.nominal)
 
 
 def _not_compared(comparison: Comparison) -> list[str]:
@@ -106,5 +105,5 @@ def _not_compared(comparison: Comparison) -> list[str]:
         by_reason.setdefault(reason, {})[shown] = None
     lines = []
     for reason, found in by_reason.items():
-        lines.append(f"not compared: {_first(list(found))}: {reason}")
+        lines.append(f"not compared: {_first(list(found))}: {named_parameter(comparison, reason)}")
     return lines

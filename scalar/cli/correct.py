@@ -171,7 +171,7 @@ def correct(
     written = table.iloc[rows] if leave_out else table
     _write(output, written, rows, found, near, units_to_write(units, columns).sliding(robot.prismatic))
     if not frames_wanted:
-        for line in lines_on_tool(calibrated.gauge, robot.n_joints):
+        for line in lines_on_tool(calibrated.gauge, calibrated.model.nominal):
             say(line)
     corrected = int(found.reached.sum())
     failed = bool(refused) and not leave_out

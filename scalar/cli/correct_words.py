@@ -153,20 +153,21 @@ def _how_near(robot: Robot, sensitivity: Sensitivity, i: int) -> str:
     return f"smallest singular value {sensitivity.singular_value[i]:.2g}: to shift the sensor by 1 mm, joint {joint + 1} moves by {moved}"
 
 
-def lines_on_tool(gauge: Sequence[Mapping[str, Any]], n_joints: int) -> list[str]:
+def lines_on_tool(gauge: Sequence[Mapping[str, Any]], robot: Robot) -> list[str]:
     """Return a line on what a calibration does not know of the flange, if it fixed a parameter of the last joint.
 
     The pose of the sensor on the flange contains the error of such a parameter, which is constant on the flange.
 
     Args:
         gauge: Of the calibration.
-        n_joints: Number of joints.
+        robot: The nominal arm.
     """
     from scalar.effects.wording import listed
     from scalar.geometry.robot import GEOMETRY
+    from scalar.geometry.standard_dh import as_stated
 
-    of_last = [f"{kind}_{n_joints}" for kind in GEOMETRY]
-    fixed = [str(entry["held"]) for entry in gauge if entry["held"] in of_last]
+    of_last = [f"{kind}_{robot.n_joints}" for kind in GEOMETRY]
+    fixed = [as_stated(str(entry["held"]), robot) for entry in gauge if entry["held"] in of_last]
     if not fixed:
         return []
     are = "is" if len(fixed) == 1 else "are"

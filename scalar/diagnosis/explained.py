@@ -34,6 +34,7 @@ from scalar.estimation.prepare import Prepared
 from scalar.estimation.ran_away import ran_away
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.estimation.result import Calibration
+from scalar.estimation.setup.known_planes import refuse_contradicted_planes
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT
@@ -158,6 +159,7 @@ def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
     median_distance = float(np.median(distances))  # [m]
     if median_distance > MOST_LEFT or ran_away(state.model):
         refuse_wrong_setup(dataset)
+    refuse_contradicted_planes(dataset, state.model)
     if median_distance > state.settings.estimation.sufficiency.gross_error:
         raise misfit_refused(state.dataset, distances)
 

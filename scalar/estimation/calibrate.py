@@ -30,6 +30,7 @@ from scalar.estimation.pose_consistency import distances_under
 from scalar.estimation.prepare import prepare
 from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorSettings
+from scalar.estimation.setup.known_planes import KnownPlaneContradicted, refuse_contradicted_planes
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT, Suspicion
@@ -86,6 +87,7 @@ def calibrate(
         distances = residuals.pose_distances(found.model)
         if explain and np.median(distances) > MOST_LEFT:
             refuse_wrong_setup(dataset)
+        refuse_contradicted_planes(dataset, found.model)
         if distances.max() > settings.sufficiency.gross_error:
             if explain:
                 _refuse_gross_errors(dataset, settings)
@@ -93,7 +95,7 @@ def calibrate(
         return _with_stray_points_reported(
             conclude(dataset, prepared, found, residuals, settings.fit), dataset, settings.gross_errors
         )
-    except (TooManyStrayPoints, TooManyUnknowns):
+    except (TooManyStrayPoints, TooManyUnknowns, KnownPlaneContradicted):
         raise
     except (InvalidInput, Undetermined) as error:
         if explain:

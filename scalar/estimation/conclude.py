@@ -9,7 +9,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.effects import registry
 from scalar.errors import Undetermined
-from scalar.estimation.fixed_parameter import NO_LENGTH_KNOWN
+from scalar.estimation.fixed_parameter import AS_ASKED, NO_LENGTH_KNOWN
 from scalar.estimation.least_squares import Decomposed, Fit
 from scalar.estimation.measured_ranges import MEASURED_RANGES
 from scalar.estimation.misfit import misfit, unexplained_shift
@@ -23,6 +23,7 @@ from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.plausibility import implausible
 from scalar.geometry.se3 import Array
+from scalar.geometry.standard_dh import as_stated
 from scalar.sensors.pose_noise import ROTATION_NOISE
 
 
@@ -33,7 +34,7 @@ def _why_fixed(name: str, is_effect: bool) -> str:
     return (
         "fixed as asked, or its residual is a combination of those of other parameters"
         if is_effect
-        else "fixed as asked"
+        else AS_ASKED
     )
 
 
@@ -136,7 +137,8 @@ def _check_rank(model: Model, decomposed: Decomposed, free: Array) -> None:
     largest = names[np.argsort(-np.abs(decomposed.weakest))[:4]]
     raise Undetermined(
         [
-            f"the data do not distinguish {', '.join(largest)}: measure more poses that differ in all joints, or fix one of them (--hold)"
+            f"the data do not distinguish {as_stated(', '.join(largest), model.nominal)}: measure more poses that "
+            "differ in all joints, or fix one of them (--hold)"
         ]
     )
 
@@ -148,8 +150,8 @@ def _check_plausible(model: Model, settings: FitSettings) -> None:
         Undetermined: A length or an angle ran away from its nominal value.
     """
     reasons = [
-        f"{name} ran {size:.0f} {unit} away from its nominal value, past the bound of {bound:.0f} {unit}: the poses hardly determine it, "
-        "or robot.joints in dataset.yaml describes another robot"
+        f"{as_stated(name, model.nominal)} ran {size:.0f} {unit} away from its nominal value, past the bound of {bound:.0f} {unit}: "
+        "the poses hardly determine it, or robot.joints in dataset.yaml describes another robot"
         for name, size, bound, unit in ran_away(model, settings)
     ]
     if reasons:

@@ -11,6 +11,7 @@ import numpy as np
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array
 
+AS_ASKED = "fixed as asked"
 NO_LENGTH_KNOWN = "no length is known in these data, so the whole workcell may be scaled: every length is relative to this one"
 """The reason of a parameter that is fixed because nothing shows the scale."""
 

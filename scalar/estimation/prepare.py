@@ -28,6 +28,7 @@ from scalar.estimation.sufficiency import (
 from scalar.geometry.parallel_axes import near_parallel_joints
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array
+from scalar.geometry.standard_dh import as_stated
 from scalar.sensors import Target, measure
 
 
@@ -190,6 +191,6 @@ def candidate_mask(model: Model, fix: Sequence[str] = ()) -> Array:
     """
     unknown = sorted(set(fix) - set(model.names))
     if unknown:
-        known = ", ".join(model.names)
+        known = as_stated(", ".join(model.names), model.nominal)
         raise InvalidInput(Fault("--hold", f"no parameter '{name}'; there are {known}") for name in unknown)
     return np.array([not name.startswith(f"{GEOMETRY[4]}_") and name not in fix for name in model.names])

@@ -15,6 +15,7 @@ from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS, SufficiencySettings
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
+from scalar.geometry.standard_dh import as_stated
 from scalar.sensors import Measurement
 from scalar.units import DEG
 
@@ -183,7 +184,8 @@ def check_parameters(
     unseen = [h for h in identifiability.fixed if h.cause == "poses"]
     if unseen:
         raise Undetermined(
-            [f"these poses do not determine {h.name}: {h.reason}; measure more poses that differ in all joints and all over the "
+            [f"these poses do not determine {as_stated(f'{h.name}: {h.reason}', dataset.robot)}; measure more poses that differ in all joints "
+             f"and all over the "
              f"{'planes' if dataset.planes else 'workspace'}; {_without_them(dataset, 'it')}" for h in unseen]
         )  # fmt: skip
 
@@ -252,9 +254,9 @@ class FitFailed(Undetermined):
     def __init__(self, q: Array) -> None:
         super().__init__(
             [
-                "no fit stays near the arm and the planes that dataset.yaml describes: no single sign, zero, unit, label or convention explains it; "
-                "check several of them, the table of joints, and whether the angles and labels of poses.csv and the measurements belong together"
-                + still_clause(q)
+                "no fit stays near the arm and the planes that dataset.yaml describes: no single sign, zero, length, unit, label or convention "
+                "explains it, and no sign and zero of one joint; check several of them, the table of joints, and whether the angles and labels of "
+                "poses.csv and the measurements belong together" + still_clause(q)
             ]
         )
 

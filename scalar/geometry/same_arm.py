@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
+from scalar.geometry.standard_dh import as_stated
 
 _ROUNDED = 1e-3  # m or rad: tables of one arm that are rounded differ by less
 
@@ -35,4 +36,4 @@ def difference_of_arms(there: Robot, here: Robot) -> str | None:
         return None
     k = int(off.argmax())
     values = f"{there.geometry.ravel()[k]:.6g} there and {here.geometry.ravel()[k]:.6g} in the table of '{here.name}'"
-    return f"it calibrates another arm: nominal {here.parameter_names[k]} is {values}"
+    return f"it calibrates another arm: nominal {as_stated(here.parameter_names[k], here)} is {values}"

@@ -19,6 +19,7 @@ from scalar.geometry.se3 import Array, transform_from_rotation_vector
 AFTER_THE_JOINT = ("a", "alpha", "beta")
 """Parameters of joint i + 1 in modified DH that stand in row i of a standard-DH table."""
 OF_THE_BASE = "of the base"
+_OF_A_ROW = re.compile(rf"({'|'.join(GEOMETRY)}) (\d+|{OF_THE_BASE})")
 _NAME = re.compile(rf"\b({'|'.join(GEOMETRY)})_(\d+)\b")
 
 
@@ -103,6 +104,24 @@ def in_rows(text: str, robot: Robot) -> str:
         return in_row(kind, joint - (robot.standard_dh and kind in AFTER_THE_JOINT))
 
     return _NAME.sub(row, text)
+
+
+def as_stated(text: str, robot: Robot) -> str:
+    """Return a text in which parameters are named as in the table that the arm was read from: by its rows if that is standard DH."""
+    return in_rows(text, robot) if robot.standard_dh else text
+
+
+def from_row(name: str, robot: Robot) -> str:
+    """Return the model's name of a parameter that is named by a row, ``a_3`` for ``a 2`` of standard DH; any other text as it is.
+
+    The inverse of ``as_stated`` for one name.
+    """
+    found = _OF_A_ROW.fullmatch(name)
+    if found is None or not robot.standard_dh:
+        return name
+    row = 0 if found[2] == OF_THE_BASE else int(found[2])
+    parameter = f"{found[1]}_{row + (found[1] in AFTER_THE_JOINT)}"
+    return parameter if parameter in robot.parameter_names else name
 
 
 def in_row(kind: str, row: int) -> str:

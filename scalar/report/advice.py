@@ -12,6 +12,7 @@ from scalar.diagnosis.finding import UNATTRIBUTED
 from scalar.effects import registry
 from scalar.effects.title import joints_in_words
 from scalar.effects.wording import KNOWN_LENGTH_ADVICE
+from scalar.geometry.standard_dh import as_stated
 from scalar.report.few_poses import few_poses
 from scalar.report.load_advice import load_advice
 from scalar.report.noise_card import noise_advice
@@ -146,7 +147,8 @@ def _unobservable(diagnosis: Diagnosis) -> list[str]:
 def _weak(diagnosis: Diagnosis) -> list[str]:
     """Return the advice for geometric parameters with a large standard error."""
     parameters = diagnosis.calibration_after.parameters()
-    weak: list[tuple[float, str]] = []
+    nominal = diagnosis.calibration_after.model.nominal
+    weak: list[tuple[float, int, str]] = []
     for name, entry in parameters.items():
         kind = name.split("_")[0]
         std = entry["std"]
@@ -154,12 +156,15 @@ def _weak(diagnosis: Diagnosis) -> list[str]:
             continue
         limit, say = (WEAK_LENGTH, length) if kind in ("a", "d") else (WEAK_ANGLE, angle)
         if std > limit:
-            weak.append((std / limit, f"{name} ± {say(std)}"))
+            weak.append(
+                (std / limit, int(name.rsplit("_", 1)[1]), f"{as_stated(name, nominal)} ± {say(std)}")
+            )
     if not weak:
         return []
-    named = [text for _, text in sorted(weak, reverse=True)[:_WEAK_SHOWN]]
+    shown = sorted(weak, reverse=True)[:_WEAK_SHOWN]
+    named = [text for _, _, text in shown]
     more = f", and {len(weak) - len(named)} more" if len(weak) > len(named) else ""
-    joints = joints_in_words(sorted({int(text.split(" ")[0].rsplit("_", 1)[1]) for text in named}))
+    joints = joints_in_words(sorted({joint for _, joint, _ in shown}))
     return [
         f"Measure more poses in which {joints} and the neighbouring joints move "
         f"through all of their range: the least certain parameters are {listed(named)}{more}."

@@ -33,15 +33,16 @@ class Alternative:
 
     Attributes:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
-            ``shifted_poses``, ``mirrored``, ``coupled_joints`` or ``twist_sign``.
+            ``shifted_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign``, ``length_sign``, ``sign_and_zero``,
+            ``lost_row`` or ``moved_target``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
         says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.
         changed: Under which change the residual was computed, for the message: ``with its sign changed``.
         remedy: What to do.
         dataset: The measurements under this reading.
         corrects_robot: Whether ``dataset.robot`` is all that differs.
-        joint: The joint, from 1, if the alternative is another zero of one joint; else None.
-        zero: What was added to that joint's theta [rad].
+        zeros: The joints, from 1, that have another zero in this reading, each with what was added to its theta [rad].
+        counts_back: Whether those joints count the other way as well.
         scale: Factor by which the measured lengths were multiplied; a residual that shrinks by the same factor proves nothing.
         motion: Factor by which the joint angles were multiplied, where the arm hardly moves as described or under this reading. An arm that hardly
             moves leaves a residual that is smaller by as much, whatever is measured.
@@ -54,8 +55,8 @@ class Alternative:
     remedy: str
     dataset: Dataset
     corrects_robot: bool = False
-    joint: int | None = None
-    zero: float = 0.0
+    zeros: tuple[tuple[int, float], ...] = ()
+    counts_back: bool = False
     scale: float = 1.0
     motion: float = 1.0
 
@@ -160,8 +161,7 @@ def _zeros(dataset: Dataset, joint: int) -> Iterator[Alternative]:
                 f"the zero of joint {joint + 1} is off",
                 "with its zero moved",
             ),
-            joint=joint + 1,
-            zero=angle,
+            zeros=((joint + 1, angle),),
         )
 
 
@@ -215,15 +215,14 @@ def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
             )
     for shift in (1, -1):
         for labels_go_along in (False, True) if dataset.planes else (False,):
-            moved = _shifted(dataset, shift, labels_go_along)
-            if moved is not None:
+            if dataset.n_poses > 2:
                 yield Alternative(
                     "shifted_poses",
                     "poses.csv",
                     f"each measurement belongs to the pose {'before' if shift > 0 else 'after'} the one that it is listed with",
                     "with the joint angles moved by one row",
                     "look where the rows of angles and of measurements were joined",
-                    moved,
+                    shifted(dataset, np.full(dataset.n_poses, shift), labels_go_along),
                 )
 
 
@@ -246,21 +245,19 @@ def _swapped_columns(q: Array, i: int, j: int) -> Array:
     return swapped
 
 
-def _shifted(dataset: Dataset, shift: int, labels_go_along: bool) -> Dataset | None:
-    """Return the dataset with each row's angles taken from the row ``shift`` before it; rows at the end without one are left out.
+def shifted(dataset: Dataset, shifts: Array, labels_go_along: bool) -> Dataset:
+    """Return the dataset with the angles of each row taken from a row near it; rows for which there is none are left out.
 
     Args:
         dataset: Poses in the order of acquisition.
-        shift: 1 or -1.
+        shifts: ``(N,)`` integers, how many rows before each row its angles stand.
         labels_go_along: Whether the label of the plane stands with the angles, or with the measurement.
     """
-    N = dataset.n_poses
-    rows = np.arange(shift, N) if shift > 0 else np.arange(0, N + shift)
-    if len(rows) < 2:
-        return None
-    kept, source = dataset.subset(rows), dataset.poses.iloc[rows - shift]
+    source = np.arange(dataset.n_poses) - shifts
+    rows = np.flatnonzero((source >= 0) & (source < dataset.n_poses))
+    kept, taken = dataset.subset(rows), dataset.poses.iloc[source[rows]]
     columns = [f"q{j + 1}" for j in range(dataset.robot.n_joints)] + (["plane"] if labels_go_along else [])
-    return replace(kept, poses=kept.poses.assign(**{name: source[name].to_numpy() for name in columns}))
+    return replace(kept, poses=kept.poses.assign(**{name: taken[name].to_numpy() for name in columns}))
 
 
 def _wrapped(angle: float) -> float:

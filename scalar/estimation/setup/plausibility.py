@@ -7,9 +7,13 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
+from scalar.estimation.setup.known_planes import base_moved_to, contradictions
+from scalar.estimation.setup.plane_guesses import far_guesses
+from scalar.estimation.setup.scan_axes import misread_axes
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array, log_so3
+from scalar.geometry.standard_dh import as_stated
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
@@ -49,9 +53,11 @@ def implausible(
         fixed_length: Name of the length to which all others are relative because the data show no length; None if they show it.
     """
     found = [
+        *(Suspicion("known_plane", c.plane, c.sentence) for c in contradictions(dataset, model)),
         *_lengths(dataset, model, std, fixed_length),
         *_zeros(dataset, model, std),
         *_sensor(dataset, model, rotation_observed),
+        *(Suspicion("plane_guess", name, sentence) for name, sentence in far_guesses(dataset, model)),
     ]
     if rotation_noise > DISAGREEMENT:
         found.append(
@@ -129,13 +135,16 @@ def _lengths(dataset: Dataset, model: Model, std: Array, fixed_length: str | Non
             )
         ]
     k, j = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
-    name = f"{GEOMETRY[rows[k]]}_{j + 1}"
-    which = f"{name} or {fixed_length}, to which all lengths are relative here," if fixed_length else name
+    name = as_stated(f"{GEOMETRY[rows[k]]}_{j + 1}", dataset.robot)
+    fixed = None if fixed_length is None else as_stated(fixed_length, dataset.robot)
+    which = f"{name} or {fixed}, to which all lengths are relative here," if fixed else name
+    known = base_moved_to(dataset, model) if j == 0 else ()
+    elsewhere = f"is {' or '.join(known)} not where it is declared known, " if known else ""
     return [
         Suspicion(
             "robot",
             name,
-            f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints: is {which} wrong there, or is "
+            f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints: is {which} wrong there, {elsewhere}or is "
             "this another robot than the one that was measured?",
         )
     ]
@@ -177,10 +186,14 @@ def _sensor(dataset: Dataset, model: Model, rotation_observed: bool) -> list[Sus
     angle = float(np.linalg.norm(turn))
     if rotation_observed and angle > SENSOR_TURN:
         axis = "xyz"[int(np.argmax(np.abs(turn)))]
+        kind = kind_of(dataset)
+        axes = None
+        if kind.scans:
+            axes = misread_axes(T[:3, :3], model.T_flange_sensor[:3, :3], kind.format.measured_in)
         found.append(
             _sensor_suspicion(
                 f"the {what} sits turned by {angle / DEG:.0f} degrees, mostly about its {axis}, from where nominal_pose has it: "
-                f"correct nominal_pose, or check whether {turned}"
+                f"correct nominal_pose, or check whether {turned}{f'; {axes}' if axes else ''}"
             )
         )
     return found

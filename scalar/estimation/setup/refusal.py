@@ -35,10 +35,12 @@ def misfit_refused(dataset: Dataset, distances: Array) -> Undetermined:
     """
     planes, label = (" or the planes", ", label") if dataset.planes else ("", "")
     robot = "the robot, the sensor" if dataset.planes else "the robot or the sensor"
+    moved = "planes or base" if dataset.planes else "tracker or base"
     worst = int(dataset.pose_ids[np.argmax(distances)])
     return Undetermined(
         [f"the best fit is still {np.sqrt(np.mean(distances**2)) / MM:.0f} mm RMS off, pose {worst} most of all: this is not "
-         f"{robot}{planes} that dataset.yaml describes; no single sign, zero, unit{label} or convention "
-         f"explains it, and no two or three signs: check several of them, and whether joint angles and measurements belong together"
+         f"{robot}{planes} that dataset.yaml describes; no single sign, zero, length, unit{label} or convention "
+         f"explains it, no sign and zero of one joint, no two zeros, no two or three signs, no lost row, and no move of {moved}: check "
+         "several of them, and whether joint angles and measurements belong together"
          f"{still_clause(dataset.q)}"]
     )  # fmt: skip

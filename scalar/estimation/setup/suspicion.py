@@ -7,19 +7,25 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.errors import Fault, InvalidInput
-from scalar.estimation.setup.alternatives import THETA, ZERO_STEP, Alternative, alternatives
+from scalar.estimation.setup.alternatives import Alternative, alternatives
 from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
+from scalar.estimation.setup.lengths import length_signs
+from scalar.estimation.setup.lost_row import lost_rows
+from scalar.estimation.setup.moved_target import moved_targets
+from scalar.estimation.setup.moved_zeros import as_described, with_zeros_of, zeros_in_words
 from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
+from scalar.estimation.setup.sign_and_zero import signs_and_zeros
 from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
 from scalar.estimation.setup.twists import twists
+from scalar.estimation.setup.two_zeros import two_zeros
 from scalar.geometry.robot import Robot
 from scalar.units import DEG, MM
 
@@ -41,7 +47,17 @@ CLEARLY_NEARER_SHIFT = 30 * MM  # the same for places
 TIMES_NEARER = (
     2.0  # places may be guessed badly: to be taken, a correction has to be nearer by this factor as well
 )
-SINGLE = (alternatives, twists, angle_units, coupled_joints)  # what yields the alternatives with one change
+SINGLE = (
+    alternatives,
+    twists,
+    length_signs,
+    angle_units,
+    coupled_joints,
+)  # what yields the alternatives with one change
+LAST = (
+    lost_rows,
+    moved_targets,
+)  # what yields the alternatives that hold from a pose on; they are tried where no other explains the data
 MOST_FITTED = 4  # alternatives that are fitted in full
 
 
@@ -50,8 +66,8 @@ class Suspicion:
     """Something in the description of the set-up that is suspected to be wrong.
 
     Attributes:
-        what: As in ``Alternative``; ``robot``, ``sensor_pose``, ``orientation`` or ``noise`` if a fit ended implausibly; ``points`` if
-            points lie off the line of their scan.
+        what: As in ``Alternative``; ``known_plane``, ``plane_guess``, ``robot``, ``sensor_pose``, ``orientation`` or ``noise`` if a fit ended
+            implausibly; ``points`` if points lie off the line of their scan.
         where: What it concerns, as a person names it.
         sentence: What is suspected, with the figures, and what to do.
         rms_before: Residual with the set-up as described [m], or None if no fit was possible.
@@ -93,7 +109,9 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
 
     Every alternative is compared with the arm nominal. The few with the smallest residuals, and with sensor and planes nearest to where
     dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
-    explains the data with sensor and planes near their stated places. If the data do not distinguish several alternatives, all are returned.
+    explains the data with sensor and planes near their stated places. A sign and a zero of one joint are tried before the pairs, where no single
+    alternative explains the data; two zeros, and errors that begin at some pose, are tried last. If the data do not distinguish several alternatives,
+    all are returned.
     """
     as_it_is = first_look(dataset)
     before = _residual(full_fit(dataset), as_it_is)
@@ -102,8 +120,14 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
         single = itertools.chain(*(each(dataset) for each in SINGLE))
         tried = single if count == 1 else several_signs(dataset, count)
         found += _explaining(tried, as_it_is, before)
+        if count == 1 and not found:
+            found += _explaining(signs_and_zeros(dataset), as_it_is, before)
         if count > 1 and any(look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in found):
             break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then
+    if not found:
+        found += _explaining(two_zeros(dataset), as_it_is, before)
+    for alternatives_of in LAST:
+        found = found or _explaining_fully(dataset, alternatives_of(dataset), before)
     if not found:
         return ()
     lowest = min(trial.rms for _, _, trial in found)
@@ -143,10 +167,29 @@ def _explaining(
         if found and look.turn > found[0][0].turn + CLEARLY_NEARER:
             break
         trial = full_fit(alternative.dataset)
-        if trial is None or _is_as_described(alternative, trial):
+        if trial is None or as_described(alternative, trial.model.robot):
             continue
         if _explains(look, alternative, trial, as_it_is, before):
             found.append((look, alternative, trial))
+    return found
+
+
+def _explaining_fully(
+    dataset: Dataset, tried: Iterable[Alternative], before: float | None
+) -> list[tuple[Look, Alternative, Trial]]:
+    """Return those of a few alternatives that leave a far smaller residual, whatever the nominal arm leaves of them.
+
+    Errors of the nominal arm may hide a change by centimetres that holds from some pose on. An alternative has to be better also than the set-up as
+    described with the arm that was fitted to the alternative, in case the set-up as described has no fit of its own.
+    """
+    found: list[tuple[Look, Alternative, Trial]] = []
+    for alternative in tried:
+        trial = full_fit(alternative.dataset)
+        if trial is None or trial.rms > MOST_LEFT:
+            continue
+        without = first_look(replace(dataset, robot=trial.model.robot)).rms
+        if trial.rms <= FALLS_TO * min(without, np.inf if before is None else before):
+            found.append((first_look(alternative.dataset), alternative, trial))
     return found
 
 
@@ -176,22 +219,6 @@ def _explains(
     )
 
 
-def _is_as_described(alternative: Alternative, trial: Trial) -> bool:
-    """Return whether the fit of another zero has returned to the zero as described: to where its own fit would have converged.
-
-    The set-up as described may have no fit of its own, because fewer parameters were found to be determined at its initial estimate.
-    """
-    return alternative.joint is not None and abs(_zero_moved(alternative, trial)) < ZERO_STEP / 2
-
-
-def _zero_moved(alternative: Alternative, trial: Trial) -> float:
-    """Return how far the fitted zero of an alternative's joint is from the one as described [rad], within half a turn."""
-    j = (alternative.joint or 0) - 1
-    described = alternative.dataset.robot.geometry[THETA, j] - alternative.zero
-    angle = trial.model.robot.geometry[THETA, j] - described
-    return float(np.arctan2(np.sin(angle), np.cos(angle)))
-
-
 def _residual(trial: Trial | None, look: Look) -> float | None:
     rms = look.rms if trial is None else min(trial.rms, look.rms)
     return float(rms) if np.isfinite(rms) else None
@@ -207,9 +234,9 @@ def _suspicion(alternative: Alternative, before: float | None, trial: Trial, *, 
         one_of: Number of alternatives that explain the data equally well.
     """
     says, changed, robot = alternative.says, alternative.changed, alternative.dataset.robot
-    if alternative.joint is not None:
-        angle = _zero_moved(alternative, trial)
-        says = f"the zero of joint {alternative.joint} is off by {angle / DEG:.1f} degrees"
+    if alternative.zeros:
+        says = zeros_in_words(alternative, trial.model.robot)
+        robot = with_zeros_of(alternative, trial.model.robot)
     figures = f"the residual is {trial.rms / MM:.2g} mm {changed}"
     if before is not None and before > trial.rms / FALLS_TO:
         figures = f"{changed} the residual falls from {_in_mm(before)} to {_in_mm(trial.rms)} mm"

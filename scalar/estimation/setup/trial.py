@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,11 +17,13 @@ from scalar.estimation.prepare import prepare
 from scalar.estimation.ran_away import ran_away
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.planes import Planes
+from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array, log_so3
 from scalar.sensors import measure
 
 MOST_POSES = 60  # used for the first comparison; a wrong description shows in any poses
 LEAST_EQUATIONS = 2.0  # for each free parameter: with fewer, a fit may explain anything
+THETA = GEOMETRY.index("theta")
 STEPS = 12  # of the first look's damped Gauss-Newton
 
 
@@ -46,37 +49,53 @@ class Look:
         turn: How far sensor and planes ended from where dataset.yaml has them, as an angle [rad]: the largest of the turn of the sensor and the
             turns of the planes' normals.
         shift: The same as a length [m]: the largest of the shift of the sensor and the shifts of the planes.
+        of_all: Root mean square distance over all poses [m], which a few wrong poses change much.
     """
 
     rms: float
     turn: float
     shift: float
+    of_all: float = np.inf
 
 
 def first_look(dataset: Dataset) -> Look:
     """Return how well a set-up explains some of the poses with the arm nominal: sensor and target alone are fitted."""
+    return quick_fit(dataset)[0]
+
+
+def quick_fit(dataset: Dataset, joints: Sequence[int] = ()) -> tuple[Look, Model | None]:
+    """Return the first look at a set-up, and where its fit ended; None if no comparison was possible.
+
+    Args:
+        dataset: The measurements under some reading of the set-up.
+        joints: ``(k,)``, from 0: joints that turn, whose zeros are free as well.
+    """
     dataset = thinned(dataset)
-    best = Look(np.inf, np.inf, np.inf)
+    best: tuple[Look, Model | None] = Look(np.inf, np.inf, np.inf), None
     try:
         measurement = measure(dataset)
         guess = measurement.initial_target(dataset)
         T_nominal = dataset.sensor.T_flange_sensor
         for _, T, target in proposals(measurement, dataset.robot, dataset.q, guess, T_nominal):
             model = Model.at(dataset.robot, T, target)
-            model = _few_steps(Residuals.of(dataset, model, measurement), model)
+            model = _few_steps(Residuals.of(dataset, model, measurement), model, joints)
+            distances = Residuals.of(dataset, model, measurement).pose_distances(model)
             look = Look(
-                typical_distance(Residuals.of(dataset, model, measurement), model),
+                float(np.median(distances)),
                 *_turn_and_shift(model, guess, T_nominal),
+                float(np.sqrt(np.mean(distances**2))),
             )
-            best = min(best, look, key=lambda x: x.rms)
+            best = min(best, (look, model), key=lambda x: x[0].rms)
     except (ScalarError, np.linalg.LinAlgError, ValueError, FloatingPointError):
         pass
     return best
 
 
-def _few_steps(residuals: Residuals, model: Model) -> Model:
-    """Return the model after a few damped Gauss-Newton steps of sensor and target."""
+def _few_steps(residuals: Residuals, model: Model, joints: Sequence[int]) -> Model:
+    """Return the model after a few damped Gauss-Newton steps of sensor, target and the zeros of some joints (from 0)."""
     free = sensor_and_target(residuals, model)
+    first = model.blocks["geometry"].start + THETA * model.robot.n_joints
+    free[[first + joint for joint in joints]] = True
     residual, jacobian = residuals.linearise(model)
     damping = 1e-3
     for _ in range(STEPS):

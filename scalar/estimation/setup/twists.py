@@ -13,7 +13,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import ALPHA, Alternative
-from scalar.geometry.standard_dh import in_rows
+from scalar.geometry.standard_dh import as_stated
 from scalar.units import DEG
 
 LEAST_TWIST = 20 * DEG  # from parallel: a fit finds the sign of a smaller twist by itself
@@ -27,7 +27,7 @@ def twists(dataset: Dataset) -> Iterator[Alternative]:
             continue
         geometry = robot.geometry.copy()
         geometry[ALPHA, j] = -alpha
-        name = in_rows(f"alpha_{j + 1}", robot) if robot.standard_dh else f"alpha_{j + 1}"
+        name = as_stated(f"alpha_{j + 1}", robot)
         yield Alternative(
             "twist_sign",
             name,

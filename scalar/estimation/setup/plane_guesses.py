@@ -1,0 +1,44 @@
+"""Planes whose initial guess is far from where a fit has them. The fit found them all the same; the guess may be a mistake in dataset.yaml."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.estimation.model import Model
+from scalar.geometry.planes import Planes
+from scalar.sensors.plane_targets import plane_targets
+from scalar.units import MM
+
+FAR = 200 * MM  # twice the error of a guess from which a fit is documented to start
+
+
+def far_guesses(dataset: Dataset, model: Model) -> list[tuple[str, str]]:
+    """Return the name of every plane whose guessed distance is far off, and a sentence with the figures.
+
+    A guess that is tilted has another distance from the base's origin at the same points; as much as a tilt explains is not counted.
+
+    Args:
+        dataset: What was measured.
+        model: Where the fit ended.
+    """
+    planes = model.target
+    if not isinstance(planes, Planes):
+        return []
+    guess, found = plane_targets(dataset)[1], []
+    declared = {plane.name for plane in dataset.planes if plane.distance_std is not None}
+    for k, name in enumerate(planes.names):
+        if name in declared or name.split("@")[0] in declared:
+            continue
+        cosine = float(planes.normals[k] @ guess.normals[k])
+        fitted = float(np.copysign(1.0, cosine) * planes.distances[k])  # (-n, -d) is the same plane as (n, d)
+        guessed = float(guess.distances[k])
+        turn = float(np.arccos(min(abs(cosine), 1.0)))
+        if abs(fitted - guessed) > FAR + max(abs(fitted), abs(guessed)) * np.sin(turn):
+            sentence = (
+                f"the guess of plane {name} is far off: dataset.yaml has the distance {guessed / MM:.0f} mm, and the data put it at "
+                f"{fitted / MM:.0f} mm; the plane was found all the same, but look whether "
+                "the number, its sign or the plane's name is a mistake"
+            )
+            found.append((name, sentence))
+    return found

@@ -1,0 +1,92 @@
+"""A length with the wrong sign, and two zeros that are wrong together, are named with the number that the table of joints should have."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scalar.data.dataset import Dataset
+from scalar.estimation.calibrate import calibrate
+from scalar.estimation.setup.alternatives import read_as_standard
+from scalar.estimation.setup.lengths import length_signs
+from scalar.estimation.setup.suspicion import WrongSetup
+from scalar.geometry.robot import GEOMETRY
+from scalar.geometry.standard_dh import stated_mapping
+from scalar.units import DEG, MM
+from tests.random_scene import make_scene
+
+
+@pytest.fixture(scope="module")
+def tracked() -> Dataset:
+    """Return seventy-five poses before a tracker."""
+    return make_scene("vs060", "tracker", poses_per_plane=25, noise=1e-4, seed=7).dataset
+
+
+def with_length_negated(dataset: Dataset, kind: str, joint: int) -> Dataset:
+    """Return the dataset with a length of a joint (from 1) negated in its table of joints."""
+    geometry = dataset.robot.geometry.copy()
+    geometry[GEOMETRY.index(kind), joint - 1] *= -1
+    return replace(dataset, robot=dataset.robot.with_geometry(geometry))
+
+
+@pytest.mark.parametrize(
+    ("sensor", "kind", "joint"),
+    [
+        ("tracker", "a", 3),
+        *(pytest.param(*c, marks=pytest.mark.slow) for c in (("tracker", "d", 4), ("line-laser", "d", 4))),
+    ],
+)
+def test_a_length_with_the_wrong_sign_is_named(sensor, kind, joint):
+    """It is named, and the corrected table is the one without the error."""
+    sound = make_scene("vs060", sensor, poses_per_plane=25, points_per_scan=12, noise=1e-4, seed=7).dataset
+    with pytest.raises(WrongSetup) as refused:
+        calibrate(with_length_negated(sound, kind, joint))
+    named = {suspicion.where: suspicion for suspicion in refused.value.suspicions}
+    suspicion = named[f"{kind}_{joint}"]
+    assert suspicion.what == "length_sign" and "the residual falls from" in suspicion.sentence
+    assert suspicion.rms_after is not None and suspicion.rms_after < 0.5 * MM
+    assert suspicion.robot is not None
+    np.testing.assert_array_equal(suspicion.robot.geometry, sound.robot.geometry)
+
+
+def test_lengths_are_named_by_the_rows_of_the_user_s_table(tracked):
+    """In standard DH each alternative changes the sign of the number that it names, and of no other."""
+    dataset = replace(tracked, robot=read_as_standard(tracked.robot))
+    before = stated_mapping(dataset.robot)["joints"]
+    found = list(length_signs(dataset))
+    assert {"a 3", "d 4"} <= {alternative.where for alternative in found}
+    for alternative in found:
+        kind, row = alternative.where.split()
+        after = stated_mapping(alternative.dataset.robot)["joints"]
+        changed = {
+            (name, i)
+            for i, (one, other) in enumerate(zip(before, after, strict=True), start=1)
+            for name in ("a", "alpha", "d", "theta")
+            if one[name] != other[name]
+        }
+        assert changed == {(kind, int(row))}
+
+
+@pytest.mark.parametrize(
+    ("degrees", "joints"),
+    [
+        ((-90, 90), (2, 3)),
+        pytest.param((90, -90), (3, 5), marks=pytest.mark.slow),
+        pytest.param((75, 90), (2, 4), marks=pytest.mark.slow),
+    ],
+)
+def test_two_wrong_zeros_are_named_together(tracked, degrees, joints):
+    """Both angles are stated as the fit has them, and the corrected table explains the data."""
+    moved = {f"q{j}": tracked.q[:, j - 1] - angle * DEG for j, angle in zip(joints, degrees, strict=True)}
+    wrong = replace(tracked, poses=tracked.poses.assign(**moved))
+    with pytest.raises(WrongSetup) as refused:
+        calibrate(wrong)
+    where = f"joints {joints[0]} and {joints[1]}"
+    suspicion = {s.where: s for s in refused.value.suspicions}[where]
+    assert suspicion.what == "joint_zero" and suspicion.robot is not None
+    stated = re.search(r"are off by (\S+) and (\S+) degrees", suspicion.sentence).groups()
+    np.testing.assert_allclose([float(angle) for angle in stated], degrees, atol=2.0)
+    assert calibrate(replace(wrong, robot=suspicion.robot)).residual_rms < 1 * MM
