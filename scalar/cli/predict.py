@@ -75,7 +75,7 @@ def predict(
       scalar predict out/calibration.json joints.csv -o frames.csv --std
       scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm --orientation rpy
     """
-    from scalar.cli.kinds_of_targets import naming_table, refuse_frames
+    from scalar.cli.kinds_of_targets import naming_table, naming_text, refuse_frames
     from scalar.cli.pose_lines import lines_on_limits, lines_on_measured_ranges, lines_on_small_degrees
     from scalar.data.moves import joint_angles
     from scalar.data.pose_tables import read_pose_table
@@ -98,8 +98,9 @@ def predict(
             units=in_units,
             prismatic=robot.prismatic,
             columns=columns,
+            copied=True,
         )
-    with naming_table(joints.name):
+    with naming_table(joints.name), naming_text(table):
         covariance = model.predict_covariance(table, target=target) if with_std else None
         frames = model.predict(table, target=target)
     write_frames(

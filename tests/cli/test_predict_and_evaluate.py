@@ -31,6 +31,15 @@ def test_predict_refuses_joints_it_cannot_read(spoil, words, sound, tmp_path):
     refused(result, INPUT_AT_FAULT, *words, output=tmp_path / "frames.csv")
 
 
+def test_predict_leaves_comments_aside(sound, tmp_path):
+    """A column of text that no effect needs, such as those that `correct` copies, changes nothing."""
+    calibration, table = sound / "out/calibration.json", pd.read_csv(sound / "joints.csv")
+    table.assign(comment="weld").to_csv(tmp_path / "joints.csv", index=False)
+    assert run("predict", calibration, tmp_path / "joints.csv", "-o", tmp_path / "a.csv").exit_code == 0
+    assert run("predict", calibration, sound / "joints.csv", "-o", tmp_path / "b.csv").exit_code == 0
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
 def test_predict_refuses_what_is_no_table_or_no_calibration(sound, tmp_path):
     """A missing file, a folder, an empty file and a file that is no calibration are refused."""
     (tmp_path / "empty.csv").touch()

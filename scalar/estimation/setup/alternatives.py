@@ -24,6 +24,8 @@ ZERO_STEP = (
 )  # between the zeros of a joint that are tried: from half of it away, a fit still converges
 LENGTH_UNITS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0, "feet": 304.8}
 """Units that are mistaken for millimetres or metres, each with its size in millimetres."""
+CORRECT_TABLE = "correct the table of joints in dataset.yaml"
+CORRECT_JOINT = f"{CORRECT_TABLE}; where 'scalar import' made the tables, write sign or offset of this joint into the mapping instead, and import again"
 A, ALPHA, D, THETA, BETA = range(len(GEOMETRY))
 
 
@@ -229,7 +231,7 @@ def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
 def _with_robot(
     dataset: Dataset, robot: Robot, what: str, where: str, says: str, changed: str
 ) -> Alternative:
-    remedy = "correct the table of joints in dataset.yaml"
+    remedy = CORRECT_JOINT if what in ("joint_sign", "joint_zero") else CORRECT_TABLE
     return Alternative(what, where, says, changed, remedy, replace(dataset, robot=robot), corrects_robot=True)
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.estimation.setup.alternatives import Alternative
+from scalar.estimation.setup.alternatives import CORRECT_TABLE, Alternative
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.standard_dh import as_stated
 from scalar.units import MM
@@ -34,7 +34,7 @@ def length_signs(dataset: Dataset) -> Iterator[Alternative]:
                 name,
                 f"{name} has the wrong sign: it is {length / MM:.6g} mm in the table of joints",
                 f"with {-length / MM:.6g} mm",
-                "correct the table of joints in dataset.yaml",
+                CORRECT_TABLE,
                 replace(dataset, robot=robot.with_geometry(geometry)),
                 corrects_robot=True,
             )

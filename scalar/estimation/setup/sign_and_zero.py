@@ -12,7 +12,13 @@ from dataclasses import replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.estimation.setup.alternatives import THETA, Alternative, with_sign_changed, with_zero_moved
+from scalar.estimation.setup.alternatives import (
+    CORRECT_JOINT,
+    THETA,
+    Alternative,
+    with_sign_changed,
+    with_zero_moved,
+)
 from scalar.estimation.setup.trial import quick_fit, thinned
 from scalar.geometry.robot import Robot
 from scalar.units import DEG
@@ -34,7 +40,7 @@ def signs_and_zeros(dataset: Dataset) -> Iterator[Alternative]:
             f"joint {joint + 1}",
             f"joint {joint + 1} counts the other way and its zero is off",
             "with both changed",
-            "correct the table of joints in dataset.yaml",
+            CORRECT_JOINT,
             replace(dataset, robot=with_zero_moved(robot, joint, zero)),
             corrects_robot=True,
             zeros=((joint + 1, zero),),

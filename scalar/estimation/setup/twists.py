@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.estimation.setup.alternatives import ALPHA, Alternative
+from scalar.estimation.setup.alternatives import ALPHA, CORRECT_TABLE, Alternative
 from scalar.geometry.standard_dh import as_stated
 from scalar.units import DEG
 
@@ -33,7 +33,7 @@ def twists(dataset: Dataset) -> Iterator[Alternative]:
             name,
             f"{name} has the wrong sign: it is {alpha / DEG:.4g} degrees in the table of joints",
             f"with {-alpha / DEG:.4g} degrees",
-            "correct the table of joints in dataset.yaml",
+            CORRECT_TABLE,
             replace(dataset, robot=robot.with_geometry(geometry)),
             corrects_robot=True,
         )

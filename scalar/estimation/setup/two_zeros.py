@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.estimation.setup.alternatives import THETA, Alternative, with_zero_moved
+from scalar.estimation.setup.alternatives import CORRECT_TABLE, THETA, Alternative, with_zero_moved
 from scalar.estimation.setup.trial import quick_fit, thinned
 from scalar.units import DEG
 
@@ -38,7 +38,7 @@ def two_zeros(dataset: Dataset) -> Iterator[Alternative]:
             where,
             f"the zeros of {where} are off",
             "with both moved",
-            "correct the table of joints in dataset.yaml",
+            CORRECT_TABLE,
             replace(dataset, robot=moved),
             corrects_robot=True,
             zeros=tuple((joint + 1, zero) for joint, zero in zip(pair, zeros, strict=True)),
