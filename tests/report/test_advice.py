@@ -40,7 +40,9 @@ def test_what_was_found_stands_in_view_whatever_its_place_in_the_list(found: Dia
         in_view = candidates(render_report(diagnosis)).split("<details>")[0]
         assert f"<td>{title} <span" in in_view
     text = candidates(render_report(replace(found, ranking=tuple(others))))
-    assert f"Not in this list: “{found.findings[0].effect.title}”. It was found only with other effects" in text
+    assert (
+        f"Not in this list: “{found.findings[0].effect.title}”. It was found only with other effects" in text
+    )
 
 
 def candidates(page: str) -> str:
