@@ -44,7 +44,7 @@ def _unit(points: Table, poses: Table | None, description: Description, layout: 
     in_fixed_frame = not layout.several_rows and len(axes) == 3
     if poses is None or description.faults or not in_fixed_frame:
         return None
-    if not (poses.good("pose", *joints) and points.good("pose")):
+    if not (poses.good("pose", *joints) and points.good("pose", *axes)):
         return None
     rows = {pose: i for i, pose in enumerate(poses.columns["pose"].tolist())}
     row = np.array([rows.get(pose, -1) for pose in points.columns["pose"].tolist()], dtype=int)

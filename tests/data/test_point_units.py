@@ -38,3 +38,19 @@ def test_where_the_angles_are_at_fault_as_well_no_other_unit_is_claimed(tmp_path
         read_dataset(folder)
     said = [fault.message for fault in refused.value.faults if fault.file == "points.csv"]
     assert said and all("are these millimetres?" in message for message in said)
+
+
+@pytest.mark.parametrize("damage", ["no column", "a number beyond measure"])
+def test_a_damaged_table_is_refused_for_its_damage(damage, tmp_path):
+    """A table without x, or with a number whose square overflows, is refused for that, whatever else looks like another unit."""
+    folder = make_scene("vs060", "tracker", seed=2, poses_per_plane=20).write(tmp_path / "cell")
+    points = pd.read_csv(folder / "points.csv")
+    points[AXES] = (points[AXES] + 3.0) * 100.0
+    if damage == "no column":
+        points = points.drop(columns="x")
+    else:
+        points.loc[2, "x"] = 1e200
+    points.to_csv(folder / "points.csv", index=False)
+    with pytest.raises(InvalidInput) as refused:
+        read_dataset(folder)
+    assert any(fault.column == "x" and "suspect" not in fault.message for fault in refused.value.faults)
