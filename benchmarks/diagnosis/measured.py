@@ -27,6 +27,7 @@ from benchmarks.diagnosis.learners import Network, Process  # noqa: E402
 from scalar.data.dataset import Dataset, read_dataset  # noqa: E402
 from scalar.data.io.atomic import write_json  # noqa: E402
 from scalar.diagnosis.diagnose import diagnose  # noqa: E402
+from scalar.diagnosis.focused_choice import LIMITS  # noqa: E402
 from scalar.diagnosis.hold_out import first_of_repetitions  # noqa: E402
 from scalar.estimation.gross_errors import clean  # noqa: E402
 from scalar.estimation.model import Model  # noqa: E402
@@ -96,7 +97,7 @@ def compare(dataset: Dataset) -> list[dict[str, Any]]:
         }
         within = np.all((test.q >= cleaned.q.min(axis=0)) & (test.q <= cleaned.q.max(axis=0)), axis=1)
         choice = diagnosis.shipped.choice
-        stated = choice.error_as_shipped if diagnosis.ships_effects else choice.std_without
+        stated = choice.errors_as_chosen[LIMITS] if diagnosis.ships_effects else choice.std_without
         found.append(
             {
                 "learned_from": int(learned.sum()),

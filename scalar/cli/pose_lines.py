@@ -14,10 +14,8 @@ if TYPE_CHECKING:
 MOST_SHOWN = 10
 """Most poses that are listed one by one."""
 _FEW_ROWS = 3  # chosen: so few poses may all be near zero
-_LARGE_TURN, _LARGE_TRAVEL = (
-    1 * DEG,
-    10 * MM,
-)  # chosen: ten times what the errors of an arm usually take away from singularities
+_LARGE_TURN, _LARGE_TRAVEL = 1 * DEG, 10 * MM
+"""Chosen: ten times what the errors of an arm usually take away from singularities."""
 _MOST_JOINTS = 3  # named in the line on measured ranges, those with the most poses outside first
 
 

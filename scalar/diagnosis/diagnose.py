@@ -25,6 +25,7 @@ from scalar.diagnosis.two_halves import limited_by_halves, two_halves
 from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
 from scalar.estimation.measured_effects import with_target_motion
 from scalar.estimation.motion import refuse_without_motion
+from scalar.estimation.setup.orientations import refuse_wrong_orientations
 
 MAX_RANKING = 25  # candidates that the ranking of a diagnosis lists
 
@@ -62,6 +63,7 @@ def diagnose(
     """
     refuse_without_motion(dataset)
     dataset = with_target_motion(dataset)
+    refuse_wrong_orientations(dataset)
     run = explained(dataset, settings, progress)
     final_residuals, candidates = FinalResiduals.of(run.after), run.candidates
     found = findings_of(run, final_residuals)

@@ -35,7 +35,6 @@ from scalar.estimation.ran_away import ran_away
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.estimation.result import Calibration
 from scalar.estimation.setup.known_planes import refuse_contradicted_planes
-from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT
 
@@ -134,7 +133,6 @@ def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
         InvalidInput: A corrected description of the set-up explains the data.
         Undetermined: Most scans have lost their line to stray points, or the poses contradict one another and no corrected description explains them.
     """
-    refuse_wrong_orientations(dataset)
     try:
         return clean(dataset, settings.estimation)
     except TooManyStrayPoints:

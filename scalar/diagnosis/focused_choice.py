@@ -44,8 +44,7 @@ class FocusedChoice:
         left_out: Effects that were found and are not in this fit.
         added: Effects that were not found and are in this fit.
         error_with_all: Expected error of a predicted position [m] with all effects, root mean square over poses within the joint limits.
-        error_as_chosen: The same with the effects that were chosen.
-        error_within_ranges: The same with the effects that were chosen, over poses within the measured ranges of the joints.
+        errors_as_chosen: Expected errors with the effects that were chosen.
         errors_without: Expected errors without effects.
         std_without: Standard error of a predicted position [m] without effects, root mean square over poses within the joint limits.
     """
@@ -54,8 +53,7 @@ class FocusedChoice:
     left_out: tuple[Effect, ...]
     added: tuple[Effect, ...]
     error_with_all: float
-    error_as_chosen: float
-    error_within_ranges: float
+    errors_as_chosen: Errors
     errors_without: Errors
     std_without: float
 
@@ -64,15 +62,9 @@ class FocusedChoice:
         """Return whether the model contains the effects that were found, and no others."""
         return not self.left_out and not self.added
 
-    def expected_errors(self, *, without_effects: bool) -> tuple[float, float]:
-        """Return the expected errors of a predicted position [m] within the joint limits and within the measured ranges.
-
-        Args:
-            without_effects: Whether of the model without effects, instead of the fit with the effects that were chosen.
-        """
-        if without_effects:
-            return self.errors_without[LIMITS], self.errors_without[RANGES]
-        return self.error_as_chosen, self.error_within_ranges
+    def expected_errors(self, *, without_effects: bool) -> Errors:
+        """Return the expected errors of the model without effects, or of the fit with the effects that were chosen."""
+        return self.errors_without if without_effects else self.errors_as_chosen
 
     def to_mapping(self, *, without_effects: bool) -> dict[str, object]:
         """Return the choice as it stands in ``diagnosis.json``.
@@ -80,14 +72,14 @@ class FocusedChoice:
         Args:
             without_effects: Whether the model without effects is shipped.
         """
-        within_limits, within_ranges = self.expected_errors(without_effects=without_effects)
+        expected = self.expected_errors(without_effects=without_effects)
         return {
             "left_out": [{"name": effect.name, "target": effect.target} for effect in self.left_out],
             "added": [{"name": effect.name, "target": effect.target} for effect in self.added],
             "expected_error_mm": {
                 "with_all": self.error_with_all / MM,
-                "as_shipped": within_limits / MM,
-                "as_shipped_within_measured_ranges": within_ranges / MM,
+                "as_shipped": expected[LIMITS] / MM,
+                "as_shipped_within_measured_ranges": expected[RANGES] / MM,
             },
         }
 
@@ -113,9 +105,7 @@ def focused_choice(after: FittedState) -> FocusedChoice:
     if not effects:
         alone = NestedModels(after)
         errors = alone.errors(())
-        return FocusedChoice(
-            after, (), (), errors[LIMITS], errors[LIMITS], errors[RANGES], errors, alone.std(())
-        )
+        return FocusedChoice(after, (), (), errors[LIMITS], errors, errors, alone.std(()))
     settings = after.settings.shipped_fit
     nuisances, general = _nuisances(after), _general(after)
     everything = (*effects, *nuisances, *general)
@@ -142,8 +132,7 @@ def focused_choice(after: FittedState) -> FocusedChoice:
         tuple(effects[i] for i in found if i not in kept),
         tuple(everything[i] for i in kept if i not in found),
         with_all[LIMITS],
-        errors[LIMITS],
-        errors[RANGES],
+        errors,
         without,
         wide.std(()),
     )

@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.focused_choice import FocusedChoice, focused_choice
+from scalar.diagnosis.focused_choice import LIMITS, FocusedChoice, focused_choice
 from scalar.diagnosis.harmonic_spectrum import priors_for_whitened_rows
 from scalar.diagnosis.hold_out import (
     HeldOutErrors,
@@ -193,7 +193,7 @@ def shipped_fit(
         against = next((name for name, errors in judged.items() if errors and not no_worse(*errors)), None)
         if all(effect.flexible for effect in after.effects) and _few_equations(after):
             against = "few_poses"
-        if against is None and choice.error_as_chosen > settings.most_extrapolated * max(
+        if against is None and choice.errors_as_chosen[LIMITS] > settings.most_extrapolated * max(
             without.rms, choice.std_without
         ):
             against = "extrapolation"

@@ -84,6 +84,14 @@ class Planes:
         along = np.einsum("kx,ktx->kt", n, self.tangents)
         return (np.swapaxes(self.tangents, 1, 2) - n[:, :, None] * along[:, None, :]) / length[:, None, None]
 
+    def relative_to(self, normals: Array) -> tuple[Array, Array]:
+        """Return the angles to other normals ``(K, 3)`` [rad], and the distances of the same planes with their normals on the side of those [m].
+
+        ``(-n, -d)`` is the same plane as ``(n, d)``: no angle exceeds a right angle. Both are ``(K,)``.
+        """
+        cosines = np.sum(self.normals * normals, axis=1)
+        return np.arccos(np.minimum(np.abs(cosines), 1.0)), np.where(cosines < 0, -1.0, 1.0) * self.distances
+
     @property
     def parameter_names(self) -> list[str]:
         """Return ``normal_<name>_u, normal_<name>_v, distance_<name>`` of every plane."""

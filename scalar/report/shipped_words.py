@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from scalar.diagnosis.focused_choice import LIMITS
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
 from scalar.report.beyond_ranges import beyond_ranges
 from scalar.report.narrow_ranges import narrow_ranges
@@ -36,7 +37,7 @@ def _left_out(diagnosis: Diagnosis) -> list[str]:
     them = "it" if len(choice.left_out) == 1 else "them"
     return [
         f"after.json does not correct for {names}, because these data do not determine {them} well enough: predictions at other poses are "
-        f"expected to err by {length(choice.error_with_all)} with this correction, and by {length(choice.error_as_chosen)} without it."
+        f"expected to err by {length(choice.error_with_all)} with this correction, and by {length(choice.errors_as_chosen[LIMITS])} without it."
     ]
 
 
@@ -82,10 +83,10 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
         return []
     if shipped.decided_by == "expected_error":
         choice = shipped.choice
-        with_all, without = length(choice.error_with_all), length(choice.error_as_chosen)
+        with_all, without = length(choice.error_with_all), length(choice.errors_as_chosen[LIMITS])
         gain = (
             ": a correction that gains so little may do harm"
-            if choice.error_with_all < choice.error_as_chosen
+            if choice.error_with_all < choice.errors_as_chosen[LIMITS]
             else ""
         )
         return [
@@ -99,7 +100,7 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
             "only, and nothing is corrected for them. Poses that differ in all joints would determine the geometry ('scalar plan' chooses them)."
         ]
     if shipped.decided_by == "extrapolation":
-        expected, errs = length(shipped.choice.error_as_chosen), length(shipped.held_out.rms)
+        expected, errs = length(shipped.choice.errors_as_chosen[LIMITS]), length(shipped.held_out.rms)
         return [
             "after.json is the model without effects, because with them predictions over the whole of the joint limits are expected to err by "
             f"{expected}, far more than the model without them errs at held-out poses ({errs} RMS): the measured poses do not show how the "

@@ -107,7 +107,7 @@ def test_orientations_in_other_forms_are_written_and_read(program, units):
 
 @pytest.mark.parametrize(("names", "kuka"), [(("a", "b", "c"), True), (("u", "v", "w"), False)])
 def test_a_table_without_an_orientation_is_refused_with_all_forms(names, kuka, program):
-    """Places beside columns of other names are one fault that names the three forms of an orientation; KUKA's names are translated."""
+    """Places with columns of other names are one fault that names the three forms of an orientation; KUKA's names are translated."""
     wanted = predicted(program, "targets.csv").rename(columns=dict(zip(FRAME[3:], names, strict=True)))
     wanted.to_csv(program / "wanted.csv", index=False)
     status, said = run(

@@ -92,7 +92,7 @@ def test_every_joint_beyond_its_limits_is_named(sound, tmp_path):
 
 
 def test_advice_on_limits_leads_to_a_calibration_that_has_them(sound, tmp_path):
-    """A table of poses has no dataset.yaml beside it: limits that are too narrow are those of the dataset that was calibrated."""
+    """A table of poses has no dataset.yaml of its own: limits that are too narrow are those of the dataset that was calibrated."""
     joints = pd.read_csv(sound / "joints.csv").assign(q2=40.0)
     joints.to_csv(tmp_path / "joints.csv", index=False)
     result = run("predict", sound / "out/calibration.json", tmp_path / "joints.csv", "-o", tmp_path / "f.csv")

@@ -45,7 +45,7 @@ def test_a_correction_that_may_err_far_more_than_the_arm_is_not_shipped(
     monkeypatch.setattr(
         "scalar.diagnosis.shipped_fit.focused_choice",
         lambda state: replace(
-            focused_choice(state), error_as_chosen=error * rms, std_without=std_without * rms
+            focused_choice(state), errors_as_chosen=(error * rms,) * 3, std_without=std_without * rms
         ),
     )
     shipped = shipped_fit(scaled, scaled.refitted([JointScale(3)]), None)
@@ -74,7 +74,9 @@ def test_nothing_is_corrected_where_the_tolerance_stands_in_for_poses(scaled, de
 def test_why_nothing_is_corrected_is_said(scaled, decided_by, words):
     """The sentence says that the effects are findings only, why, and which poses would change that."""
     state: Any = None
-    choice = FocusedChoice(state, (), (), 7.2e-3, 7.2e-3, 1e-4, errors_without=(3e-4,) * 3, std_without=0.0)
+    choice = FocusedChoice(
+        state, (), (), 7.2e-3, (7.2e-3, 1e-4, 1e-4), errors_without=(3e-4,) * 3, std_without=0.0
+    )
     shipped = SimpleNamespace(
         regions=None,
         without_effects=True,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.fitted_state import FittedState, refit
-from scalar.diagnosis.focused_choice import NestedModels, focused_choice
+from scalar.diagnosis.focused_choice import LIMITS, RANGES, NestedModels, focused_choice
 from scalar.diagnosis.jackknife import prediction_changes
 from scalar.effects import Effect
 from scalar.effects.joint_harmonic import JointHarmonic
@@ -66,7 +66,7 @@ def test_nothing_found_is_nothing_to_choose():
     state = fitted(make_cell(seed=82, poses_per_plane=20).dataset)
     choice = focused_choice(state)
     assert choice.state is state and choice.left_out == ()
-    within_limits, within_ranges = choice.expected_errors(without_effects=True)
+    within_limits, within_ranges, _ = choice.expected_errors(without_effects=True)
     assert within_limits == pytest.approx(prediction_changes(state, None).std, rel=1e-6)
     assert 0 < within_ranges <= 1.1 * within_limits
 
@@ -79,7 +79,7 @@ def test_many_effects_that_are_not_there_are_left_out():
     )
     choice = focused_choice(state)
     assert len(choice.left_out) >= 2
-    assert choice.error_as_chosen < choice.error_with_all
+    assert choice.errors_as_chosen[LIMITS] < choice.error_with_all
 
 
 def test_a_correction_within_the_measured_ranges_is_kept():
@@ -90,7 +90,7 @@ def test_a_correction_within_the_measured_ranges_is_kept():
     part = dataset.subset(np.flatnonzero(q < np.quantile(q, 0.4)))
     choice = focused_choice(fitted(part, JointHarmonic(2, (7, 8, 9, 10, 11))))
     assert choice.left_out == ()
-    assert choice.error_as_chosen > 3 * choice.error_within_ranges
+    assert choice.errors_as_chosen[LIMITS] > 3 * choice.errors_as_chosen[RANGES]
 
 
 def test_a_wrong_form_of_the_scanner_error_does_little_harm():

@@ -73,7 +73,7 @@ def test_a_plane_declared_a_few_millimetres_away_is_doubted(known):
     assert "plane wall_x is declared known to 1 mm" in sentence
 
 
-def test_a_plane_that_moves_the_base_is_named_beside_its_length(known):
+def test_a_plane_that_moves_the_base_is_named_with_its_length(known):
     """Where no tolerance is stated, the first axis is free in the base frame, and follows a plane: either may be wrong, and both are named."""
     free = replace(declared(known, shift=200 * MM), robot=replace(known.robot, tolerance=None))
     (said,) = (s["sentence"] for s in calibrate(free).summary["setup"] if s["what"] == "robot")

@@ -11,8 +11,8 @@ import pytest
 from scalar.data.dataset import Dataset
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.alternatives import read_as_standard
-from scalar.estimation.setup.lengths import length_signs
 from scalar.estimation.setup.suspicion import WrongSetup
+from scalar.estimation.setup.wrong_signs import length_signs
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.standard_dh import stated_mapping
 from scalar.units import DEG, MM

@@ -40,7 +40,7 @@ def refused_with(dataset: Dataset) -> Suspicion:
     ("k", "step"), [(30, 1), *(pytest.param(*c, marks=pytest.mark.slow) for c in ((50, -1), (12, -1)))]
 )
 def test_a_row_lost_before_a_tracker_is_named_with_its_pose(tracked, k, step):
-    """From that pose on each measurement belongs to a pose beside its own, and with its own the residual is that of the noise."""
+    """From that pose on each measurement belongs to the pose before or after its own, and with its own the residual is that of the noise."""
     rows = np.arange(tracked.n_poses)
     source = np.where(rows < k, rows, np.clip(rows + step, 0, rows[-1]))
     suspicion = refused_with(with_angles_of(tracked, source))
@@ -75,7 +75,7 @@ def test_a_row_lost_and_another_doubled_are_named_with_both_poses(tracked):
 
 @pytest.mark.slow
 def test_two_exchanged_poses_are_no_lost_row(tracked):
-    """Each of the two belongs to the pose beside it, and is named by itself."""
+    """Each of the two belongs to the pose before or after it, and is named by itself."""
     source = np.arange(tracked.n_poses)
     source[[30, 31]] = 31, 30
     with pytest.raises(InvalidInput) as refused:

@@ -63,7 +63,7 @@ def test_another_reading_is_named(tracked, reading):
 
 
 def test_orientations_of_something_else_are_refused_if_positions_fit(tracked):
-    """Orientations of no reading, beside positions that fit, are blamed with both figures, and how to go on without them is said."""
+    """Orientations that fit in no reading, although the positions fit, are blamed with both figures, and how to go on without them is said."""
     turned = Rotation.random(len(tracked.points), rng=np.random.default_rng(3))
     with pytest.raises(InvalidInput, match=r"the positions alone fit to 0.* mm.*leave the columns out"):
         calibrate(with_columns(tracked, turned.as_rotvec()))

@@ -53,7 +53,7 @@ def test_a_sign_and_a_zero_of_one_joint_are_named_together(kind, joint, degrees)
 
 @pytest.mark.slow
 def test_a_wrong_sign_alone_is_not_called_a_sign_and_a_zero():
-    """A zero of a few degrees beside a wrong sign is an error of the arm, not of the set-up."""
+    """A zero that is off by a few degrees, together with a wrong sign, is an error of the arm, not of the set-up."""
     sound = make_scene("vs060", "tracker", poses_per_plane=25, noise=1e-4, seed=7).dataset
     for joint in (2, 4):
         with pytest.raises(WrongSetup) as refused:

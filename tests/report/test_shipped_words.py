@@ -28,7 +28,7 @@ def said(
     errors = [SimpleNamespace(rms=rms, block=np.arange(4)) for rms in (2.5e-4, 6e-4)]
     state: Any = None
     expected = 1e-4, within_ranges, 1e-4
-    choice = FocusedChoice(state, (), (), 1e-4, *expected[:2], errors_without=expected, std_without=0.0)
+    choice = FocusedChoice(state, (), (), 1e-4, expected, errors_without=expected, std_without=0.0)
     shipped = SimpleNamespace(
         regions=tuple(errors),
         without_effects=without_effects,

@@ -68,13 +68,14 @@ def alternatives(dataset: Dataset) -> Iterator[Alternative]:
     n = dataset.robot.n_joints
     moving = [j for j in range(n) if np.ptp(dataset.q[:, j]) > 0]
     for j in moving:
-        yield _with_robot(
+        yield with_robot(
             dataset,
             with_sign_changed(dataset.robot, j),
             "joint_sign",
             f"joint {j + 1}",
             f"joint {j + 1} counts the other way",
             "with its sign changed",
+            CORRECT_JOINT,
         )
     yield from _planes_swapped(dataset)
     yield from _measurements_otherwise(dataset)
@@ -148,20 +149,21 @@ def _convention(dataset: Dataset) -> Iterator[Alternative]:
         else ("the table of joints is standard DH", read_as_standard)
     )
     changed = "with the table read that way"
-    yield _with_robot(dataset, other(robot), "convention", "robot.convention", says, changed)
+    yield with_robot(dataset, other(robot), "convention", "robot.convention", says, changed)
 
 
 def _zeros(dataset: Dataset, joint: int) -> Iterator[Alternative]:
     for k in range(1, round(2 * np.pi / ZERO_STEP)):
         angle = _wrapped(k * ZERO_STEP)
         yield replace(
-            _with_robot(
+            with_robot(
                 dataset,
                 with_zero_moved(dataset.robot, joint, angle),
                 "joint_zero",
                 f"joint {joint + 1}",
                 f"the zero of joint {joint + 1} is off",
                 "with its zero moved",
+                CORRECT_JOINT,
             ),
             zeros=((joint + 1, angle),),
         )
@@ -228,10 +230,16 @@ def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
                 )
 
 
-def _with_robot(
-    dataset: Dataset, robot: Robot, what: str, where: str, says: str, changed: str
+def with_robot(
+    dataset: Dataset,
+    robot: Robot,
+    what: str,
+    where: str,
+    says: str,
+    changed: str,
+    remedy: str = CORRECT_TABLE,
 ) -> Alternative:
-    remedy = CORRECT_JOINT if what in ("joint_sign", "joint_zero") else CORRECT_TABLE
+    """Return the alternative in which the arm alone is another one; arguments as the attributes of ``Alternative``."""
     return Alternative(what, where, says, changed, remedy, replace(dataset, robot=robot), corrects_robot=True)
 
 

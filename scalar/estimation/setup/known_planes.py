@@ -6,7 +6,6 @@ deviations from where it is declared is then all that shows it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,10 +19,8 @@ from scalar.geometry.planes import Planes
 from scalar.units import DEG, MM
 
 SIGMAS = 5.0  # stated standard deviations: a plane farther from where it is declared is suspect
-LEAST_SHIFT, LEAST_TURN = (
-    1 * MM,
-    0.2 * DEG,
-)  # what effects of arm and sensor that a model lacks may shift or turn a plane by
+LEAST_SHIFT, LEAST_TURN = 1 * MM, 0.2 * DEG
+"""What effects of arm and sensor that a model lacks may shift or turn a plane by."""
 SURELY = 20.0  # stated standard deviations beyond which no error of measurement is plausible
 SURE_SHIFT, SURE_TURN = 5 * MM, 1 * DEG  # beyond what any effect of arm and sensor causes
 
@@ -54,7 +51,31 @@ def contradictions(dataset: Dataset, model: Model) -> list[Contradiction]:
         dataset: What was measured.
         model: Where the fit ended.
     """
-    return [*_contradictions(dataset, model)]
+    planes, known = model.target, ReferencePlanes.of(dataset, model.target)
+    if known is None or not isinstance(planes, Planes):
+        return []
+    declared = planes.normals.copy()
+    declared[known.index] = known.normals
+    turns, distances = planes.relative_to(declared)
+    found = []
+    for i, k in enumerate(known.index):
+        name, turn, distance = planes.names[k], float(turns[k]), float(distances[k])
+        shift = abs(distance - float(known.distances[i]))
+        shift_in_std, turn_in_std = shift / float(known.distance_std[i]), turn / float(known.normal_std[i])
+        if shift_in_std > SIGMAS and shift > LEAST_SHIFT:
+            sentence = (
+                f"plane {name} is declared known to {known.distance_std[i] / MM:.3g} mm at the distance {known.distances[i] / MM:.1f} mm, and "
+                f"the data put it at {distance / MM:.1f} mm, {shift / MM:.3g} mm away: check the declared distance (in the base frame of the table "
+                "of joints), or remove known"
+            )
+            found.append(Contradiction(name, sentence, shift_in_std > SURELY and shift > SURE_SHIFT))
+        if turn_in_std > SIGMAS and turn > LEAST_TURN:
+            sentence = (
+                f"the normal of plane {name} is declared known to {known.normal_std[i] / DEG:.3g} degrees, and the data turn it by {turn / DEG:.3g} "
+                "degrees: check the declared normal (in the base frame of the table of joints), or remove known"
+            )
+            found.append(Contradiction(name, sentence, turn_in_std > SURELY and turn > SURE_TURN))
+    return found
 
 
 def refuse_contradicted_planes(dataset: Dataset, model: Model) -> None:
@@ -97,33 +118,3 @@ def base_moved_to(dataset: Dataset, model: Model) -> tuple[str, ...]:
         for plane in dataset.planes
         if plane.distance_std is not None and abs(plane.normal @ shift) > LEAST_SHIFT
     )
-
-
-def _contradictions(dataset: Dataset, model: Model) -> Iterator[Contradiction]:
-    planes, known = model.target, ReferencePlanes.of(dataset, model.target)
-    if known is None or not isinstance(planes, Planes):
-        return
-    for i, k in enumerate(known.index):
-        name = planes.names[k]
-        cosine = float(planes.normals[k] @ known.normals[i])
-        distance = float(
-            np.copysign(1.0, cosine) * planes.distances[k]
-        )  # (-n, -d) is the same plane as (n, d)
-        shift = abs(distance - float(known.distances[i]))
-        turn = float(np.arccos(min(abs(cosine), 1.0)))
-        shifts, turns = shift / float(known.distance_std[i]), turn / float(known.normal_std[i])
-        if shifts > SIGMAS and shift > LEAST_SHIFT:
-            yield Contradiction(
-                name,
-                f"plane {name} is declared known to {known.distance_std[i] / MM:.3g} mm at the distance {known.distances[i] / MM:.1f} mm, and "
-                f"the data put it at {distance / MM:.1f} mm, {shift / MM:.3g} mm away: check the declared distance (in the base frame of the table "
-                "of joints), or remove known",
-                shifts > SURELY and shift > SURE_SHIFT,
-            )
-        if turns > SIGMAS and turn > LEAST_TURN:
-            yield Contradiction(
-                name,
-                f"the normal of plane {name} is declared known to {known.normal_std[i] / DEG:.3g} degrees, and the data turn it by {turn / DEG:.3g} "
-                "degrees: check the declared normal (in the base frame of the table of joints), or remove known",
-                turns > SURELY and turn > SURE_TURN,
-            )

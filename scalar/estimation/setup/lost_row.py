@@ -1,7 +1,7 @@
 """Measurements that belong to the pose before or after the one that they are listed with, over a part of the table: a row was lost or doubled there.
 
 A part of the table that no such row divides fits the nominal arm by itself. Sensor and target are fitted to several parts, and with the best of these
-fits every measurement is compared with the pose that it is listed with and with the two beside it.
+fits every measurement is compared with the pose that it is listed with and with the ones before and after it.
 """
 
 from __future__ import annotations
@@ -20,22 +20,18 @@ from scalar.geometry.se3 import Array
 from scalar.sensors import measure
 from scalar.units import MM
 
-SHIFTS = (
-    0,
-    1,
-    -1,
-)  # states of a row: how many rows before it the pose stands that its measurement belongs to
+SHIFTS = (0, 1, -1)
+"""States of a row: how many rows before it the pose stands that its measurement belongs to."""
 LEAST_PART = 15  # poses to which sensor and target are fitted
 PARTS = 3  # into which the table is divided: with two changes, one of them at least is whole
-BELONGS = (
-    30 * MM
-)  # a measurement farther from a pose does not belong to it; the errors of a nominal arm are smaller
+BELONGS = 30 * MM
+"""A measurement farther from a pose does not belong to it; the errors of a nominal arm are smaller."""
 FOR_A_CHANGE = 4.0  # measurements that have to belong to other poses before a row is said to be lost; fewer are gross errors
 MOST_CHANGES = 2  # rows lost or doubled
 
 
 def lost_rows(dataset: Dataset) -> Iterator[Alternative]:
-    """Yield the alternatives in which the measurements between two poses, or from a pose on, belong to the poses beside theirs."""
+    """Yield the alternatives in which the measurements between two poses, or from a pose on, belong to the poses before or after theirs."""
     for labels_go_along in (False, True) if dataset.planes else (False,):
         model = _fitted_to_a_part(dataset, labels_go_along)
         if model is None:
@@ -47,8 +43,8 @@ def lost_rows(dataset: Dataset) -> Iterator[Alternative]:
             continue
         where = _where(dataset, shifts, changes)
         shift = int(shifts[shifts != 0][0])
-        beside = np.unique(np.concatenate([changes - 1, changes]))
-        alone = beside[distances.min(axis=0)[beside] > BELONGS]  # the angles of these measurements were lost
+        near = np.unique(np.concatenate([changes - 1, changes]))
+        alone = near[distances.min(axis=0)[near] > BELONGS]  # the angles of these measurements were lost
         yield Alternative(
             "lost_row",
             where,

@@ -1,14 +1,40 @@
-"""Where a fit has the zeros of an alternative's joints, in words and as a table of joints."""
+"""Other zeros of joints: where quick fits have them, and where the fit of an alternative does, in words and as a table of joints."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
 import numpy as np
 
+from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import THETA, ZERO_STEP, Alternative, with_zero_moved
+from scalar.estimation.setup.trial import quick_fit
 from scalar.geometry.robot import Robot
 from scalar.units import DEG
 
 ROUNDED = 1 * DEG  # zeros of a corrected table: the rest is an error of the arm, which a calibration finds
+
+
+def best_zeros(
+    dataset: Dataset, joints: Sequence[int], starts: Iterable[Sequence[float]]
+) -> tuple[float, ...]:
+    """Return what has to be added to theta of k joints (from 0) [rad], by the best of several quick fits.
+
+    Args:
+        dataset: What was measured.
+        joints: ``(k,)``, joints that turn.
+        starts: From which angles ``(k,)`` [rad], added to theta, each fit starts.
+    """
+    found: list[tuple[float, tuple[float, ...]]] = []
+    for start in starts:
+        robot = dataset.robot
+        for joint, angle in zip(joints, start, strict=True):
+            robot = with_zero_moved(robot, joint, angle)
+        look, model = quick_fit(replace(dataset, robot=robot), joints)
+        fitted = (robot if model is None else model.robot).geometry - dataset.robot.geometry
+        found.append((look.rms, tuple(float(fitted[THETA, joint]) for joint in joints)))
+    return min(found)[1]
 
 
 def zeros_moved(alternative: Alternative, fitted: Robot) -> list[float]:

@@ -27,13 +27,10 @@ def far_guesses(dataset: Dataset, model: Model) -> list[tuple[str, str]]:
         return []
     guess, found = plane_targets(dataset)[1], []
     declared = {plane.name for plane in dataset.planes if plane.distance_std is not None}
-    for k, name in enumerate(planes.names):
+    turns, distances = planes.relative_to(guess.normals)
+    for name, turn, fitted, guessed in zip(planes.names, turns, distances, guess.distances, strict=True):
         if name in declared or name.split("@")[0] in declared:
             continue
-        cosine = float(planes.normals[k] @ guess.normals[k])
-        fitted = float(np.copysign(1.0, cosine) * planes.distances[k])  # (-n, -d) is the same plane as (n, d)
-        guessed = float(guess.distances[k])
-        turn = float(np.arccos(min(abs(cosine), 1.0)))
         if abs(fitted - guessed) > FAR + max(abs(fitted), abs(guessed)) * np.sin(turn):
             sentence = (
                 f"the guess of plane {name} is far off: dataset.yaml has the distance {guessed / MM:.0f} mm, and the data put it at "

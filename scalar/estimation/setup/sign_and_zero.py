@@ -14,13 +14,13 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import (
     CORRECT_JOINT,
-    THETA,
     Alternative,
+    with_robot,
     with_sign_changed,
     with_zero_moved,
 )
-from scalar.estimation.setup.trial import quick_fit, thinned
-from scalar.geometry.robot import Robot
+from scalar.estimation.setup.moved_zeros import best_zeros
+from scalar.estimation.setup.trial import thinned
 from scalar.units import DEG
 
 STEP = 60 * DEG  # between the zeros from which a fit of the zero starts: from half of it away, it converges
@@ -34,25 +34,15 @@ def signs_and_zeros(dataset: Dataset) -> Iterator[Alternative]:
         if joint in dataset.robot.prismatic:
             continue
         robot = with_sign_changed(dataset.robot, joint)
-        zero = _zero_found(few, robot, joint)
-        yield Alternative(
+        starts = [(k * STEP,) for k in range(1, round(2 * np.pi / STEP))]
+        (zero,) = best_zeros(replace(few, robot=robot), [joint], starts)
+        found = with_robot(
+            dataset,
+            with_zero_moved(robot, joint, zero),
             "sign_and_zero",
             f"joint {joint + 1}",
             f"joint {joint + 1} counts the other way and its zero is off",
             "with both changed",
             CORRECT_JOINT,
-            replace(dataset, robot=with_zero_moved(robot, joint, zero)),
-            corrects_robot=True,
-            zeros=((joint + 1, zero),),
-            counts_back=True,
         )
-
-
-def _zero_found(dataset: Dataset, robot: Robot, joint: int) -> float:
-    """Return what has to be added to theta of a joint (from 0) of an arm [rad], by the best of several quick fits."""
-    found = []
-    for k in range(1, round(2 * np.pi / STEP)):
-        start = with_zero_moved(robot, joint, k * STEP)
-        look, model = quick_fit(replace(dataset, robot=start), [joint])
-        found.append((look.rms, float((start if model is None else model.robot).geometry[THETA, joint])))
-    return min(found)[1] - float(robot.geometry[THETA, joint])
+        yield replace(found, zeros=((joint + 1, zero),), counts_back=True)

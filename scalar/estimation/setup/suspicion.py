@@ -17,15 +17,14 @@ from scalar.errors import Fault, InvalidInput
 from scalar.estimation.setup.alternatives import Alternative, alternatives
 from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
-from scalar.estimation.setup.lengths import length_signs
 from scalar.estimation.setup.lost_row import lost_rows
 from scalar.estimation.setup.moved_target import moved_targets
 from scalar.estimation.setup.moved_zeros import as_described, with_zeros_of, zeros_in_words
 from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
 from scalar.estimation.setup.sign_and_zero import signs_and_zeros
 from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
-from scalar.estimation.setup.twists import twists
 from scalar.estimation.setup.two_zeros import two_zeros
+from scalar.estimation.setup.wrong_signs import length_signs, twist_signs
 from scalar.geometry.robot import Robot
 from scalar.units import DEG, MM
 
@@ -47,17 +46,10 @@ CLEARLY_NEARER_SHIFT = 30 * MM  # the same for places
 TIMES_NEARER = (
     2.0  # places may be guessed badly: to be taken, a correction has to be nearer by this factor as well
 )
-SINGLE = (
-    alternatives,
-    twists,
-    length_signs,
-    angle_units,
-    coupled_joints,
-)  # what yields the alternatives with one change
-LAST = (
-    lost_rows,
-    moved_targets,
-)  # what yields the alternatives that hold from a pose on; they are tried where no other explains the data
+SINGLE = (alternatives, twist_signs, length_signs, angle_units, coupled_joints)
+"""What yields the alternatives with one change."""
+LAST = (lost_rows, moved_targets)
+"""What yields the alternatives that hold from a pose on; they are tried where no other explains the data."""
 MOST_FITTED = 4  # alternatives that are fitted in full
 
 

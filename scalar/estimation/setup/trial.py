@@ -124,10 +124,8 @@ def _turn_and_shift(model: Model, guess: Any, T_nominal: Array | None) -> tuple[
         turn = float(np.linalg.norm(log_so3(T_nominal[:3, :3].T @ model.T_flange_sensor[:3, :3])))
         shift = float(np.linalg.norm(T_nominal[:3, 3] - model.T_flange_sensor[:3, 3]))
     if isinstance(model.target, Planes):
-        cosines = np.sum(model.target.normals * guess.normals, axis=1)
-        turn = max(turn, float(np.max(np.arccos(np.minimum(np.abs(cosines), 1.0)))))
-        # (-n, -d) is the same plane as (n, d).
-        distances = np.where(cosines < 0, -1.0, 1.0) * model.target.distances
+        turns, distances = model.target.relative_to(guess.normals)
+        turn = max(turn, float(np.max(turns)))
         shift = max(shift, float(np.max(np.abs(distances - guess.distances))))
     return turn, shift
 

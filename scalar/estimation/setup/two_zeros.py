@@ -9,15 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.estimation.setup.alternatives import CORRECT_TABLE, THETA, Alternative, with_zero_moved
-from scalar.estimation.setup.trial import quick_fit, thinned
+from scalar.estimation.setup.alternatives import Alternative, with_robot, with_zero_moved
+from scalar.estimation.setup.moved_zeros import best_zeros
+from scalar.estimation.setup.trial import thinned
 from scalar.units import DEG
 
-STARTS = (
-    90 * DEG,
-    180 * DEG,
-    -90 * DEG,
-)  # offsets of controllers are multiples of a quarter turn; a fit finds others near them
+STARTS = (90 * DEG, 180 * DEG, -90 * DEG)
+"""Offsets of controllers are multiples of a quarter turn; a fit finds others near them."""
 
 
 def two_zeros(dataset: Dataset) -> Iterator[Alternative]:
@@ -28,31 +26,12 @@ def two_zeros(dataset: Dataset) -> Iterator[Alternative]:
     robot, few = dataset.robot, thinned(dataset)
     moving = [j for j in range(1, robot.n_joints - 1) if np.ptp(dataset.q[:, j]) > 0 and not robot.slides[j]]
     for pair in itertools.combinations(moving, 2):
-        zeros = _zeros_found(few, pair)
+        zeros = best_zeros(few, pair, itertools.product(STARTS, repeat=2))
         moved = robot
         for joint, zero in zip(pair, zeros, strict=True):
             moved = with_zero_moved(moved, joint, zero)
         where = f"joints {pair[0] + 1} and {pair[1] + 1}"
-        yield Alternative(
-            "joint_zero",
-            where,
-            f"the zeros of {where} are off",
-            "with both moved",
-            CORRECT_TABLE,
-            replace(dataset, robot=moved),
-            corrects_robot=True,
-            zeros=tuple((joint + 1, zero) for joint, zero in zip(pair, zeros, strict=True)),
+        found = with_robot(
+            dataset, moved, "joint_zero", where, f"the zeros of {where} are off", "with both moved"
         )
-
-
-def _zeros_found(dataset: Dataset, pair: tuple[int, int]) -> tuple[float, ...]:
-    """Return what has to be added to theta of two joints (from 0) [rad], by the best of several quick fits."""
-    found: list[tuple[float, tuple[float, ...]]] = []
-    for starts in itertools.product(STARTS, repeat=2):
-        robot = dataset.robot
-        for joint, start in zip(pair, starts, strict=True):
-            robot = with_zero_moved(robot, joint, start)
-        look, model = quick_fit(replace(dataset, robot=robot), pair)
-        fitted = (robot if model is None else model.robot).geometry - dataset.robot.geometry
-        found.append((look.rms, tuple(float(fitted[THETA, joint]) for joint in pair)))
-    return min(found)[1]
+        yield replace(found, zeros=tuple((joint + 1, zero) for joint, zero in zip(pair, zeros, strict=True)))

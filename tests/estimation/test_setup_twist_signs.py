@@ -11,7 +11,7 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.alternatives import ALPHA, read_as_standard
 from scalar.estimation.setup.suspicion import WrongSetup
-from scalar.estimation.setup.twists import twists
+from scalar.estimation.setup.wrong_signs import twist_signs
 from scalar.geometry.standard_dh import stated_mapping
 from scalar.units import MM
 from tests.random_scene import make_scene
@@ -55,7 +55,7 @@ def test_twists_are_named_by_the_row_of_the_user_s_table():
     dataset = make_scene("vs060", "tracker", poses_per_plane=8, noise=1e-4, seed=7).dataset
     dataset = replace(dataset, robot=read_as_standard(dataset.robot))
     before = stated_mapping(dataset.robot)["joints"]
-    found = list(twists(dataset))
+    found = list(twist_signs(dataset))
     assert len(found) == sum(abs(np.sin(row["alpha"])) > 0.5 for row in before[:-1])
     for alternative in found:
         row = int(alternative.where.removeprefix("alpha "))
@@ -71,5 +71,5 @@ def test_twists_are_named_by_the_row_of_the_user_s_table():
 def test_axes_that_are_almost_parallel_have_no_sign_to_try():
     """A fit finds a twist of a few degrees from either side."""
     dataset = make_scene("vs060", "tracker", poses_per_plane=8, noise=1e-4, seed=7).dataset
-    tried = {alternative.where for alternative in twists(dataset)}
+    tried = {alternative.where for alternative in twist_signs(dataset)}
     assert "alpha_3" not in tried and "alpha_2" in tried
