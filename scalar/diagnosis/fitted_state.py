@@ -25,6 +25,7 @@ from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
+    from scalar.estimation.result import Calibration
 
 _Result = TypeVar("_Result")
 # Largest number of relinearisations for nonlinear parameters of effects, such as a time constant; usually three suffice.
@@ -230,6 +231,13 @@ def refit(
             break
         state = _fitted(dataset, replace(state.model, effects=tuple(moved)), geometry_free, settings, rows)
     return state if state is weighted else _with_weight_of_priors(state)
+
+
+def state_of(calibration: Calibration, dataset: Dataset) -> FittedState:
+    """Return the fit of a calibration to the dataset that it was estimated from."""
+    model = calibration.model
+    free = np.isin(model.names[: model.blocks["effects"].start], calibration.free)
+    return refit(dataset, model, free, model.effects)
 
 
 def _with_weight_of_priors(state: FittedState) -> FittedState:

@@ -15,16 +15,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scalar.diagnosis.fitted_state import FittedState, refit
-from scalar.diagnosis.settings import DEFAULTS
+from scalar.diagnosis.fitted_state import FittedState
 from scalar.effects import Effect
 from scalar.effects.registry import known
 from scalar.estimation.displacement import displacement_columns
-from scalar.estimation.result import Calibration
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
-    from scalar.data.dataset import Dataset
     from scalar.data.poses import Poses
     from scalar.diagnosis.result import Diagnosis
 
@@ -77,14 +74,6 @@ class HiddenEffects:
         mean = -root @ (root.T @ (scaled.T @ rest)) / np.sqrt(variance)
         return cls(state, tuple(effects), absorbed, std[:, None] * np.column_stack([root, mean]))
 
-    @classmethod
-    def of_calibration(cls, calibration: Calibration, dataset: Dataset) -> HiddenEffects | None:
-        """Return the same for a calibration and the dataset that it was estimated from."""
-        model = calibration.model
-        geometry = model.names[: model.blocks["effects"].start]
-        free = np.isin(geometry, calibration.free)
-        return cls.of(refit(dataset, model, free, model.effects, DEFAULTS))
-
     @property
     def kinds(self) -> list[str]:
         """Return what the kinds of these effects are called, each once."""
@@ -100,6 +89,5 @@ class HiddenEffects:
 
 def hidden_effects(diagnosis: Diagnosis) -> HiddenEffects | None:
     """Return the hidden effects of the fit that a diagnosis ships; None if there are none."""
-    shipped = diagnosis.shipped
-    state = diagnosis.before if shipped.without_effects else shipped.choice.state
+    state = diagnosis.shipped_state
     return state.once(("hidden effects",), lambda: HiddenEffects.of(state))

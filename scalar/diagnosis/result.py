@@ -83,6 +83,11 @@ class Diagnosis:
         return bool(self.findings) and not self.shipped.without_effects
 
     @property
+    def shipped_state(self) -> FittedState:
+        """Return the fit that is shipped."""
+        return self.before if self.shipped.without_effects else self.shipped.choice.state
+
+    @property
     def held_out_after(self) -> HeldOutErrors:
         """Return the held-out errors of the calibration that is shipped."""
         return self.shipped.held_out

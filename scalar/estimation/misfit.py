@@ -120,12 +120,23 @@ def unexplained_shift(residuals: Residuals, model: Model, found: Misfit) -> floa
         model: At its optimum.
         found: As ``misfit`` returned it.
     """
-    measurement = residuals.measurement
-    excess = max(found.ratio**2 - 1.0, 0.0) * int(measurement.equations.sum())
+    excess = max(found.ratio**2 - 1.0, 0.0) * int(residuals.measurement.equations.sum())
     if excess == 0.0:
         return 0.0
-    common = measurement.common_error(residuals.kinematics(model).T_base_sensor, model.target)
-    return float(np.sqrt(3.0 * excess / max(float(np.sum(common**2)), 1e-300)))
+    return float(np.sqrt(excess / max(float(squares_for_a_shift(residuals, model).sum()), 1e-300)))
+
+
+def squares_for_a_shift(residuals: Residuals, model: Model) -> Array:
+    """Return the expected sum of squared whitened residuals ``(N,)`` of each pose for shifts of its measured point of 1 m root mean square.
+
+    A shift is independent from pose to pose, and has the same variance along each axis.
+
+    Args:
+        residuals: Of the dataset.
+        model: At which the directions of the measurements are computed.
+    """
+    common = residuals.measurement.common_error(residuals.kinematics(model).T_base_sensor, model.target)
+    return np.sum(common**2, axis=(1, 2)) / 3.0
 
 
 def determined_by_data(residuals: Residuals, model: Model, free: Array) -> float:

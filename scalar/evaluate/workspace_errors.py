@@ -7,8 +7,8 @@ shift of the sensor that fit best are removed from both terms. The remaining err
 
 The band covers the random errors of the measurements, and the error of the scale where no length is known (``unknown_scale``). Its upper end
 allows besides for effects that the model lacks and that the measurements would not show (``hidden``): the size that is most probable does not count
-them, but what is said to be rarely exceeded does. Other errors that the calibration's model lacks enter only as one distance, ``excess``, by which
-the arm is taken to be off at every pose.
+them, but what is said to be rarely exceeded does. Other errors that the calibration's model lacks enter as a normal shift of every pose, independent
+of the others, whose root mean square is ``excess``.
 """
 
 from __future__ import annotations
@@ -40,6 +40,8 @@ _MOST_DERIVATIVES = 1_000_000
 _ALIGNMENTS = 3
 # Of the largest singular value. With few joints, a motion of the base and a shift of the sensor can be the same displacement.
 _RANK_TOLERANCE = 1e-9
+MEAN_OVER_RMS = float(np.sqrt(8.0 / (3.0 * np.pi)))
+"""Mean size of a normal shift with the same variance along each axis over its root mean square."""
 BAND = (0.025, 0.975)
 """Quantiles that enclose the 95 % band."""
 
@@ -52,7 +54,7 @@ class WorkspaceErrors:
         position: ``(N, 3)`` [m], the sensor's origin in the base frame, by the calibration.
         errors: ``{name of the model: (N, 3)}`` [m], the estimated error of each model in the base frame.
         deviations: ``(N, 3, K)`` [m], K independent deviations of these estimates, of one standard deviation each.
-        excess: Root mean square distance [m] by which the arm is off at every pose because of errors that the calibration's model lacks.
+        excess: Root mean square distance [m] by which poses are off because of errors that the calibration's model lacks.
         hidden: ``(N, 3, L)`` [m], deviations like the others by effects that the model lacks and the measurements do not show.
     """
 
@@ -72,11 +74,19 @@ class WorkspaceErrors:
         """Return R draws of the error of the estimate with the effects that the measurements do not show ``(R, N, 3)`` [m]."""
         return self._chance if self.hidden is None else self._chance + _drawn(self.hidden, _SEED + 1)
 
+    @cached_property
+    def _lacking(self) -> Array:
+        """Return R draws ``(R, N, 3)`` [m] of what the model lacks, and of nothing ``()`` if it is not known to lack anything."""
+        if not self.excess:
+            return np.zeros(())
+        rng = np.random.default_rng(_SEED + 2)
+        return self.excess / np.sqrt(3.0) * rng.standard_normal((N_DRAWS, *self.position.shape))
+
     def sizes(self, model: str) -> Sizes:
         """Return draws of the size of a model's error at every pose."""
         error = self.errors[model]
         found, more = (
-            np.hypot(np.linalg.norm(error + chance, axis=2), self.excess)
+            np.linalg.norm(error + chance + self._lacking, axis=2)
             for chance in (self._chance, self._chance_and_hidden)
         )
         return Sizes(found, more)

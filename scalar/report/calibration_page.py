@@ -6,6 +6,7 @@ from typing import Any
 
 from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
+from scalar.diagnosis.fitted_state import state_of
 from scalar.diagnosis.hidden_effects import HiddenEffects
 from scalar.estimation.misfit import lacks_something, may_lack_something
 from scalar.estimation.result import Calibration
@@ -28,8 +29,9 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
         dataset: The dataset from which it was estimated.
     """
     seen = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
-    hidden = HiddenEffects.of_calibration(calibration, dataset)
-    workspace = workspace_section(calibration, None, seen, FILE, excess_distance(calibration), hidden)
+    state = state_of(calibration, dataset)
+    excess, hidden = excess_distance(calibration, state), HiddenEffects.of(state)
+    workspace = workspace_section(calibration, None, seen, FILE, excess, hidden)
     about = [f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints", kind_of(dataset).words]
     return {
         "name": dataset.name,
@@ -54,11 +56,7 @@ def _what_it_is(workspace: dict[str, Any] | None) -> str:
     return (
         f"By the data sheet, the arm errs by {before['value']} on average over its workspace (95 % band {before['band']}); by {FILE}, it errs by "
         f"{after['value']} ({after['band']})"
-        + (
-            f", of which {workspace['excess']} are what the residual has beyond the noise."
-            if workspace["excess"]
-            else "."
-        )
+        + (f"; what the model lacks makes {workspace['excess']} of that." if workspace["excess"] else ".")
     )
 
 

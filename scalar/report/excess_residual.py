@@ -1,25 +1,59 @@
-"""The excess of the residual over the noise, which errors outside the model cause: the covariance of a calibration does not cover it.
+"""What a calibration errs by because its model lacks something: the covariance of a calibration does not cover it.
 
-The residual of an incomplete model exceeds the noise. The excess at the measured poses, as a distance, is counted in every error over the
-workspace. Where a diagnosis names it as a random error of whole poses or scans, it is no error of the model: that error is reported on its own.
+The residual of an incomplete model exceeds the noise. At the measured poses the parameters absorb a part of what the model lacks; elsewhere the model
+errs by more. Regions of the joint space are therefore left out of the fit one after the other, and the excess is taken from their residuals. It is
+counted in every error over the workspace. Where a diagnosis names it as a random error of whole poses or scans, it is no error of the model: that
+error is reported on its own.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.hold_out import held_out_regions
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
-from scalar.estimation.misfit import lacks_something, misfit, unexplained_shift
+from scalar.estimation.misfit import lacks_something, misfit, squares_for_a_shift, unexplained_shift
 from scalar.estimation.result import Calibration
 
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
 
 
-def excess_distance(calibration: Calibration) -> float:
-    """Return the root mean square distance [m] by which the residual of a calibration exceeds the noise; zero unless it clearly does."""
-    summary = calibration.summary
-    return float(summary.get("misfit_shift_m", 0.0)) if lacks_something(summary) else 0.0
+def excess_distance(calibration: Calibration, state: FittedState) -> float:
+    """Return the root mean square distance [m] by which a calibration errs beyond the noise; zero unless its residual clearly exceeds the noise.
+
+    Args:
+        calibration: The calibration.
+        state: Its model and data, at its optimum.
+    """
+    return excess_of_regions(state) if lacks_something(calibration.summary) else 0.0
+
+
+def excess_of_regions(state: FittedState) -> float:
+    """Return by how much poses in regions that are left out of the fit are off beyond the noise, root mean square [m], the median over the regions.
+
+    With too few poses for regions, it is the excess at the measured poses.
+
+    Args:
+        state: Model and data at the optimum.
+    """
+    residuals, model = state.residuals, state.model
+    at_measured = unexplained_shift(residuals, model, misfit(residuals, model, state.free))
+    regions = held_out_regions(state)
+    if regions is None:
+        return at_measured
+    measurement = residuals.measurement
+    T = residuals.kinematics(model).T_base_sensor
+    within, _ = measurement.scatter(T, model.target, residuals.point_effects(model))
+    excess, of_a_metre = (
+        np.bincount(regions.block, weights=each)
+        for each in (regions.whitened - within - measurement.equations, squares_for_a_shift(residuals, model))
+    )
+    typical = float(np.median(excess / np.maximum(of_a_metre, 1e-300)))
+    return max(at_measured, float(np.sqrt(max(typical, 0.0))))
 
 
 def excess_distance_after(diagnosis: Diagnosis) -> float:
@@ -32,10 +66,9 @@ def excess_distance_after(diagnosis: Diagnosis) -> float:
     named = bool(diagnosis.reported_noise) and not diagnosis.noise_without_a_name
     if named and not shipped.without_effects:
         return 0.0
-    if shipped.fit != BY_COMPONENT:
-        return excess_distance(diagnosis.calibration_after)
-    state = shipped.choice.state
-    return unexplained_shift(state.residuals, state.model, misfit(state.residuals, state.model, state.free))
+    if shipped.fit == BY_COMPONENT:
+        return excess_of_regions(shipped.choice.state)
+    return excess_distance(diagnosis.calibration_after, diagnosis.shipped_state)
 
 
 def cause_of_excess(diagnosis: Diagnosis) -> str:

@@ -17,7 +17,14 @@ from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
 from scalar.estimation.result import Calibration
-from scalar.evaluate.workspace_errors import NOMINAL, Banded, Sizes, errors_within_limits, mean_over_poses
+from scalar.evaluate.workspace_errors import (
+    MEAN_OVER_RMS,
+    NOMINAL,
+    Banded,
+    Sizes,
+    errors_within_limits,
+    mean_over_poses,
+)
 from scalar.geometry.se3 import Array
 from scalar.report.panel import Panel
 from scalar.report.pictures import Pair, sentences
@@ -82,7 +89,7 @@ def workspace_section(
             for model, draws in sizes.items()
         ],
         "poses": len(errors.position),
-        "excess": f"{number(excess / MM)} mm" if excess else "",
+        "excess": f"{number(MEAN_OVER_RMS * excess / MM)} mm" if excess else "",
         "left_open": "",
         "hidden": ", ".join(hidden.kinds) if hidden else "",
         "scale": scale_in_words(judged),

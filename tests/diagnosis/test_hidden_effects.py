@@ -9,7 +9,7 @@ import pytest
 
 from scalar.data.poses import Poses
 from scalar.diagnosis.explained import explained
-from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.fitted_state import FittedState, state_of
 from scalar.diagnosis.hidden_effects import PRIOR_SHARE, HiddenEffects
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.axis_nonparallel import AxisNonparallel
@@ -75,7 +75,7 @@ def test_a_calibration_leaves_open_what_its_fit_does(state: FittedState):
     """From calibration.json's model and the dataset, the deviations are those of the diagnosis' own fit of the same poses."""
     calibration = calibrate(state.dataset)
     of_calibration, of_state = (
-        HiddenEffects.of_calibration(calibration, state.dataset),
+        HiddenEffects.of(state_of(calibration, state.dataset)),
         HiddenEffects.of(state),
     )
     assert of_calibration is not None and of_state is not None

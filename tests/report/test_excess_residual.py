@@ -13,13 +13,15 @@ from scalar.cli.diagnose import describe_diagnosis
 from scalar.diagnosis.diagnose import diagnose
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
+from scalar.estimation.calibrate import calibrate
 from scalar.evaluate.workspace_errors import aligned_errors
+from scalar.report.calibration_page import calibration_page
 from scalar.report.excess_residual import excess_beside_findings, excess_distance_after
 from scalar.report.fleet_row import row_of
 from scalar.report.page import page
 from tests.diagnosis.test_patterns_are_no_noise import loose_mount
 from tests.diagnosis.unnamed_causes import unnamed
-from tests.effects.injected import Flaws, PoseData, make_cell
+from tests.effects.injected import Flaws, PoseData, make_cell, on_joint
 
 
 @pytest.fixture(scope="module")
@@ -37,10 +39,32 @@ def test_an_excess_that_nothing_explains_is_said_and_counted(few: Diagnosis) -> 
     assert "because of something that these data do not name" in told["opening"][0]
     for text in (*told["opening"], describe_diagnosis(few)):
         assert "nothing that the model lacks" not in text
-    assert told["workspace"]["excess"] == f"{summary['misfit_shift_m'] * 1e3:.4f} mm"
+    at_unseen = float(told["workspace"]["excess"].removesuffix(" mm"))
+    assert at_unseen > summary["misfit_shift_m"] * 1e3
     stated = float(told["workspace"]["rows"][-1]["mean"]["value"].removesuffix(" mm"))
-    assert stated > summary["misfit_shift_m"] * 1e3
-    assert row_of(few)["after_error_mm"] == pytest.approx(stated, abs=1e-4)
+    assert stated > at_unseen
+    assert row_of(few)["after_error_mm"] == pytest.approx(stated, rel=5e-3)  # stated with three digits
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_calibration_that_lacks_an_effect_states_what_it_errs_by_elsewhere(seed: int) -> None:
+    """A gear that nobody declared: the mean error and that of 95 of 100 poses are stated within a factor of 2 or slightly more, and their bands hold.
+
+    Counted as a distance alike at all poses, the latter was half of the true one.
+    """
+    rng = np.random.default_rng([451, seed])
+    joint, size, phase = int(rng.integers(2, 6)), rng.uniform(3e-4, 1.2e-3), rng.uniform(0, 2 * np.pi)
+    gear = on_joint(joint, lambda at: size * np.sin(at.q[:, joint - 1] + phase))
+    cell = make_cell(Flaws(joints=gear), seed=700 + seed, poses_per_plane=25)
+    calibration = calibrate(cell.dataset)
+    rows = calibration_page(calibration, cell.dataset)["workspace"]["rows"]
+    table, at = cell.truth_poses(2000, np.random.default_rng(9))
+    errors = aligned_errors(calibration.predict(table), cell.sensor(at))
+    sizes = np.linalg.norm(errors, axis=1) * 1e3
+    for what, true in (("mean", sizes.mean()), ("most", np.quantile(sizes, 0.95))):
+        stated = float(rows[-1][what]["value"].removesuffix(" mm"))
+        assert true / 2 < stated < 2.5 * true
+        assert true < float(rows[-1][what]["band"].split(" to ")[1].removesuffix(" mm"))
 
 
 @pytest.mark.slow
@@ -87,8 +111,6 @@ def test_a_random_error_that_is_named_is_not_counted() -> None:
         calibration_after=SimpleNamespace(summary=summary),
     )
     assert excess_distance_after(named) == 0.0
-    named.reported_noise = ()
-    assert excess_distance_after(named) == 1e-4
 
 
 def test_what_a_named_effect_leaves_is_said() -> None:
