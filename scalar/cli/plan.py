@@ -98,8 +98,8 @@ def plan(
 
     With --after, poses are planned for the arm as calibrated in the after.json that lies beside the diagnosis, or in what --near names.
     The plan consists of the poses that separate effects which the diagnosis could not distinguish. The output
-    says for each pair of effects whether the planned poses separate them, or whether more poses would. If even all candidates
-    together separate no pair, nothing is written, and the exit status is 3.
+    says for each pair of effects whether the planned poses separate them, or whether more poses would. If the diagnosis leaves
+    nothing open, nothing is written. If even all candidates together separate no pair, nothing is written, and the exit status is 3.
 
     The expected error contains only the noise of the sensor and the repeatability of the arm: it assumes that the model lacks nothing.
 
@@ -145,6 +145,9 @@ def plan(
         if after is not None:
             assert dataset is not None and calibration is not None
             chosen, lines, content = plan_after(workcell, found, dataset, calibration, after, poses)
+            if not chosen:
+                say("\n".join(lines))
+                return
             curve, random = [], None
         else:
             from scalar.cli.plan_by_error import errors_of_parts, plan_by_error

@@ -33,6 +33,8 @@ def plan_after(
 ) -> tuple[list[int], list[str], dict[str, Any]]:
     """Return the indices of the chosen candidates, lines on the questions that they answer, and the same for ``plan.json``.
 
+    No candidates are chosen if the diagnosis leaves nothing open that other poses would answer.
+
     Args:
         workcell: The workcell near the calibration after the diagnosis.
         found: The candidates.
@@ -42,7 +44,7 @@ def plan_after(
         poses: Number of poses; None for the default.
 
     Raises:
-        InvalidInput: The file is no diagnosis, or leaves no question open that poses would answer.
+        InvalidInput: The file is no diagnosis.
         Undetermined: The candidates answer none of the questions that it left open.
     """
     from scalar.planning.after import outcome, poses_after
@@ -54,12 +56,8 @@ def plan_after(
     answers, not_by_poses = after.answers, after.not_by_poses
     lines = [f"  no poses answer this: {text}" for text in not_by_poses]
     if not after.pairs:
-        message = "leaves nothing open that further poses would answer" + (
-            f" (other joint angles do not help with {'; '.join(not_by_poses)})" if not_by_poses else ""
-        )
         near = path.parent / "after.json"
-        message = f"{message}; for more poses of the arm as it was calibrated, plan with --near {near} and without --after"
-        raise InvalidInput(Fault(str(path), message))
+        return [], [*lines, *_nothing_left_open(path, near)], {}
     if not any(answer.separable for answer in answers):
         near = any(_noise_to_separate(answer) <= _FAR or answer.alone < ANSWERED for answer in answers)
         remedy = f"{_LESS_NOISE}; {_otherwise(dataset)}" if near else _otherwise(dataset)
@@ -86,6 +84,14 @@ def plan_after(
     }
     told = [f"  {answer.question.title}: {outcome(answer)}" for answer in answers]
     return after.chosen, [*told, *lines], content
+
+
+def _nothing_left_open(path: Path, near: Path) -> list[str]:
+    """Return lines that say that no poses are needed, and how more are planned all the same with the calibration ``near``."""
+    return [
+        f"{path} leaves nothing open that further poses would answer: none are planned, and nothing is written",
+        f"  for more poses of the arm as it was calibrated, plan with --near {near} and without --after",
+    ]
 
 
 def check_belongs(path: Path, dataset: Dataset, calibration: Calibration) -> None:

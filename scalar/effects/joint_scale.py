@@ -13,7 +13,7 @@ from scalar.effects.acquisition import moving_joints
 from scalar.effects.effect import Effect
 from scalar.effects.places import OneAxis, SingleJointEffect
 from scalar.effects.title import joints_in_words
-from scalar.effects.wording import KNOWN_LENGTH, KNOWN_LENGTH_ADVICE, angle
+from scalar.effects.wording import angle
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -43,8 +43,9 @@ class JointScale(OneAxis, SingleJointEffect):
         "assumed: a gear ratio that is rounded to three digits; no data sheet states it. Of a travel: a ball screw of class 7 may err "
         "by 52 micrometres in 300 mm (ISO 3408-3)"
     )
-    remedy: ClassVar[str] = KNOWN_LENGTH
-    remedy_advice: ClassVar[str] = KNOWN_LENGTH_ADVICE
+    remedy: ClassVar[str] = (
+        "poses in which the joint moves through more of its range would show it (of a joint that slides also a reference of known length)"
+    )
 
     @property
     def coefficient_names(self) -> list[str]:
