@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,7 @@ _OTHER_LIMITS = {
 }
 _QUARTERS = 4  # a twist is a turn at most
 _ROUNDED = 6e-3  # of a number such as 1.57 or 3.14 in the column
-_TYPE, _NUMBER = "type", "joint"
+_TYPE, _JOINT = "type", "joint"
 _TYPES = ("revolute", "prismatic")
 
 
@@ -39,7 +40,7 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
         path: CSV file with a row for each joint, base to flange. Columns: ``a_mm`` or ``a_m``, ``alpha_deg`` or ``alpha_rad``, and so
             on for d and theta; optional ``lower_deg`` and ``upper_deg`` (or ``_rad``), the limits of the joint, for prismatic
             joints ``lower_mm`` and ``upper_mm`` (or ``_m``), empty for a joint that has no such limits; optional ``type``, ``revolute``
-            or ``prismatic``, and ``joint``: 1, 2, ...
+            or ``prismatic``, and ``joint``: 1, 2, ..., or names such as J1.
         convention: One of ``CONVENTIONS``.
         name: Name of the robot.
 
@@ -49,7 +50,7 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
     columns = {f"{key}_{unit}" for key, units in _PARAMETERS.items() for unit in units}
     columns |= {f"{key}_{unit}" for key in _LIMITS for unit in _ANGLES | _LENGTHS}
     faults: list[Fault] = []
-    known = (*sorted(columns), _TYPE, _NUMBER)
+    known = (*sorted(columns), _TYPE, _JOINT)
     limits_columns = frozenset(column for column in columns if column.startswith(_LIMITS))
     elsewhere = {
         f"{other}_{unit}": f"{key}_{unit}"
@@ -59,18 +60,17 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
     layout = Layout(
         (),
         known,
-        text=frozenset({_TYPE}),
-        integers=frozenset({_NUMBER}),
+        text=frozenset({_TYPE, _JOINT}),
         blank=limits_columns,
         other_names=elsewhere,
     )
     table = read_csv(path, layout, faults)
     if table is None or faults:
         raise InvalidInput(faults)
-    numbers = [int(number) for number in table.columns.get(_NUMBER, range(1, table.n_rows + 1))]
-    if numbers != list(range(1, table.n_rows + 1)):
+    numbers = _numbers(table.columns.get(_JOINT, ()))
+    if numbers and numbers != list(range(1, table.n_rows + 1)):
         message = "the rows are not joints 1, 2, ... in this order; write them base to flange, or leave the column out"
-        faults.append(Fault(path.name, message, None, _NUMBER))
+        faults.append(Fault(path.name, message, None, _JOINT))
     types = _types(path, table, faults)
     values = {
         key: _column(path, table.columns, key, units, True, faults) for key, units in _PARAMETERS.items()
@@ -110,6 +110,12 @@ def suspected_radians(robot: Mapping[str, Any]) -> str | None:
         f"Check the units: the twists alpha that are not zero are {max(degrees):.4g} degrees at most, and in radians they would be right angles. "
         "If the table has radians, call the column alpha_rad (theta likewise)."
     )
+
+
+def _numbers(joints: Sequence[str]) -> list[int]:
+    """Return the numbers of joints by names such as ``2`` or ``J2``; empty if any name has none, such as ``elbow``."""
+    found = [re.fullmatch(r"\D*(\d+)", name) for name in joints]
+    return [int(match[1]) for match in found if match] if all(found) else []
 
 
 def _check_reach(

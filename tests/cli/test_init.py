@@ -132,15 +132,20 @@ def test_limits_that_a_urdf_does_not_state_are_called_assumed(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("units", "factor"), [(("mm", "deg"), (1e3, 180 / np.pi)), (("m", "rad"), (1.0, 1.0))]
+    ("units", "factor", "names"),
+    [
+        (("mm", "deg"), (1e3, 180 / np.pi), ["1", "2", "3", "4", "5", "6"]),
+        (("m", "rad"), (1.0, 1.0), ["J1", "J2", "J3", "J4", "J5", "J6"]),
+        (("m", "deg"), (1.0, 180 / np.pi), ["pan", "lift", "elbow", "wrist_1", "wrist_2", "wrist_3"]),
+    ],
 )
-def test_a_robot_from_a_table(units, factor, tmp_path):
-    """Lengths and angles in either unit give the same robot, and the number of each joint may stand beside them."""
+def test_a_robot_from_a_table(units, factor, names, tmp_path):
+    """Lengths and angles in either unit give the same robot, and the number or the name of each joint may stand in a column."""
     joints = read_arm("ur5e").mapping["joints"]
     keys = ("a", "alpha", "d", "theta")
     header = ["joint", *(f"{key}_{units[0] if key in 'ad' else units[1]}" for key in keys)]
     rows = [
-        ",".join([str(i + 1), *(repr(j[k] * factor[k not in "ad"]) for k in keys)])
+        ",".join([names[i], *(repr(j[k] * factor[k not in "ad"]) for k in keys)])
         for i, j in enumerate(joints)
     ]
     table = tmp_path / "arm.csv"
@@ -187,6 +192,7 @@ def test_a_robot_from_a_table(units, factor, tmp_path):
             "call the column a_mm in place of a_m",
         ),
         ("joint,a_mm,alpha_deg,d_mm,theta_deg\n2,0,0,0,0\n1,0,0,0,0\n", "base to flange"),
+        ("joint,a_mm,alpha_deg,d_mm,theta_deg\nJ2,0,0,0,0\nJ1,0,0,0,0\n", "base to flange"),
         ("a_mm,alpha_deg,d_mm,theta_deg,Min_deg,max_deg\n400,90,300,0,-90,90\n", "did you mean 'lower_deg'?"),
         ("a_mm,alpha_deg,d_mm,theta_deg,min_deg,max_deg\n400,90,300,0,-90,90\n", "did you mean 'upper_deg'?"),
     ],
