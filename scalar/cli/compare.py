@@ -132,14 +132,9 @@ def describe_comparison(comparison: Comparison, residuals: Mapping[str, float] =
         rest = " in what was compared (the last lines name the rest)" if comparison.not_compared else ""
         lines.append(f"no change of the arm beyond chance{rest}")
     if lacking and comparison.changed:
-        how = (
-            "both with the same --effects"
-            if comparison.taken_over
-            else "the second with --effects-from the first"
-        )
         lines.append(
             "  this alone is no evidence for a change of the arm: if a model lacks something, its parameters depend on the poses that were measured. "
-            f"Compare calibrations that contain what it lacks, {how}, or measure the same poses in both campaigns"
+            f"{_with_what_it_lacks(comparison)}, or measure the same poses in both campaigns"
         )
     for change, moved in zip(comparison.changes, comparison.moved, strict=True):
         lines += _change_lines(comparison, change, moved)
@@ -199,6 +194,18 @@ def _unexplained(comparison: Comparison) -> str:
     if fixed:
         return f"{said}; effects that were fixed cannot show a change; {_with_same_effects(comparison)}"
     return f"{said}; what may have changed stands under 'not compared'"
+
+
+def _with_what_it_lacks(comparison: Comparison) -> str:
+    """Return which calibrations to compare instead of those of a model that lacks something."""
+    if comparison.arm.effects_differ:  # a note says how
+        return "Compare calibrations with the same effects"
+    how = (
+        "both with the same --effects"
+        if comparison.taken_over
+        else "the second with --effects-from the first"
+    )
+    return f"Compare calibrations that contain what it lacks, {how}"
 
 
 def _with_same_effects(comparison: Comparison) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.effects import registry
 from scalar.errors import Undetermined
+from scalar.estimation.design_effect import design_effect
 from scalar.estimation.fixed_parameter import AS_ASKED, NO_LENGTH_KNOWN
 from scalar.estimation.least_squares import Decomposed, Fit
 from scalar.estimation.measured_ranges import MEASURED_RANGES
@@ -47,7 +48,8 @@ def conclude(
 ) -> Calibration:
     """Return the calibration of a converged fit: reporting coordinates, standard errors, which parameters are fixed and why.
 
-    The covariance follows from the noise. It is multiplied by the misfit's inflation if the residual is larger than the noise explains.
+    The covariance follows from the noise. If the residual is larger than the noise explains, it is multiplied by the misfit's inflation and by the
+    design effect: what a model lacks makes the residuals of similar poses alike, so that they determine less than their number says.
 
     Args:
         dataset: What was measured.
@@ -89,6 +91,9 @@ def conclude(
     }
     _check_plausible(model, settings)
     covariance = covariance * lack.inflation
+    if lack.inflation != 1.0:
+        ratio = float(np.sqrt(lack.inflation))
+        covariance = covariance * design_effect(residuals, model, found.free, ratio, settings.misfit_p_value)
     to_stated = residuals.measurement.ratio_to_stated
     std = np.full(len(names), np.nan)
     std[found.free] = np.sqrt(np.diag(covariance))

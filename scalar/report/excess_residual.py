@@ -1,9 +1,9 @@
 """What a calibration errs by because its model lacks something: the covariance of a calibration does not cover it.
 
-The residual of an incomplete model exceeds the noise. At the measured poses the parameters absorb a part of what the model lacks; elsewhere the model
-errs by more. Regions of the joint space are therefore left out of the fit one after the other, and the excess is taken from their residuals. It is
-counted in every error over the workspace. Where a diagnosis names it as a random error of whole poses or scans, it is no error of the model: that
-error is reported on its own.
+The residual of an incomplete model exceeds the noise. At the measured poses the parameters absorb a part of what the model lacks, so that the excess
+is too small there. Poses in regions of the joint space that are left out of the fit exceed the noise by too much, because they contain errors of the
+parameters, which the covariance counts. The mean of the two variances is counted in every error over the workspace. Where a diagnosis names the
+excess as a random error of whole poses or scans, it is no error of the model: that error is reported on its own.
 """
 
 from __future__ import annotations
@@ -29,13 +29,14 @@ def excess_distance(calibration: Calibration, state: FittedState) -> float:
         calibration: The calibration.
         state: Its model and data, at its optimum.
     """
-    return excess_of_regions(state) if lacks_something(calibration.summary) else 0.0
+    return excess_of(state) if lacks_something(calibration.summary) else 0.0
 
 
-def excess_of_regions(state: FittedState) -> float:
-    """Return by how much poses in regions that are left out of the fit are off beyond the noise, root mean square [m], the median over the regions.
+def excess_of(state: FittedState) -> float:
+    """Return the root mean square distance [m] by which poses are off beyond the noise, at measured poses and in regions that the fit leaves out.
 
-    With too few poses for regions, it is the excess at the measured poses.
+    The variance is the mean of that at the measured poses and of that in the regions, the median over these; with too few poses for regions, it is
+    that at the measured poses.
 
     Args:
         state: Model and data at the optimum.
@@ -53,7 +54,7 @@ def excess_of_regions(state: FittedState) -> float:
         for each in (regions.whitened - within - measurement.equations, squares_for_a_shift(residuals, model))
     )
     typical = float(np.median(excess / np.maximum(of_a_metre, 1e-300)))
-    return max(at_measured, float(np.sqrt(max(typical, 0.0))))
+    return float(np.sqrt((at_measured**2 + max(typical, at_measured**2)) / 2.0))
 
 
 def excess_distance_after(diagnosis: Diagnosis) -> float:
@@ -67,7 +68,7 @@ def excess_distance_after(diagnosis: Diagnosis) -> float:
     if named and not shipped.without_effects:
         return 0.0
     if shipped.fit == BY_COMPONENT:
-        return excess_of_regions(shipped.choice.state)
+        return excess_of(shipped.choice.state)
     return excess_distance(diagnosis.calibration_after, diagnosis.shipped_state)
 
 

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from scalar.estimation import data_sheet_priors
+from scalar.estimation.calibrate import calibrate
 from scalar.estimation.design_effect import design_effect, similar_poses
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.joint_fit import fit_all
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import prepare
 from scalar.sensors.tracker_frames import TrackerFrames
+from tests.effects.injected import Flaws, make_cell, on_joint
 from tests.estimation.test_data_sheet_priors import base_and_tool, elsewhere, rms, workcell
 
 
@@ -67,6 +69,24 @@ def test_the_design_effect_improves_predictions_off_a_grid(seed, monkeypatch):
     assert found < error(base_and_tool(dataset).model)
     monkeypatch.setattr(data_sheet_priors, "design_effect", lambda *_: 1.0)
     assert found < 0.95 * calibrated()
+
+
+def test_standard_errors_hold_although_the_model_lacks_an_effect():
+    """Parameters from two halves of the poses of an arm with a gear error differ by their standard errors, although both models lack it."""
+    errors = []
+    for seed in range(8):
+        rng = np.random.default_rng([31, seed])
+        size, phase, joint = rng.uniform(3e-4, 1e-3), rng.uniform(0, 2 * np.pi), int(rng.integers(2, 6))
+        gear = on_joint(joint, lambda at, j=joint - 1, s=size, p=phase: s * np.sin(at.q[:, j] + p))
+        dataset = make_cell(Flaws(joints=gear), seed=900 + seed, poses_per_plane=40).dataset
+        halves = [calibrate(dataset.subset(np.arange(k, dataset.n_poses, 2))).parameters() for k in (0, 1)]
+        for name in dataset.robot.parameter_names:
+            one, other = (half[name] for half in halves)
+            if one["std"] and other["std"]:
+                errors.append((one["value"] - other["value"]) / np.hypot(one["std"], other["std"]))
+    assert len(errors) > 100
+    assert 0.7 < np.sqrt(np.mean(np.square(errors))) < 1.4  # 1.7 without the design effect
+    assert np.mean(np.abs(errors) < 1.96) > 0.85
 
 
 def test_groups_are_of_similar_poses():
