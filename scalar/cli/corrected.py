@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from math import pi
 from pathlib import Path
+from typing import Any
 
 from scalar.cli.terminal import say
 
 CORRECTED = "corrected-dataset.yaml"
+_ROUNDING = 1e-12  # m or rad: what conversions between conventions leave
 
 
 @contextmanager
 def corrected_description(dataset: Path, output: Path) -> Iterator[None]:
     """Write ``corrected-dataset.yaml`` to the output folder if the code inside raises ``WrongSetup`` about the table of joints.
 
-    The corrected table has the convention of dataset.yaml, standard or modified DH, unless the correction is that of the convention.
+    The corrected table has the convention of dataset.yaml, standard or modified DH, unless the correction is that of the convention. What the
+    correction leaves alone stays as it is written there.
 
     Args:
         dataset: The folder of the dataset.
@@ -32,10 +36,59 @@ def corrected_description(dataset: Path, output: Path) -> Iterator[None]:
         robot = refusal.suspicions[0].robot
         if robot is not None:
             path = output / CORRECTED
-            dump_yaml({**load_yaml(dataset / DESCRIPTION), "robot": stated_mapping(robot)}, path)
+            described = load_yaml(dataset / DESCRIPTION)
+            dump_yaml(
+                {**described, "robot": corrected_block(described["robot"], stated_mapping(robot))}, path
+            )
             say(
                 f"scalar: {path} is dataset.yaml with the table of joints corrected for the first of the suspicions below; "
                 "if it is right, put it in the place of dataset.yaml",
                 err=True,
             )
         raise
+
+
+def corrected_block(described: Mapping[str, Any], corrected: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the ``robot:`` block of a dataset with what a corrected block has otherwise, and everything else as it is written there.
+
+    Args:
+        described: The block of dataset.yaml.
+        corrected: The complete block of the corrected arm.
+    """
+    transforms = {
+        key: _clean(corrected[key])
+        for key in ("base", "flange")
+        if not _same_numbers(described.get(key, {}), corrected[key])
+    }
+    joints = [
+        _corrected_row(row, new) for row, new in zip(described["joints"], corrected["joints"], strict=True)
+    ]
+    return {**described, "convention": corrected["convention"], "joints": joints, **transforms}
+
+
+def _corrected_row(row: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a row of the table of joints; numbers that agree up to rounding and whole turns stay as they are written."""
+    written = dict(row)
+    for key in ("a", "alpha", "d", "theta", "beta"):
+        value, was = float(new.get(key, 0.0)), float(row.get(key, 0.0))
+        off = value - was if key in ("a", "d") else (value - was + pi) % (2.0 * pi) - pi
+        if abs(off) > _ROUNDING:
+            written[key] = _clean(value)
+    return written
+
+
+def _same_numbers(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Return whether two fixed transforms agree up to rounding; what is not stated is zero."""
+    zero = [0.0, 0.0, 0.0]
+    return all(
+        abs(float(a) - float(b)) <= _ROUNDING
+        for key in ("translation", "rotation_vector")
+        for a, b in zip(one.get(key, zero), other.get(key, zero), strict=True)
+    )
+
+
+def _clean(value: Any) -> Any:
+    """Return a number, or all numbers of a transform, with zero in the place of rounding errors."""
+    if isinstance(value, Mapping):
+        return {key: [_clean(x) for x in numbers] for key, numbers in value.items()}
+    return 0.0 if abs(value) <= _ROUNDING else float(value)

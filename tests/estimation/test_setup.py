@@ -275,7 +275,14 @@ def test_the_corrected_table_is_offered_and_works(tmp_path, convention):
     assert run.exit_code == 2
     assert "joint 4 counts the other way" in run.output
     corrected = tmp_path / "out" / "corrected-dataset.yaml"
-    assert load_yaml(corrected)["robot"]["convention"] == convention
+    was, now = (load_yaml(path)["robot"] for path in (folder / "dataset.yaml", corrected))
+    assert now["convention"] == convention
+    changed = [i for i, (old, new) in enumerate(zip(was["joints"], now["joints"], strict=True)) if old != new]
+    assert changed == ([3, 4] if convention == "modified-dh" else [2, 3])
+    assert {key: now[key] for key in was if key != "joints"} == {
+        k: v for k, v in was.items() if k != "joints"
+    }
+    assert not any(0 < abs(new[key]) < 1e-9 for new in now["joints"] for key in ("a", "alpha", "d", "theta"))
     (folder / "dataset.yaml").write_bytes(corrected.read_bytes())
     run = CliRunner().invoke(cli, ["calibrate", str(folder), "-o", str(tmp_path / "out")])
     assert run.exit_code == 0, run.output
