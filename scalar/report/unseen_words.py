@@ -45,13 +45,12 @@ def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[s
     corrected = mapping["shipped"]["unconfirmed"]
     for entry in mapping["not_confirmed"]:
         name = title(entry["name"], entry["target"], entry.get("depends_on", ()))
-        does = (
-            "corrects for it all the same"
-            if {key: entry[key] for key in ("name", "target")} in corrected
-            else "does not correct for it"
-        )
+        is_corrected = {key: entry[key] for key in ("name", "target")} in corrected
+        rest = (
+            "" if is_corrected else ", and after.json does not correct for it"
+        )  # if it does, ``shipped_words`` says so
         sentences.append(
-            f"Not confirmed: {quoted(name)} was chosen in {share(entry, diagnosis)}. It is not counted as a finding, and after.json {does}."
+            f"Not confirmed: {quoted(name)} was chosen in {share(entry, diagnosis)}. It is not counted as a finding{rest}."
         )
     return sentences
 
