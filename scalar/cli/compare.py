@@ -283,8 +283,11 @@ def _sized(name: str, unit: str, value: float, std: float, grows: float | None) 
         value, std: Its change and the standard error.
         grows: For a coefficient that is shown by its size, the change [1 or -1] with which the size grows; else None.
     """
+    from scalar.effects.wording import with_error
+
     size, shown = {"m": (MM, "mm"), "rad": (DEG, "deg")}.get(unit, (1.0, unit))
     which = f"{name.rpartition('.')[2]} " if "." in name else ""
     if grows is not None:
         which, value = f"size of {which}", grows * value
-    return f"{which}{value / size:+.4g} +- {std / size:.2g} {shown}"
+    change, error = with_error(abs(value) / size, std / size)
+    return f"{which}{'-' if value < 0 else '+'}{change} +- {error} {shown}"

@@ -69,8 +69,23 @@ def coefficient(name: str, value: float, std: float | None) -> tuple[str, str, s
                 r"joint \1 by the weight of link \2 along \3, at its longest lever", name.removesuffix(ending)
             )
             stem = stem.replace("_", " ")
-            return stem, number(value / scale), UNKNOWN if std is None else number(std / scale, 2), unit
-    return name, number(value), UNKNOWN if std is None else number(std, 2), ""
+            return stem, *with_error(value / scale, None if std is None else std / scale), unit
+    return name, *with_error(value, std), ""
+
+
+def with_error(value: float, std: float | None) -> tuple[str, str]:
+    """Return a number and its standard error, the latter with two significant digits and the number with as many decimals as it.
+
+    Without an error, or with one that is zero, very small or very large, the number has three significant digits.
+    """
+    if std is None:
+        return number(value), UNKNOWN
+    error = number(std, 2)
+    if std == 0 or "×" in error or not np.isfinite(value) or not np.isfinite(std) or abs(value) >= 1e5:
+        return number(value), error
+    decimals = len(error.partition(".")[2])
+    shown = f"{value:.{decimals}f}".replace("-", "−")
+    return shown.removeprefix("−") if not float(f"{value:.{decimals}f}") else shown, error
 
 
 def stiffness_row(joint: int, value: float, std: float | None) -> tuple[str, str, str, str]:

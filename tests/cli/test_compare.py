@@ -98,7 +98,7 @@ def test_play_that_grew_is_said_to_have_grown(folder, side):
         names = (*made.free, *made.model.effect_names[0])
         replace(made, free=names, covariance=np.eye(len(names)) * 1e-12).save(folder / name)
     said = run("compare", folder / "one.json", folder / "two.json").output
-    assert "size of half_width_rad +0.01146 +-" in said
+    assert "size of half_width_rad +0.011459 +-" in said
 
 
 def test_a_user_of_standard_dh_reads_the_rows_of_that_table(folder):
@@ -112,7 +112,7 @@ def test_a_user_of_standard_dh_reads_the_rows_of_that_table(folder):
         replace(made, model=replace(model, **robots)).save(folder / f"standard_{name}")
     written = folder / "c.json"
     result = run("compare", folder / "standard_a.json", folder / "standard_b.json", "-o", written)
-    assert "joint 2, length a 2: +0.2 " in result.output and "a_3" not in result.output
+    assert "joint 2, length a 2: +0.20" in result.output and "a_3" not in result.output
     assert "a_3" in written.read_text(encoding="utf-8")
 
 

@@ -56,7 +56,7 @@ def test_a_half_width_is_shown_by_its_size(effect, b):
     """A table shows half a width without a sign, and says on which side of its reading the joint stands, after which moves or torques."""
     effect = effect.with_coefficients(np.full(len(effect.coefficients), b))
     _, rows = effect.table([1e-5] * len(effect.coefficients))
-    assert [row[1] for row in rows] == ["0.0115"] * len(effect.coefficients)
+    assert [row[1] for row in rows] == ["0.01146"] * len(effect.coefficients)
     assert effect.sign_in_words in rows[0][0]
     assert ("beyond its reading" in rows[0][0]) == (b > 0)
     if effect.name == "joint_hysteresis" or effect.by == "moves":
@@ -75,7 +75,7 @@ def test_the_terminal_shows_the_size_of_play_and_what_its_sign_meant():
     """So do `calibrate` and `diagnose`: the number without its sign, then the words."""
     entry = {"coefficients": {"half_width_rad": {"value": -2e-4, "std": 1e-5}}}
     effect = JointBacklash(2, "moves").with_coefficients(np.array([-2e-4]))
-    assert _sizes(entry, effect.sign_in_words).startswith(": half width 0.0115 ±")
+    assert _sizes(entry, effect.sign_in_words).startswith(": half width 0.01146 ± 0.00057")
     assert "stays behind its reading" in _sizes(entry, effect.sign_in_words)
     calibration = calibrate(
         make_scene("vs060", "tracker", poses_per_plane=20, seed=3).dataset, fixed_effects=[effect]

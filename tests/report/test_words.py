@@ -46,3 +46,18 @@ def test_numbers_read_back(value: float, digits: int) -> None:
     else:
         back = float(text)
     assert back == pytest.approx(value, rel=0.6 * 10.0 ** (1 - digits))
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "shown"),
+    [
+        (-3.28e-5, 1.7e-3, ("0.0000", "0.0017")),
+        (12.345678, 1.2e-3, ("12.3457", "0.0012")),
+        (-0.4, 30.0, ("0", "30")),
+        (1e-9, 3e-7, ("1.00 × 10⁻⁹", "3.0 × 10⁻⁷")),
+        (5.0, 0.0, ("5.00", "0")),
+    ],
+)
+def test_a_number_has_as_many_decimals_as_its_error(value, std, shown):
+    """The standard error has two significant digits, and the number ends at the same decimal; zero has no sign."""
+    assert wording.with_error(value, std) == shown
