@@ -1,4 +1,8 @@
-"""In which unit a tracker's points are written, where they cannot be metres: their scatter is compared with that of the nominal flange."""
+"""In which unit points are written that cannot be metres.
+
+The scatter of a tracker's points is compared with that of the nominal flange. Of a scan only its size is known: numbers that as millimetres would be
+nearer than most scanners measure may be centimetres.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +18,7 @@ from scalar.geometry.robot import Robot
 from scalar.units import MM
 
 _UNITS = {"millimetres": MM, "centimetres": 10.0 * MM, "inches": 25.4 * MM}
+_NEAR = 50 * MM  # chosen: hardly any scanner measures nearer
 _FITS = 1.6  # factor; chosen: half of the least ratio of two units, in logarithms. An offset of the target changes the scatter by less
 
 
@@ -32,6 +37,8 @@ def advice_on_points(
     def advice(unit: str, column: str) -> str:
         if unit == "m" and column in layout.units and (name := _unit(points, poses, description, layout)):
             return f"are these {name}? write metres"
+        if unit == "m" and layout.several_rows and _largest(points, layout) * MM < _NEAR:
+            return "are these millimetres or centimetres? write metres"
         return write_si(unit)
 
     return advice
@@ -59,6 +66,12 @@ def _unit(points: Table, poses: Table | None, description: Description, layout: 
         if expected / _FITS < measured * size < expected * _FITS:
             return name
     return None
+
+
+def _largest(points: Table, layout: MeasuredTable) -> float:
+    """Return the size of the largest finite coordinate, whatever its unit."""
+    sizes = [np.abs(points.columns[name]) for name in layout.units if name in points.columns]
+    return float(np.max([np.max(size, initial=0.0, where=np.isfinite(size)) for size in sizes], initial=0.0))
 
 
 def _scatter(points: np.ndarray) -> float:

@@ -54,3 +54,18 @@ def test_a_damaged_table_is_refused_for_its_damage(damage, tmp_path):
     with pytest.raises(InvalidInput) as refused:
         read_dataset(folder)
     assert any(fault.column == "x" and "suspect" not in fault.message for fault in refused.value.faults)
+
+
+@pytest.mark.parametrize(
+    ("size", "words"), [(1e-3, "are these millimetres? write"), (1e-2, "millimetres or centimetres?")]
+)
+def test_a_scan_that_may_be_in_centimetres_is_asked_about_both(size, words, tmp_path):
+    """Numbers below 50 may be centimetres of a scanner as well as millimetres of one that measures from very near."""
+    folder = make_scene("vs060", seed=2, poses_per_plane=8).write(tmp_path / "cell")
+    scans = pd.read_csv(folder / "scans.csv")
+    scans[["x", "z"]] /= size
+    scans.to_csv(folder / "scans.csv", index=False)
+    with pytest.raises(InvalidInput) as refused:
+        read_dataset(folder)
+    said = [fault.message for fault in refused.value.faults if fault.column == "z"]
+    assert said and all(words in message for message in said)
