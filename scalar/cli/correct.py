@@ -82,6 +82,7 @@ def correct(
     """
     import numpy as np
 
+    from scalar.cli.copied_columns import cells_as_written
     from scalar.cli.kinds_of_targets import (
         naming_mixed_rows,
         naming_table,
@@ -169,7 +170,10 @@ def correct(
     ]:
         say(line)
     written = table.iloc[rows] if leave_out else table
-    _write(output, written, rows, found, near, units_to_write(units, columns).sliding(robot.prismatic))
+    own_cells = cells_as_written(targets, columns)
+    _write(
+        output, written, own_cells, rows, found, near, units_to_write(units, columns).sliding(robot.prismatic)
+    )
     if not frames_wanted:
         for line in lines_on_tool(calibrated.gauge, calibrated.model.nominal):
             say(line)
@@ -235,13 +239,20 @@ def _with_unit(name: str, units: TableUnits, like: str) -> str:
 
 
 def _write(
-    path: Path, table: pd.DataFrame, rows: Array, found: Correction, near: Sensitivity, units: TableUnits
+    path: Path,
+    table: pd.DataFrame,
+    cells: dict[str, list[str]],
+    rows: Array,
+    found: Correction,
+    near: Sensitivity,
+    units: TableUnits,
 ) -> None:
     """Write the joint angles, with the other columns of the table and the columns that say how each pose was corrected.
 
     Args:
         path: File to write.
         table: The targets of all rows that are written; its index counts the rows of the file TARGETS.
+        cells: The cells of the columns of that file as they are written there.
         rows: ``(M,)``, in the same count, the rows that have joint angles.
         found: The M corrected joint angles.
         near: Their sensitivity near singularities.
@@ -280,7 +291,7 @@ def _write(
     }
     for name in table.columns:
         if name not in ("pose", *joints, *own, *of_frames) and not is_frame_column(str(name)):
-            columns[name] = table[name].to_numpy()
+            columns[name] = [cells[name][i] for i in table.index] if name in cells else table[name].to_numpy()
     columns |= own
     with atomic_write(path) as temporary:
         pd.DataFrame(columns).to_csv(temporary, index=False, float_format="%.15g")

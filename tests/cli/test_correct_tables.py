@@ -140,7 +140,7 @@ def test_a_column_called_roll_beside_joint_angles_is_copied(program):
 
 @pytest.mark.parametrize("form", ["joints", "frames"])
 def test_text_and_empty_cells_of_other_columns_are_copied_as_they_are(form, program):
-    """A comment, a column of blanks, numbers with gaps and text with a comma stand in the output as they stood in the input."""
+    """A comment, a column of blanks, numbers with gaps, leading zeros or trailing ones, and text with a comma stand in the output as they stood in the input."""
     table = pd.read_csv(program / "targets.csv")
     if form == "frames":
         table = pd.concat([predicted(program, "targets.csv"), table.drop(columns=["pose", *JOINTS])], axis=1)
@@ -151,6 +151,8 @@ def test_text_and_empty_cells_of_other_columns_are_copied_as_they_are(form, prog
         "speed": ["250", ""] * (n // 2),
         "name": ["a, b"] * n,
         "decimal": ["12,5"] * n,
+        "tool": ["007"] * n,
+        "feed": ["1.50"] * n,
     }
     table.assign(**own).to_csv(program / "own.csv", index=False, float_format="%.17g")
     corrected(program, "own.csv")
