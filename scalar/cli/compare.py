@@ -198,8 +198,8 @@ def _unexplained(comparison: Comparison) -> str:
 
 def _with_what_it_lacks(comparison: Comparison) -> str:
     """Return which calibrations to compare instead of those of a model that lacks something."""
-    if comparison.arm.effects_differ:  # a note says how
-        return "Compare calibrations with the same effects"
+    if comparison.arm.effects_differ:
+        return "Compare calibrations that contain what it lacks, as the note above says"
     how = (
         "both with the same --effects"
         if comparison.taken_over
@@ -289,5 +289,6 @@ def _sized(name: str, unit: str, value: float, std: float, grows: float | None) 
     which = f"{name.rpartition('.')[2]} " if "." in name else ""
     if grows is not None:
         which, value = f"size of {which}", grows * value
-    change, error = with_error(abs(value) / size, std / size)
-    return f"{which}{'-' if value < 0 else '+'}{change} +- {error} {shown}"
+    change, error = with_error(value / size, std / size)
+    signed = change.replace("−", "-", 1) if change.startswith("−") else f"+{change}"
+    return f"{which}{signed} +- {error} {shown}"

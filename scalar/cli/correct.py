@@ -82,7 +82,6 @@ def correct(
     """
     import numpy as np
 
-    from scalar.cli.copied_columns import cells_as_written
     from scalar.cli.kinds_of_targets import (
         naming_mixed_rows,
         naming_table,
@@ -90,6 +89,7 @@ def correct(
         refuse_without_orientation,
     )
     from scalar.cli.pose_lines import lines_on_large_changes, lines_on_measured_ranges, lines_on_small_degrees
+    from scalar.data.io.csv_reader import cells_as_written
     from scalar.data.moves import joint_angles
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.poses import Poses
@@ -170,9 +170,14 @@ def correct(
     ]:
         say(line)
     written = table.iloc[rows] if leave_out else table
-    own_cells = cells_as_written(targets, columns)
     _write(
-        output, written, own_cells, rows, found, near, units_to_write(units, columns).sliding(robot.prismatic)
+        output,
+        written,
+        cells_as_written(targets),
+        rows,
+        found,
+        near,
+        units_to_write(units, columns).sliding(robot.prismatic),
     )
     if not frames_wanted:
         for line in lines_on_tool(calibrated.gauge, calibrated.model.nominal):

@@ -146,6 +146,7 @@ def plan(
             assert dataset is not None and calibration is not None
             chosen, lines, content = plan_after(workcell, found, dataset, calibration, after, poses)
             if not chosen:
+                _refuse_earlier_plan(output, after)
                 say("\n".join(lines))
                 return
             curve, random = [], None
@@ -173,6 +174,18 @@ def plan(
     if no_collisions:
         say("  not tested for collisions: check every pose and move before you run them")
     say(f"written: {output / 'poses.csv'}, poses_deg.csv, plan.json, plan.png")
+
+
+def _refuse_earlier_plan(output: Path, after: Path) -> None:
+    """Refuse to leave an earlier plan where none is written, since a script would take it for the new one.
+
+    Raises:
+        InvalidInput: There is one.
+    """
+    earlier = output / "poses.csv"
+    if earlier.exists():
+        message = f"an earlier plan; {after} leaves nothing open that further poses would answer, and nothing is written: remove the folder"
+        raise InvalidInput(Fault(str(earlier), message))
 
 
 def _range(text: str) -> tuple[float, float]:

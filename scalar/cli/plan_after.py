@@ -56,8 +56,7 @@ def plan_after(
     answers, not_by_poses = after.answers, after.not_by_poses
     lines = [f"  no poses answer this: {text}" for text in not_by_poses]
     if not after.pairs:
-        near = path.parent / "after.json"
-        return [], [*lines, *_nothing_left_open(path, near)], {}
+        return [], [*lines, *_nothing_left_open(path)], {}
     if not any(answer.separable for answer in answers):
         near = any(_noise_to_separate(answer) <= _FAR or answer.alone < ANSWERED for answer in answers)
         remedy = f"{_LESS_NOISE}; {_otherwise(dataset)}" if near else _otherwise(dataset)
@@ -86,11 +85,11 @@ def plan_after(
     return after.chosen, [*told, *lines], content
 
 
-def _nothing_left_open(path: Path, near: Path) -> list[str]:
-    """Return lines that say that no poses are needed, and how more are planned all the same with the calibration ``near``."""
+def _nothing_left_open(path: Path) -> list[str]:
+    """Return lines that say that no poses are needed, and how more are planned all the same."""
     return [
         f"{path} leaves nothing open that further poses would answer: none are planned, and nothing is written",
-        f"  for more poses of the arm as it was calibrated, plan with --near {near} and without --after",
+        f"  for more poses of the arm as it was calibrated, plan with --near {path.parent / 'after.json'} and without --after",
     ]
 
 

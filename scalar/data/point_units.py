@@ -37,7 +37,7 @@ def advice_on_points(
     def advice(unit: str, column: str) -> str:
         if unit == "m" and column in layout.units and (name := _unit(points, poses, description, layout)):
             return f"are these {name}? write metres"
-        if unit == "m" and layout.several_rows and _largest(points, layout) * MM < _NEAR:
+        if unit == "m" and layout.several_rows and 1.0 < _farthest(points, layout) < _NEAR / MM:
             return "are these millimetres or centimetres? write metres"
         return write_si(unit)
 
@@ -68,10 +68,12 @@ def _unit(points: Table, poses: Table | None, description: Description, layout: 
     return None
 
 
-def _largest(points: Table, layout: MeasuredTable) -> float:
-    """Return the size of the largest finite coordinate, whatever its unit."""
+def _farthest(points: Table, layout: MeasuredTable) -> float:
+    """Return the median of the finite numbers of that coordinate in which it is largest, whatever their unit; 0 if there are none."""
     sizes = [np.abs(points.columns[name]) for name in layout.units if name in points.columns]
-    return float(np.max([np.max(size, initial=0.0, where=np.isfinite(size)) for size in sizes], initial=0.0))
+    return max(
+        (float(np.median(size[np.isfinite(size)])) for size in sizes if np.isfinite(size).any()), default=0.0
+    )
 
 
 def _scatter(points: np.ndarray) -> float:

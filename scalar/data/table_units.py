@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from scalar.data.io.csv_reader import lines_of, split
 from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
 from scalar.data.located_table import Layout, Table
 from scalar.errors import Fault, InvalidInput
@@ -95,8 +96,9 @@ def columns_of(path: Path) -> list[str]:
     Raises:
         InvalidInput: The file cannot be read.
     """
-    line = read_regular_file(path, MAX_TABLE_BYTES).split(b"\n", 1)[0]
-    return [name.strip().strip('"') for name in line.decode("utf-8-sig", "replace").split(",")]
+    text = read_regular_file(path, MAX_TABLE_BYTES).decode("utf-8-sig", "replace")
+    line = next((line for line in lines_of(text) if line.strip()), "")
+    return split(line) or [name.strip().strip('"') for name in line.split(",")]
 
 
 def units_to_write(text: str | None, columns: Sequence[str]) -> TableUnits:

@@ -44,7 +44,7 @@ class JointScale(OneAxis, SingleJointEffect):
         "by 52 micrometres in 300 mm (ISO 3408-3)"
     )
     remedy: ClassVar[str] = (
-        "poses in which the joint moves through more of its range would show it (of a joint that slides also a reference of known length)"
+        "poses in which the joint moves further may show it; for a joint that slides, a known length does"
     )
 
     @property

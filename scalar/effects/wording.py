@@ -74,9 +74,9 @@ def coefficient(name: str, value: float, std: float | None) -> tuple[str, str, s
 
 
 def with_error(value: float, std: float | None) -> tuple[str, str]:
-    """Return a number and its standard error, the latter with two significant digits and the number with as many decimals as it.
+    """Return a number and its standard error, the latter with about two significant digits and the number with as many decimals as it.
 
-    Without an error, or with one that is zero, very small or very large, the number has three significant digits.
+    Without an error, or where one of the two is zero, very small or very large, the number has three significant digits.
     """
     if std is None:
         return number(value), UNKNOWN

@@ -68,6 +68,10 @@ def conclude(
     _check_rank(model, decomposed, found.free)
     covariance = decomposed.covariance
     lack = misfit(residuals, model, found.free, settings.misfit_p_value)
+    alike = 1.0
+    if lack.inflation != 1.0:
+        ratio = float(np.sqrt(lack.inflation))
+        alike = design_effect(residuals, model, found.free, ratio, settings.misfit_p_value)
     names = model.names
     fixed = {h.name: h.reason for h in prepared.identifiability.fixed}
     for name, is_free in zip(names, found.free, strict=True):
@@ -81,6 +85,7 @@ def conclude(
         "sigma_stated": residuals.measurement.sigma_stated,
         "misfit": lack.ratio,
         "misfit_p_value": lack.p_value,
+        "design_effect": alike,
         "misfit_shift_m": unexplained_shift(residuals, model, lack),
         "started_from": prepared.initial.origin,
         "start_rms_m": prepared.initial.rms,
@@ -90,10 +95,7 @@ def conclude(
         "singular_values": [float(s) for s in prepared.identifiability.singular_values],
     }
     _check_plausible(model, settings)
-    covariance = covariance * lack.inflation
-    if lack.inflation != 1.0:
-        ratio = float(np.sqrt(lack.inflation))
-        covariance = covariance * design_effect(residuals, model, found.free, ratio, settings.misfit_p_value)
+    covariance = covariance * (lack.inflation * alike)
     to_stated = residuals.measurement.ratio_to_stated
     std = np.full(len(names), np.nan)
     std[found.free] = np.sqrt(np.diag(covariance))

@@ -40,13 +40,15 @@ class Misfit:
 
 
 def excess_factor(summary: Mapping[str, Any]) -> float:
-    """Return the ratio of a calibration's residual to the noise, at least 1; 1 if the summary states none.
+    """Return the factor by which a misfit enlarges the standard errors of a calibration, at least 1; 1 if the summary states none.
 
     Args:
         summary: ``Calibration.summary``.
     """
     ratio = summary.get("misfit")
-    return 1.0 if ratio is None else max(float(ratio), 1.0)
+    return (
+        1.0 if ratio is None else max(float(ratio), 1.0) * float(np.sqrt(summary.get("design_effect", 1.0)))
+    )
 
 
 def lacks_something(summary: Mapping[str, Any]) -> bool:

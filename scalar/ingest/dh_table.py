@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from scalar.data.io.csv_reader import read_csv
-from scalar.data.located_table import Layout, Table, shorten
+from scalar.data.located_table import NUMBER, Layout, Table, shorten
 from scalar.data.unit_suspicions import MAX_CHAIN, MIN_CHAIN
 from scalar.errors import Fault, InvalidInput
 from scalar.units import DEG, MM
@@ -67,8 +67,7 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
     table = read_csv(path, layout, faults)
     if table is None or faults:
         raise InvalidInput(faults)
-    numbers = _numbers(table.columns.get(_JOINT, ()))
-    if numbers and numbers != list(range(1, table.n_rows + 1)):
+    if not _in_order([str(name) for name in table.columns.get(_JOINT, ())]):
         message = "the rows are not joints 1, 2, ... in this order; write them base to flange, or leave the column out"
         faults.append(Fault(path.name, message, None, _JOINT))
     types = _types(path, table, faults)
@@ -112,10 +111,19 @@ def suspected_radians(robot: Mapping[str, Any]) -> str | None:
     )
 
 
-def _numbers(joints: Sequence[str]) -> list[int]:
-    """Return the numbers of joints by names such as ``2`` or ``J2``; empty if any name has none, such as ``elbow``."""
-    found = [re.fullmatch(r"\D*(\d+)", name) for name in joints]
-    return [int(match[1]) for match in found if match] if all(found) else []
+def _in_order(joints: Sequence[str]) -> bool:
+    """Return whether the names of joints do not contradict the order of the rows.
+
+    Numbers have to be 1, 2, ...; those of names such as J1 have to increase by one if the names agree otherwise. Words say nothing of an order.
+    """
+    if all(NUMBER.fullmatch(name) for name in joints):
+        return [float(name) for name in joints] == list(range(1, len(joints) + 1))
+    found = [re.fullmatch(r"(.*?)(\d+)", name) for name in joints]
+    numbered = [match for match in found if match]
+    if len(numbered) < len(joints) or len({match[1] for match in numbered}) > 1:
+        return True
+    numbers = [int(match[2]) for match in numbered]
+    return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
 
 
 def _check_reach(

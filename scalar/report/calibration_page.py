@@ -56,7 +56,11 @@ def _what_it_is(workspace: dict[str, Any] | None) -> str:
     return (
         f"By the data sheet, the arm errs by {before['value']} on average over its workspace (95 % band {before['band']}); by {FILE}, it errs by "
         f"{after['value']} ({after['band']})"
-        + (f"; what the model lacks makes {workspace['excess']} of that." if workspace["excess"] else ".")
+        + (
+            f". What the residual has beyond the noise would alone make {workspace['excess']}."
+            if workspace["excess"]
+            else "."
+        )
     )
 
 

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
 
 
+_EQUATIONS = 1.5  # for each free parameter, that the other regions have to give: with fewer, their fit says nothing of the region left out
+
+
 def excess_distance(calibration: Calibration, state: FittedState) -> float:
     """Return the root mean square distance [m] by which a calibration errs beyond the noise; zero unless its residual clearly exceeds the noise.
 
@@ -35,8 +38,8 @@ def excess_distance(calibration: Calibration, state: FittedState) -> float:
 def excess_of(state: FittedState) -> float:
     """Return the root mean square distance [m] by which poses are off beyond the noise, at measured poses and in regions that the fit leaves out.
 
-    The variance is the mean of that at the measured poses and of that in the regions, the median over these; with too few poses for regions, it is
-    that at the measured poses.
+    The variance is the mean of that at the measured poses and of that in the regions. The latter is the median over the regions, and at least the
+    former. If there are too few poses for regions, or if the other regions hardly determine the parameters, it is that at the measured poses alone.
 
     Args:
         state: Model and data at the optimum.
@@ -44,9 +47,12 @@ def excess_of(state: FittedState) -> float:
     residuals, model = state.residuals, state.model
     at_measured = unexplained_shift(residuals, model, misfit(residuals, model, state.free))
     regions = held_out_regions(state)
+    measurement = residuals.measurement
     if regions is None:
         return at_measured
-    measurement = residuals.measurement
+    left = measurement.equations.sum() - np.bincount(regions.block, weights=measurement.equations)
+    if left.min() < _EQUATIONS * state.free.sum():
+        return at_measured
     T = residuals.kinematics(model).T_base_sensor
     within, _ = measurement.scatter(T, model.target, residuals.point_effects(model))
     excess, of_a_metre = (

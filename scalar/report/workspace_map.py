@@ -60,7 +60,7 @@ def workspace_section(
         without_effects: The model without effects, if it is another one; or None.
         seen: The measured poses.
         file: File name of the calibration, for the texts.
-        excess: Root mean square distance [m] by which the residual exceeds the noise; it is counted as an error at every pose (``excess_residual``).
+        excess: Root mean square size [m] of the errors that the model lacks, which differ from pose to pose (``excess_residual``).
         hidden: Effects that every arm has and the model lacks, or None; the upper ends of the bands allow for them.
     """
     robot = judged.model.nominal

@@ -140,7 +140,7 @@ def test_a_column_called_roll_beside_joint_angles_is_copied(program):
 
 @pytest.mark.parametrize("form", ["joints", "frames"])
 def test_text_and_empty_cells_of_other_columns_are_copied_as_they_are(form, program):
-    """A comment, a column of blanks, numbers with gaps, leading zeros or trailing ones, and text with a comma stand in the output as they stood in the input."""
+    """A comment, a column of blanks, numbers with gaps, leading or trailing zeros, and text with a comma stand in the output as in the input."""
     table = pd.read_csv(program / "targets.csv")
     if form == "frames":
         table = pd.concat([predicted(program, "targets.csv"), table.drop(columns=["pose", *JOINTS])], axis=1)
@@ -159,6 +159,18 @@ def test_text_and_empty_cells_of_other_columns_are_copied_as_they_are(form, prog
     written = pd.read_csv(program / "joints.csv", dtype=str, keep_default_na=False)
     for name, cells in own.items():
         assert written[name].tolist() == cells
+
+
+@pytest.mark.parametrize("end", ["\r", "\r\n", "\n\n"])
+def test_a_table_of_any_line_ends_is_copied(end, program):
+    """Old and new line ends, blank lines, a mark of UTF-8 and a comma in the quoted name of a column change nothing."""
+    table = pd.read_csv(program / "targets.csv")
+    table["tool, name"] = [f"00{i}, x" for i in range(len(table))]
+    text = table.to_csv(index=False, float_format="%.17g", lineterminator=end)
+    (program / "own.csv").write_bytes(b"\xef\xbb\xbf" + text.encode())
+    corrected(program, "own.csv")
+    written = pd.read_csv(program / "joints.csv", dtype=str, keep_default_na=False)
+    assert written["tool, name"].tolist() == table["tool, name"].tolist()
 
 
 def test_a_column_that_an_effect_needs_has_to_hold_numbers(program):

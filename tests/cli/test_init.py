@@ -137,6 +137,8 @@ def test_limits_that_a_urdf_does_not_state_are_called_assumed(tmp_path):
         (("mm", "deg"), (1e3, 180 / np.pi), ["1", "2", "3", "4", "5", "6"]),
         (("m", "rad"), (1.0, 1.0), ["J1", "J2", "J3", "J4", "J5", "J6"]),
         (("m", "deg"), (1.0, 180 / np.pi), ["pan", "lift", "elbow", "wrist_1", "wrist_2", "wrist_3"]),
+        (("m", "rad"), (1.0, 1.0), ["J0", "J1", "J2", "J3", "J4", "J5"]),
+        (("m", "rad"), (1.0, 1.0), ["E1", "A1", "A2", "A3", "A4", "A5"]),
     ],
 )
 def test_a_robot_from_a_table(units, factor, names, tmp_path):
@@ -193,6 +195,8 @@ def test_a_robot_from_a_table(units, factor, names, tmp_path):
         ),
         ("joint,a_mm,alpha_deg,d_mm,theta_deg\n2,0,0,0,0\n1,0,0,0,0\n", "base to flange"),
         ("joint,a_mm,alpha_deg,d_mm,theta_deg\nJ2,0,0,0,0\nJ1,0,0,0,0\n", "base to flange"),
+        ("joint,a_mm,alpha_deg,d_mm,theta_deg\n2.0,0,0,0,0\n1.0,0,0,0,0\n", "base to flange"),
+        ("joint,a_mm,alpha_deg,d_mm,theta_deg\n1,0,0,0,0\n,0,0,0,0\n", "an empty cell"),
         ("a_mm,alpha_deg,d_mm,theta_deg,Min_deg,max_deg\n400,90,300,0,-90,90\n", "did you mean 'lower_deg'?"),
         ("a_mm,alpha_deg,d_mm,theta_deg,min_deg,max_deg\n400,90,300,0,-90,90\n", "did you mean 'upper_deg'?"),
     ],

@@ -69,6 +69,10 @@ def test_poses_that_separate_a_gear_from_a_scale(doubtful, tmp_path):
     result = run("plan", tmp_path / "cell", "--after", out / "diagnosis.json", "-o", tmp_path / "q", *options)
     assert result.exit_code == 0 and not (tmp_path / "q").exists()
     assert "leaves nothing open" in result.output and f"--near {out / 'after.json'}" in result.output
+    earlier = run(
+        "plan", tmp_path / "cell", "--after", out / "diagnosis.json", "-o", tmp_path / "p", *options
+    )
+    refused(earlier, INPUT_AT_FAULT, "an earlier plan", "remove", lines=1)
     alone = tmp_path / "alone" / "diagnosis.json"
     alone.parent.mkdir()
     (out / "diagnosis.json").rename(alone)

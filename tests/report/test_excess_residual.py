@@ -67,6 +67,22 @@ def test_a_calibration_that_lacks_an_effect_states_what_it_errs_by_elsewhere(see
         assert true < float(rows[-1][what]["band"].split(" to ")[1].removesuffix(" mm"))
 
 
+@pytest.mark.parametrize("poses", [6, 7, 8])
+def test_few_poses_state_no_error_that_the_fit_without_a_region_has(poses: int) -> None:
+    """With so few poses that a part of them does not determine the arm, no error from a fit to a part is stated: it would be many times too large."""
+    cell = make_cell(
+        Flaws(joints=on_joint(3, lambda at: 8e-4 * np.sin(at.q[:, 2]))),
+        seed=31,
+        poses_per_plane=poses,
+        noise=3e-5,
+    )
+    calibration = calibrate(cell.dataset)
+    row = calibration_page(calibration, cell.dataset)["workspace"]["rows"][-1]["mean"]
+    table, at = cell.truth_poses(2000, np.random.default_rng(9))
+    true = 1e3 * np.linalg.norm(aligned_errors(calibration.predict(table), cell.sensor(at)), axis=1).mean()
+    assert true / 4 < float(row["value"].removesuffix(" mm")) < 4 * true
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 2])
 def test_a_pattern_without_a_name_is_counted_in_the_error(seed: int) -> None:

@@ -147,7 +147,7 @@ def test_what_the_model_lacks_is_counted_in_the_error(kind: str) -> None:
     first, second = re.findall(r'<p class="lead">(.*?)</p>', render_calibration(calibration, dataset))
     _, after = map(float, re.findall(r"errs by (\S+) mm", first))
     assert errs / 2 < after < 2 * errs
-    assert "what the model lacks makes" in first and "scalar diagnose" in second
+    assert "beyond the noise would alone make" in first and "scalar diagnose" in second
 
 
 def test_a_scale_that_nothing_shows_is_counted_in_the_error() -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,13 +44,20 @@ def read_csv(path: Path, layout: Layout, faults: list[Fault]) -> Table | None:
     return _read_by_cell(file, raw, layout, faults)
 
 
+def cells_as_written(path: Path) -> dict[str, list[str]]:
+    """Return the cells of each column of a CSV file that has been read without a fault, row by row, without the blanks around them."""
+    text = read_regular_file(path, MAX_TABLE_BYTES).decode("utf-8-sig")
+    rows = [split(line) or [] for line in lines_of(text) if line.strip()]
+    return {name: list(cells) for name, *cells in zip(*rows, strict=True)}
+
+
 def _plain_header(raw: bytes) -> list[str] | None:
     """Return the names in the first line, None if the fast parser cannot be used."""
     line = raw.split(b"\n", 1)[0].removesuffix(b"\r")
     if not line.strip() or b"\r" in line:
         return None
     try:
-        return _split(line.decode("utf-8-sig"))
+        return split(line.decode("utf-8-sig"))
     except UnicodeDecodeError:
         return None
 
@@ -97,7 +105,16 @@ def _line_numbers(raw: bytes) -> np.ndarray:
     return np.array([i for i, line in enumerate(lines, 1) if line.strip()][1:], dtype=np.int64)
 
 
-def _split(line: str) -> list[str] | None:
+def lines_of(text: str) -> Iterator[str]:
+    """Yield the lines of a text, whatever ends them: LF, CR LF or CR."""
+    start = 0
+    for end in _LINE_END.finditer(text):
+        yield text[start : end.start()]
+        start = end.end()
+    yield text[start:]
+
+
+def split(line: str) -> list[str] | None:
     """Return the cells of one line, without the blanks around them; None if the quotes do not match."""
     if '"' not in line:
         return [cell.strip() for cell in line.split(",")]
@@ -119,7 +136,7 @@ def _read_by_cell(file: str, raw: bytes, layout: Layout, faults: list[Fault]) ->
     if not lines:
         faults.append(Fault(file, f"the file is empty; its first line has to be {','.join(layout.required)}"))
         return None
-    names = _split(lines[0][1])
+    names = split(lines[0][1])
     if names is None:
         faults.append(Fault(file, "a quote in the header is not closed; close or remove it", lines[0][0]))
         return None
@@ -129,7 +146,7 @@ def _read_by_cell(file: str, raw: bytes, layout: Layout, faults: list[Fault]) ->
         return None
     rows, numbers = [], []
     for number, line in lines[1:]:
-        cells = _split(line)
+        cells = split(line)
         if cells is None:
             faults.append(Fault(file, "a quote is not closed; close or remove it", number))
         elif len(cells) != len(names):
