@@ -200,12 +200,7 @@ def _with_what_it_lacks(comparison: Comparison) -> str:
     """Return which calibrations to compare instead of those of a model that lacks something."""
     if comparison.arm.effects_differ:
         return "Compare calibrations that contain what it lacks, as the note above says"
-    how = (
-        "both with the same --effects"
-        if comparison.taken_over
-        else "the second with --effects-from the first"
-    )
-    return f"Compare calibrations that contain what it lacks, {how}"
+    return "Compare calibrations that contain what it lacks, both by scalar calibrate with the same --effects (scalar diagnose prints them)"
 
 
 def _with_same_effects(comparison: Comparison) -> str:

@@ -42,7 +42,7 @@ def corrected_description(dataset: Path, output: Path) -> Iterator[None]:
             )
             say(
                 f"scalar: {path} is dataset.yaml with the table of joints corrected for the first of the suspicions below; "
-                "if it is right, put it in the place of dataset.yaml",
+                "if it is right, look at the limits of the joints that it changes, and put it in the place of dataset.yaml",
                 err=True,
             )
         raise
@@ -74,6 +74,10 @@ def _corrected_row(row: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, 
         off = value - was if key in ("a", "d") else (value - was + pi) % (2.0 * pi) - pi
         if abs(off) > _ROUNDING:
             written[key] = _clean(value)
+    if "limits" in row and any(
+        abs(a - b) > _ROUNDING for a, b in zip(row["limits"], new["limits"], strict=True)
+    ):
+        written["limits"] = new["limits"]
     return written
 
 

@@ -27,7 +27,7 @@ _FORMS = {
 _WRITES = {
     ".urdf": "Joint origins by scalar",
     ".yaml": "# Written by `scalar export`",
-    ".csv": "joint,",
+    ".csv": "beta_nominal_rad,",
     ".md": "with Hayati's beta",
 }
 """What stands at the beginning of a file that this command wrote, so that it may be replaced without --force."""

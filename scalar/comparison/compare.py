@@ -49,7 +49,6 @@ class Comparison:
         misfits: For A and B, the ratio of residual to noise, and its p-value.
         effects: The effects of A and of B, as ``--effects`` of `scalar calibrate` takes them.
         same_effects: The values of ``--effects`` for calibrating A and B again so that each contains the arm's effects found in either.
-        taken_over: Whether A or B took effects from another calibration and fixed them.
     """
 
     arm: ArmParameters
@@ -66,7 +65,6 @@ class Comparison:
     misfits: tuple[tuple[float, float], ...]
     effects: tuple[str, str]
     same_effects: tuple[str, str]
-    taken_over: bool
 
     @property
     def changed(self) -> bool:
@@ -166,7 +164,6 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
         misfits=(_misfit(a), _misfit(b)),
         effects=(named_effects(a.model.effects), named_effects(b.model.effects)),
         same_effects=(_same_effects(a, b), _same_effects(b, a)),
-        taken_over=any("effects_from" in calibration.summary for calibration in (a, b)),
     )
 
 

@@ -17,6 +17,7 @@ from scalar.diagnosis.hold_out import held_out_regions
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
 from scalar.estimation.misfit import lacks_something, misfit, squares_for_a_shift, unexplained_shift
 from scalar.estimation.result import Calibration
+from scalar.report.unstated_noise import exceeds_usual_noise
 
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
@@ -28,11 +29,23 @@ _EQUATIONS = 1.5  # for each free parameter, that the other regions have to give
 def excess_distance(calibration: Calibration, state: FittedState) -> float:
     """Return the root mean square distance [m] by which a calibration errs beyond the noise; zero unless its residual clearly exceeds the noise.
 
+    If the noise is not known and the residual is clearly no noise, it is the whole residual.
+
     Args:
         calibration: The calibration.
         state: Its model and data, at its optimum.
     """
+    if exceeds_usual_noise(calibration):
+        return _whole_residual(state)
     return excess_of(state) if lacks_something(calibration.summary) else 0.0
+
+
+def _whole_residual(state: FittedState) -> float:
+    """Return the root mean square shift of the measured point [m] that makes the residuals of the poses; nothing of it is known to be noise."""
+    residual, _ = state.linearised()
+    N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
+    squares = squares_for_a_shift(state.residuals, state.model)
+    return float(np.sqrt(np.sum(residual[: N * m] ** 2) / max(float(squares.sum()), 1e-300)))
 
 
 def excess_of(state: FittedState) -> float:

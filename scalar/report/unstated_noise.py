@@ -1,7 +1,7 @@
 """The sentence on a residual that nothing can be compared with, because the dataset states no noise and its poses show none.
 
-The noise is then estimated from the residual itself, so what the model lacks counts as noise, and no test shows it. What instruments of the kind
-usually scatter by is stated beside the residual; no computation uses it.
+The noise is then estimated from the residual itself, so what the model lacks counts as noise. Two things show it all the same: the residual is larger
+than instruments of the kind scatter by, or the residuals of similar poses are alike, which noise does not make them (the design effect).
 """
 
 from __future__ import annotations
@@ -13,9 +13,16 @@ from scalar.units import MM
 
 
 def exceeds_usual_noise(calibration: Calibration) -> bool:
-    """Return whether the noise is not known, and the residual is larger than instruments of the kind and the arm's repeatability explain."""
+    """Return whether the noise is not known, and the residual is no noise: larger than such instruments scatter, or alike at similar poses."""
     usual = kind_named(calibration.sensor["kind"]).usual_noise
-    return usual is not None and not _compared(calibration) and calibration.residual_rms > usual.most
+    if usual is None or _compared(calibration):
+        return False
+    return calibration.residual_rms > usual.most or _alike(calibration)
+
+
+def _alike(calibration: Calibration) -> bool:
+    """Return whether the residuals of similar poses are alike beyond chance."""
+    return calibration.summary.get("design_effect", 1.0) > 1.0
 
 
 def unstated_noise_in_words(calibration: Calibration) -> str:
@@ -25,6 +32,11 @@ def unstated_noise_in_words(calibration: Calibration) -> str:
         return ""
     known = f"{usual.words}, and an arm repeats its poses to 0.02 to 0.1 mm"
     residual = f"{number(calibration.residual_rms / MM)} mm"
+    if exceeds_usual_noise(calibration) and calibration.residual_rms <= usual.most:
+        return (
+            f"a residual of {residual} is more than noise, because similar poses leave similar residuals ({known}); the model lacks something "
+            "(gears, deflection, temperature). Run 'scalar diagnose', which looks for it"
+        )
     if exceeds_usual_noise(calibration):
         return (
             f"a residual of {residual} is more than noise: {known}; the rest is what the model lacks (gears, deflection, temperature) "

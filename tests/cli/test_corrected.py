@@ -1,5 +1,7 @@
 """The corrected table of joints that a refusal offers keeps what the correction leaves alone as it is written."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from scalar.cli.corrected import corrected_block
 from scalar.estimation.setup.alternatives import (
     read_as_modified,
     read_as_standard,
+    with_limits_counted_back,
     with_sign_changed,
     with_zero_moved,
 )
@@ -49,6 +52,24 @@ def test_a_corrected_block_is_the_corrected_arm(correct, convention):
             key: row.get(key) for key in ("type", "limits")
         }
         assert not any(abs(new[key]) < 1e-9 for key in new.keys() - row.keys())
+
+
+def test_limits_are_counted_back_where_only_these_contain_the_poses():
+    """A joint whose recorded angles fit its limits only when these are counted the other way gets them so; one that fits both keeps its own."""
+    robot = Robot.from_mapping({**BLOCK, "convention": "modified-dh"})
+    limits = robot.limits.copy()
+    limits[:2] = [-2.1, 1.4]
+    q = np.zeros((3, 5))
+    q[:, 0], q[:, 1] = [-1.4, 0.0, 2.0], [-1.0, 0.0, 1.0]
+    found = with_limits_counted_back(replace(robot, limits=limits), q).limits
+    np.testing.assert_array_equal(found[:2], [[-1.4, 2.1], [-2.1, 1.4]])
+    block = corrected_block(
+        {**BLOCK, "convention": "modified-dh"},
+        stated_mapping(
+            replace(robot, limits=np.where(np.arange(5)[:, None] == 1, [-1.0, 2.0], robot.limits))
+        ),
+    )
+    assert [row.get("limits") for row in block["joints"]] == [None, [-1.0, 2.0], None, None, None]
 
 
 def test_nothing_is_changed_where_nothing_is_corrected():

@@ -11,8 +11,8 @@ import pytest
 from scalar.data.dataset import Dataset
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.alternatives import read_as_standard
+from scalar.estimation.setup.mistyped_numbers import length_signs
 from scalar.estimation.setup.suspicion import WrongSetup
-from scalar.estimation.setup.wrong_signs import length_signs
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.standard_dh import stated_mapping
 from scalar.units import DEG, MM
@@ -50,6 +50,20 @@ def test_a_length_with_the_wrong_sign_is_named(sensor, kind, joint):
     assert suspicion.rms_after is not None and suspicion.rms_after < 0.5 * MM
     assert suspicion.robot is not None
     np.testing.assert_array_equal(suspicion.robot.geometry, sound.robot.geometry)
+
+
+def test_a_slipped_digit_is_named(tracked):
+    """A length that was typed ten times too long is named with both numbers, and the corrected table is the right one."""
+    geometry = tracked.robot.geometry.copy()
+    geometry[GEOMETRY.index("a"), 2] *= 10.0
+    with pytest.raises(WrongSetup) as refused:
+        calibrate(replace(tracked, robot=tracked.robot.with_geometry(geometry)))
+    (suspicion,) = refused.value.suspicions
+    length = geometry[GEOMETRY.index("a"), 2] / MM
+    assert suspicion.what == "length_digit" and suspicion.where == "a_3"
+    assert f"ten times too long: it is {length:.6g} mm" in suspicion.sentence
+    assert suspicion.robot is not None
+    np.testing.assert_allclose(suspicion.robot.geometry, tracked.robot.geometry, rtol=1e-12)
 
 
 def test_lengths_are_named_by_the_rows_of_the_user_s_table(tracked):

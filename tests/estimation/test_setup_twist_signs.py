@@ -10,8 +10,8 @@ import pytest
 from scalar.data.dataset import Dataset
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.alternatives import ALPHA, read_as_standard
+from scalar.estimation.setup.mistyped_numbers import twist_signs
 from scalar.estimation.setup.suspicion import WrongSetup
-from scalar.estimation.setup.wrong_signs import twist_signs
 from scalar.geometry.standard_dh import stated_mapping
 from scalar.units import MM
 from tests.random_scene import make_scene

@@ -35,7 +35,7 @@ class Alternative:
 
     Attributes:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
-            ``shifted_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign``, ``length_sign``, ``sign_and_zero``,
+            ``shifted_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign``, ``length_sign``, ``length_digit``, ``sign_and_zero``,
             ``lost_row`` or ``moved_target``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
         says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.
@@ -115,6 +115,15 @@ def with_sign_changed(robot: Robot, joint: int) -> Robot:
         T_n_flange = link_end(0.0, -np.pi) @ T_n_flange
         end = None if end is None else (end[0], _wrapped(end[1] - np.pi))
     return replace(robot, geometry=geometry, T_n_flange=T_n_flange, standard_end=end)
+
+
+def with_limits_counted_back(robot: Robot, q: Array) -> Robot:
+    """Return the arm with those limits counted the other way that contain the measured positions of their joint ``(N, n)`` only then."""
+    back = -robot.limits[:, ::-1]
+    within, within_back = (
+        np.all((q >= limits[:, 0]) & (q <= limits[:, 1]), axis=0) for limits in (robot.limits, back)
+    )
+    return replace(robot, limits=np.where((within_back & ~within)[:, None], back, robot.limits))
 
 
 def with_zero_moved(robot: Robot, joint: int, angle: float) -> Robot:

@@ -20,7 +20,7 @@ from scalar.units import DEG, MM
 LINK_SHARE = 0.02  # of the arm's length: real links differ from their table by a millimetre or two, and reference frames by a few more
 LEAST_LINK = 10 * MM  # the limit for a link is at least this, however short the arm
 _LONG = 30 * MM  # the ratio of fitted to nominal length counts of links that are longer than this
-ZERO = 10 * DEG  # a joint zero that was set by marks is wrong by a few degrees at most
+ZERO = 5 * DEG  # a joint zero that was set by marks is wrong by a few degrees at most
 SENSOR_TURN = 45 * DEG  # from the stated pose, which may be wrong by 30 degrees
 SENSOR_SHIFT = 150 * MM  # from the stated pose
 SIGMAS = 5.0  # standard errors that a change has to exceed: a fit may end far away in a parameter that is hardly determined

@@ -14,17 +14,17 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.errors import Fault, InvalidInput
-from scalar.estimation.setup.alternatives import Alternative, alternatives
+from scalar.estimation.setup.alternatives import Alternative, alternatives, with_limits_counted_back
 from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
 from scalar.estimation.setup.lost_row import lost_rows
+from scalar.estimation.setup.mistyped_numbers import length_signs, slipped_digits, twist_signs
 from scalar.estimation.setup.moved_target import moved_targets
 from scalar.estimation.setup.moved_zeros import as_described, with_zeros_of, zeros_in_words
 from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
 from scalar.estimation.setup.sign_and_zero import signs_and_zeros
 from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
 from scalar.estimation.setup.two_zeros import two_zeros
-from scalar.estimation.setup.wrong_signs import length_signs, twist_signs
 from scalar.geometry.robot import Robot
 from scalar.units import DEG, MM
 
@@ -46,7 +46,7 @@ CLEARLY_NEARER_SHIFT = 30 * MM  # the same for places
 TIMES_NEARER = (
     2.0  # places may be guessed badly: to be taken, a correction has to be nearer by this factor as well
 )
-SINGLE = (alternatives, twist_signs, length_signs, angle_units, coupled_joints)
+SINGLE = (alternatives, twist_signs, length_signs, slipped_digits, angle_units, coupled_joints)
 """What yields the alternatives with one change."""
 LAST = (lost_rows, moved_targets)
 """What yields the alternatives that hold from a pose on; they are tried where no other explains the data."""
@@ -229,6 +229,8 @@ def _suspicion(alternative: Alternative, before: float | None, trial: Trial, *, 
     if alternative.zeros:
         says = zeros_in_words(alternative, trial.model.robot)
         robot = with_zeros_of(alternative, trial.model.robot)
+    if alternative.what == "joint_sign":
+        robot = with_limits_counted_back(robot, alternative.dataset.q)
     figures = f"the residual is {trial.rms / MM:.2g} mm {changed}"
     if before is not None and before > trial.rms / FALLS_TO:
         figures = f"{changed} the residual falls from {_in_mm(before)} to {_in_mm(trial.rms)} mm"
