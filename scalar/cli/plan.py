@@ -19,6 +19,7 @@ from scalar.cli.plan_source import (
     lines_on_poses_not_counted,
     read_plan_source,
     with_noise,
+    with_place,
 )
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
@@ -134,7 +135,7 @@ def plan(
         assert dataset is not None and calibration is not None
         check_belongs(after, dataset, calibration)
     assumed = line_on_assumed_noise(sensor, noise, calibration)
-    sensor = with_noise(sensor, noise, calibration)
+    sensor = with_noise(with_place(sensor, calibration), noise, calibration)
     workcell = Workcell.of(
         arm, sensor, planes, calibration, view, repeatability * MM, same_campaign=after is not None
     )

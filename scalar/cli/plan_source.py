@@ -49,18 +49,29 @@ def read_plan_source(
             if may_have_data:
                 with suppress(InvalidInput):  # an empty folder, or a description alone
                     dataset = read_dataset(source)
-        if sensor.T_flange_sensor is None:
-            message = (
-                "is missing; a plan needs to know where the sensor is, roughly: write it under sensor: as "
-                "nominal_pose: {translation: [0.0, 0.0, 0.1], rotation_vector: [0.0, 0.0, 0.0]}, flange to sensor [m, rad]"
-            )
-            raise InvalidInput(Fault("dataset.yaml", message, None, "sensor.nominal_pose"))
     elif needs_data:
         message = "no such folder; give the folder of the dataset that was diagnosed"
         raise InvalidInput(Fault(source, message))
     else:
         robot, sensor, planes = _of_library(source)
     return robot, sensor, planes, dataset
+
+
+def with_place(sensor: Sensor, calibration: Calibration | None) -> Sensor:
+    """Return the sensor with its pose on the flange; if dataset.yaml states none, with that of the calibration.
+
+    Raises:
+        InvalidInput: Neither has it.
+    """
+    if sensor.T_flange_sensor is not None:
+        return sensor
+    if calibration is not None:
+        return replace(sensor, T_flange_sensor=calibration.model.T_flange_sensor)
+    message = (
+        "the key is missing; a plan needs to know where the sensor is, roughly: write it under sensor: as nominal_pose: "
+        "{translation: [0.0, 0.0, 0.1], rotation_vector: [0.0, 0.0, 0.0]} with your numbers, flange to sensor [m, rad], or plan --near a calibration"
+    )
+    raise InvalidInput(Fault("dataset.yaml", message, None, "sensor.nominal_pose"))
 
 
 def lines_on_poses_not_counted(source: str) -> list[str]:

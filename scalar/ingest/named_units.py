@@ -1,6 +1,6 @@
 """Convert the units of foreign files to SI, for columns and for the numbers of a dataset's description.
 
-Lengths in millimetres are rounded to the 15 digits that every float64 holds, so that 383.97123 mm become
+Lengths in other units are rounded to the 15 digits that every float64 holds, so that 383.97123 mm become
 0.38397123 m and not a neighbouring float.
 """
 
@@ -15,15 +15,19 @@ from scalar.ingest.orientation import wrong_axes
 from scalar.units import DEG, MM
 
 
-def _mm_to_m(value: Any) -> Any:
-    """Return millimetres, a number or an array of them, in metres."""
-    if isinstance(value, np.ndarray):
-        return np.array([_mm_to_m(x) for x in value.tolist()], dtype=float)
-    return float(f"{value * MM:.15g}")
+def _to_m(size: float) -> Callable[[Any], Any]:
+    """Return the function that converts lengths in a unit of this size [m], a number or an array of them, to metres."""
+
+    def converted(value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            return np.array([converted(x) for x in value.tolist()], dtype=float)
+        return float(f"{value * size:.15g}")
+
+    return converted
 
 
 UNITS: dict[str, dict[str, Callable[[Any], Any]]] = {
-    "length": {"m": lambda value: value, "mm": _mm_to_m},
+    "length": {"m": lambda value: value, "mm": _to_m(MM), "cm": _to_m(10 * MM), "in": _to_m(25.4 * MM)},
     "angle": {"rad": lambda value: value, "deg": lambda value: value * DEG},
     "torque": {"Nm": lambda value: value},
     "force": {"N": lambda value: value},
@@ -76,7 +80,7 @@ def description_to_si(
 
     Args:
         mapping: the content of dataset.yaml, not yet checked; whatever is not a number is kept.
-        length: the unit of its lengths, ``m`` or ``mm``.
+        length: the unit of its lengths, such as ``mm``.
         angle: the unit of its angles, ``rad`` or ``deg``.
     """
     mapping = copy.deepcopy(mapping)

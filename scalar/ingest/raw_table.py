@@ -102,6 +102,9 @@ class RawTable:
             return cells, np.isnan(cells)
         missing = self._is_missing(cells)
         values = np.full(len(cells), np.nan)
+        if set(cells[~missing]) == {"+", "-"}:  # directions
+            values[~missing] = np.where(cells[~missing] == "+", 1.0, -1.0)
+            return values, missing
         wrong = []
         for i in np.flatnonzero(~missing):
             cell = cells[i]

@@ -13,6 +13,7 @@ from scalar.effects import registry
 from scalar.effects.title import joints_in_words
 from scalar.effects.wording import KNOWN_LENGTH_ADVICE
 from scalar.geometry.standard_dh import as_stated
+from scalar.report.controller_geometry import better_in_controller
 from scalar.report.few_poses import few_poses
 from scalar.report.load_advice import load_advice
 from scalar.report.noise_card import noise_advice
@@ -41,8 +42,8 @@ GEOMETRY = (
 
 GEOMETRY_AND_EFFECTS = (
     "'scalar correct after.json program.csv -o corrected.csv' writes corrected joint angles of a program, effects included; the controller keeps "
-    "the lengths and angles that it has. A controller that takes lengths and angles cannot hold the effects: give it those of before.json, which are "
-    "fitted without effects and usually err less there ('scalar export before.json -o parameters.csv')."
+    "the lengths and angles that it has. A controller that takes lengths and angles cannot hold the effects: give it those of {better}: {errs} "
+    "('scalar export {better} -o parameters.csv')."
 )
 """How the controller gets the calibrated geometry where effects were found as well."""
 
@@ -130,7 +131,10 @@ def _in_controller(diagnosis: Diagnosis) -> list[Item]:
     if diagnosis.verdict == UNATTRIBUTED:
         return [Item("In the controller", (UNKNOWN_CAUSE,))]
     asked = [finding.effect.in_controller for finding in by_importance(diagnosis.findings)]
-    geometry = GEOMETRY_AND_EFFECTS if diagnosis.calibration_after.model.effects else f"{GEOMETRY}."
+    geometry = f"{GEOMETRY}."
+    if diagnosis.calibration_after.model.effects:
+        better, errs = better_in_controller(diagnosis)
+        geometry = GEOMETRY_AND_EFFECTS.format(better=better, errs=errs)
     return [Item("In the controller", (geometry, *dict.fromkeys(filter(None, asked))))]
 
 

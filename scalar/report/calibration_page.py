@@ -36,7 +36,10 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
     return {
         "name": dataset.name,
         "about": " · ".join([*about, f"{calibration.summary['poses']} poses"]),
-        "opening": [_what_it_is(workspace), _what_to_do(calibration)],
+        "opening": [
+            _what_it_is(workspace, unstated_noise_in_words(calibration) != ""),
+            _what_to_do(calibration),
+        ],
         "setup": [
             *(suspicion["sentence"] for suspicion in calibration.summary.get("setup", [])),
             *far_poses_in_words(calibration, dataset),
@@ -49,18 +52,17 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
     }
 
 
-def _what_it_is(workspace: dict[str, Any] | None) -> str:
+def _what_it_is(workspace: dict[str, Any] | None, untested: bool) -> str:
+    """Return what the calibration errs by; ``untested`` says that nothing shows whether the residual is noise."""
     if workspace is None:
         return f"{FILE} is the calibration of arm, sensor and target; the fit does not tell how far its predictions are off."
     before, after = workspace["rows"][0]["mean"], workspace["rows"][-1]["mean"]
+    rest = ", if the residual is noise." if untested else "."
+    if workspace["excess"]:
+        rest = f". What the residual has beyond the noise would alone make {workspace['excess']}."
     return (
         f"By the data sheet, the arm errs by {before['value']} on average over its workspace (95 % band {before['band']}); by {FILE}, it errs by "
-        f"{after['value']} ({after['band']})"
-        + (
-            f". What the residual has beyond the noise would alone make {workspace['excess']}."
-            if workspace["excess"]
-            else "."
-        )
+        f"{after['value']} ({after['band']}){rest}"
     )
 
 
@@ -78,4 +80,6 @@ def _what_to_do(calibration: Calibration) -> str:
         )
     if exceeds_usual_noise(calibration):
         return f"{capital(unstated_noise_in_words(calibration))} before you rely on that."
+    if untested := unstated_noise_in_words(calibration):
+        return f"{capital(untested)}. Do this, or run 'scalar diagnose', before you rely on it."
     return f"Use it: 'scalar correct {FILE} program.csv -o corrected.csv' corrects the joint angles of a program."

@@ -136,7 +136,10 @@ def test_models_that_lack_something_show_no_change_of_the_arm(folder):
     result = run("compare", folder / "a.json", folder / "b.json")
     assert result.exit_code == 0, result.output
     assert "the calibrations differ: 1 difference beyond chance" in result.output
-    assert "the arm changed" not in result.output and "both by scalar calibrate with the same --effects" in result.output
+    assert (
+        "the arm changed" not in result.output
+        and "both by scalar calibrate with the same --effects" in result.output
+    )
 
 
 def test_different_effects_are_said_first(folder):

@@ -82,7 +82,7 @@ def changed(path: tuple[str, ...], value: Any) -> dict[str, Any]:
         (("dataset",), "/etc/hostname", ("mapping.yaml, dataset", "leads out of the folder")),
         (("poses", "files"), [{"name": "../a.csv"}], ("../a.csv", "not among the sources")),
         (("poses", "files"), [{"name": "/etc/hostname"}], ("/etc/hostname", "not among the sources")),
-        (("dataset_units", "length"), "cm", ("dataset_units.length", "m, mm")),
+        (("dataset_units", "length"), "ft", ("dataset_units.length", "m, mm, cm, in")),
         (("dataset_units", "length"), "mm", ("dataset.", "mapping.yaml")),
         (
             ("dataset", "dataset_units"),

@@ -123,7 +123,10 @@ def _read(reader: Any, file: str, joint_topic: str | None, scan_topic: str | Non
         if connection.topic == scans:
             scan_rows.append((stamp, _NANO * received, _points(message, connection.msgtype, file, scans)))
             continue
-        published = tuple(str(name) for name in message.name)
+        # Some drivers publish positions without names: these are taken in their order.
+        published = tuple(map(str, message.name)) or tuple(
+            f"position {k + 1}" for k in range(len(message.position))
+        )
         if names is None:
             names = published
         # Another publisher may publish other joints on the same topic; its messages are left out.
