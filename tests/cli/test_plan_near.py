@@ -14,6 +14,17 @@ from tests.cli.running import refused, run
 from tests.random_scene import make_scene
 
 
+def test_the_sensor_s_place_is_taken_from_the_calibration(tmp_path):
+    """A dataset.yaml without nominal_pose is planned for near its calibration; without one, the message names both ways."""
+    scene = make_scene(seed=4, poses_per_plane=12, points_per_scan=10)
+    bare = replace(scene.dataset, sensor=replace(scene.dataset.sensor, T_flange_sensor=None))
+    folder = replace(scene, dataset=bare).write(tmp_path / "cell")
+    calibrate(read_dataset(folder)).save(tmp_path / "calibration.json")
+    given = ("--poses", 30, "--candidates", 100, "--no-collisions", "-o", tmp_path / "plan")
+    refused(run("plan", folder, *given), 2, "sensor.nominal_pose", "--near a calibration")
+    assert run("plan", folder, "--near", tmp_path / "calibration.json", *given).exit_code == 0
+
+
 def test_a_calibration_of_another_arm_is_refused(tmp_path):
     """The arm that was calibrated has to be the one that is planned for; a table with rounded numbers is still that of the same arm."""
     folder = make_scene(seed=4, poses_per_plane=12, points_per_scan=10).write(tmp_path / "cell")

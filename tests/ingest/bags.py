@@ -38,7 +38,7 @@ def with_clutter(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def messages(
-    dataset: Dataset, store: Any, kind: str, *, moving: bool = False, blind: int = 0
+    dataset: Dataset, store: Any, kind: str, *, moving: bool = False, blind: int = 0, named: bool = True
 ) -> Iterator[tuple[str, float, Any]]:
     """Yield topic, stamp and message of a campaign of moves and stops.
 
@@ -53,7 +53,7 @@ def messages(
         for t in np.arange(0.0, MOVE + STOP, 1 / JOINT_RATE):
             share = min(t / MOVE, 1.0) if not moving else t / (MOVE + STOP)
             now = before + share * (q[k] - before) + DITHER * rng.uniform(-1, 1, q.shape[1])
-            yield JOINTS, t0 + t, joint_state(store, t0 + t, [*now[order], 0.02])
+            yield JOINTS, t0 + t, joint_state(store, t0 + t, [*now[order], 0.02], named)
         scan = with_clutter(dataset.points[dataset.starts[k] : dataset.starts[k + 1]], rng)
         for t in np.arange(0.05, MOVE + STOP, 1 / SCAN_RATE):
             if t > MOVE and k % (blind + 1):
@@ -77,12 +77,12 @@ def header(store: Any, stamp: float) -> Any:
     return kind(stamp=time, frame_id="frame", **more)
 
 
-def joint_state(store: Any, stamp: float, position: list[float]) -> Any:
-    """Return a message with positions, without velocities and efforts."""
+def joint_state(store: Any, stamp: float, position: list[float], named: bool = True) -> Any:
+    """Return a message with positions, without velocities and efforts; with names unless ``named`` is False."""
     kind, none = store.types["sensor_msgs/msg/JointState"], np.zeros(0)
     return kind(
         header=header(store, stamp),
-        name=names(len(position) - 1),
+        name=names(len(position) - 1) if named else [],
         position=np.array(position),
         velocity=none,
         effort=none,
@@ -117,7 +117,14 @@ def cloud(store: Any, stamp: float, points: np.ndarray) -> Any:
 
 
 def write_bag(
-    dataset: Dataset, path: Path, version: int | str, kind: str, *, moving: bool = False, blind: int = 0
+    dataset: Dataset,
+    path: Path,
+    version: int | str,
+    kind: str,
+    *,
+    moving: bool = False,
+    blind: int = 0,
+    named: bool = True,
 ) -> Path:
     """Write the campaign as a bag of ROS 1, ROS 2 (MCAP) or ``db3`` (ROS 2, SQLite); a third topic holds neither joints nor scans."""
     store = get_typestore(Stores.ROS1_NOETIC if version == 1 else Stores.ROS2_HUMBLE)
@@ -138,7 +145,8 @@ def write_bag(
             topic: writer.add_connection(topic, name, typestore=store) for topic, name in types.items()
         }
         for topic, stamp, message in sorted(
-            messages(dataset, store, kind, moving=moving, blind=blind), key=lambda entry: entry[1]
+            messages(dataset, store, kind, moving=moving, blind=blind, named=named),
+            key=lambda entry: entry[1],
         ):
             name = types[topic]
             raw = store.serialize_ros1(message, name) if version == 1 else store.serialize_cdr(message, name)

@@ -73,6 +73,17 @@ def test_a_campaign_is_recovered(version, kind, within, campaign, workcell, tmp_
         assert len(mine) > 0.95 * len(true)
 
 
+def test_positions_without_names_are_counted(campaign, workcell, tmp_path):
+    """A driver that publishes no names of joints is not said to have published nothing: its positions are taken in their order, here one too many."""
+    bag = write_bag(campaign, tmp_path / "c.bag", 1, "LaserScan", named=False)
+    mapping = load_yaml(workcell)
+    for joint in mapping["robot"]["joints"]:
+        del joint["name"]
+    dump_yaml(mapping, tmp_path / "dataset.yaml")
+    status, said = run("import-bag", tmp_path / "dataset.yaml", bag, "-o", tmp_path / "d")
+    assert status == 2 and "7 joints" in said and "no messages" not in said
+
+
 def test_the_order_of_joints_may_be_given(campaign, workcell, bag, tmp_path):
     """Without names in the description a recording with one joint more is refused, unless an option names the joints."""
     mapping = load_yaml(workcell)

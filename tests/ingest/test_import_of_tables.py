@@ -38,6 +38,31 @@ def test_other_units_separators_and_decimal_signs_give_the_same_numbers(tmp_path
     np.testing.assert_array_equal(data.poses["order"], np.arange(N))
 
 
+@pytest.mark.parametrize(("unit", "size"), [("cm", 10.0), ("in", 25.4)])
+def test_centimetres_and_inches_become_metres(unit, size, tmp_path):
+    """The same lengths in another unit give the same points, to the digits that the file has."""
+    mapping = tracker_mapping()
+    columns = mapping["poses"]["columns"]
+    for name in ("x", "y", "z"):
+        columns[name]["unit"] = unit
+    rows = [
+        row[:6] + [f"{value / 100:.5f}".replace(".", ",") for value in given[6:]]
+        for row, given in zip(cells(), numbers(), strict=True)
+    ]
+    data = imported(tmp_path, mapping, write_table(tmp_path / "a.csv", rows))
+    np.testing.assert_allclose(data.points, numbers()[:, 6:] * size / 1e5, rtol=1e-14)
+
+
+def test_directions_may_be_written_as_signs(tmp_path):
+    """A column of + and - alone is one of 1 and -1; a single - among numbers is no number."""
+    mapping = tracker_mapping()
+    mapping["poses"]["columns"] |= {f"approach{j}": {"column": "dir"} for j in range(1, 7)}
+    signs = ["+" if k % 3 else "-" for k in range(N)]
+    table = [[*row, sign] for row, sign in zip(cells(), signs, strict=True)]
+    data = imported(tmp_path, mapping, write_table(tmp_path / "a.csv", table, [*header(), "dir"]))
+    assert data.poses["approach2"].tolist() == [1 if sign == "+" else -1 for sign in signs]
+
+
 @pytest.mark.parametrize("written", ["tab", '"\\t"', "'\\t'"])
 def test_a_tab_may_be_written_as_a_word_or_as_its_escape(written, tmp_path):
     """``tab``, ``"\\t"`` and ``'\\t'`` are one separator, in a mapping of YAML text."""

@@ -10,7 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from scalar.data.poses import Poses
 from scalar.diagnosis import Diagnosis, diagnose
+from scalar.estimation.displacement import kinematics_at
+from scalar.evaluate.workspace_errors import aligned_errors
 from scalar.report import render_report, words
 from scalar.report.advice import _columns, _in_controller
 from tests.random_scene import make_scene
@@ -60,6 +63,24 @@ def test_advice_is_what_to_do_how_to_see_it_and_what_changes_in_the_controller(
     assert items[0].startswith(f"<strong>{words.capital(effect.title)}.</strong>")
     assert effect.how_to_measure in items[0].replace("&#39;", "'")
     assert sum("In the controller." in item for item in items) == 1
+
+
+def test_the_controller_gets_the_geometry_that_errs_less_without_effects(found: Diagnosis) -> None:
+    """The file that is named is the one whose lengths and angles, effects left out, come nearer to after.json with its effects."""
+    (item,) = _in_controller(found)
+    named = re.search(
+        r"give it those of (\w+).json: it then errs by (\S+) mm .* that of (\w+).json by (\S+) mm",
+        item.sentences[0],
+    )
+    assert named is not None
+    after = found.calibration_after.model
+    poses = Poses.from_arrays(np.random.default_rng(4).uniform(*after.nominal.limits.T, (2000, 6)), {}, 6)
+    T = kinematics_at(after, poses).T_base_sensor
+    models = {"before": found.calibration_before.model, "after": replace(after, effects=())}
+    for file, stated in (named.group(1, 2), named.group(3, 4)):
+        error = aligned_errors(kinematics_at(models[file], poses).T_base_sensor, T)
+        assert 1e3 * np.linalg.norm(error, axis=1).mean() == pytest.approx(float(stated), rel=0.1)
+    assert float(named[2]) <= float(named[4])
 
 
 def test_no_parameter_is_entered_while_structure_of_unknown_cause_is_left() -> None:
