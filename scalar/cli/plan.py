@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from scalar.planning.workcell import Workcell
 
 _TOUCHING_SHOWN = 6
+_NEAREST_IN_METRES = 10.0  # m; a scanner's nearest distance is less
+_LEAST_NOISE = 5e-4  # mm; of no sensor
 
 
 @cli.command()
@@ -127,6 +129,9 @@ def plan(
     )
     if dataset is not None:
         refuse_foreign_plan(output, force, [Path(robot) / POSES])
+    if noise is not None and noise < _LEAST_NOISE:
+        message = f"no sensor has a noise of {noise:g} mm; are these metres? write millimetres"
+        raise InvalidInput(Fault("--noise", message))
     view = View(*_range(limits), fan * DEG, incidence * DEG)
     calibration = calibration_near(near, after, arm)
     if after is not None:
@@ -197,6 +202,9 @@ def _range(text: str) -> tuple[float, float]:
         near = far = 0.0
     if not 0 < near < far:
         raise InvalidInput(Fault("--range", f"{text!r} is not a range; write it as 0.10,0.45 [m]"))
+    if near > _NEAREST_IN_METRES:
+        message = f"no scanner sees only what is {near:g} m away; are these millimetres? write metres"
+        raise InvalidInput(Fault("--range", message))
     return near, far
 
 

@@ -80,7 +80,8 @@ def describe_content(content: Content) -> str:
         lines.append(f"  {poses.n_rows} poses: {per_plane}")
     if kind.scans and points is not None:
         sizes = Counter(points.columns["pose"].tolist()).values()
-        lines.append(f"  {points.n_rows} points, {min(sizes)} to {max(sizes)} a scan")
+        of_each = f"{min(sizes)} to {max(sizes)}" if min(sizes) < max(sizes) else f"{max(sizes)}"
+        lines.append(f"  {points.n_rows} points, {of_each} a scan")
     if points is not None:
         lines += _measurements(points, kind.format.table)
     if content.references is not None:

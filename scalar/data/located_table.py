@@ -191,9 +191,10 @@ def header_faults(file: str, names: list[str], layout: Layout, row: int | None =
     wanted = ",".join(layout.required or layout.optional)
     if len(names) > MAX_COLUMNS:
         return [Fault(file, too_many_columns(len(names)), row)]
-    if len(names) == 1 and ";" in names[0]:
-        message = f"{SEPARATED} ';'; separate them by commas, and write decimal points: {wanted}"
-        return [Fault(file, message, row)]
+    for sign, called in ((";", "';'"), ("\t", "tabs")):
+        if len(names) == 1 and sign in names[0]:
+            message = f"{SEPARATED} {called}; separate them by commas, and write decimal points: {wanted}"
+            return [Fault(file, message, row)]
     if all(NUMBER.fullmatch(name) for name in names):
         return [Fault(file, f"there is no header; the first line has to be {wanted}", row)]
     faults = []

@@ -149,6 +149,8 @@ def test_what_cannot_be_planned_is_refused(laser, tmp_path):
     refused(run("plan", "no-such-arm", *some), INPUT_AT_FAULT, "scalar init --list", lines=1)
     refused(run("plan", "ur10e", "--poses", 3, *some), INPUT_AT_FAULT, "plan at least", lines=1)
     refused(run("plan", laser[1], "--range", "3,1", *some), INPUT_AT_FAULT, "--range", lines=1)
+    refused(run("plan", laser[1], "--range", "100,450", *some), INPUT_AT_FAULT, "millimetres", lines=1)
+    refused(run("plan", laser[1], "--noise", 1e-4, *some), INPUT_AT_FAULT, "are these metres?", lines=1)
     refused(run("plan", laser[1], "--range", "9,9.1", *some), INPUT_AT_FAULT, "sees the plane", lines=1)
     refused(
         run("plan", laser[1], "--after", tmp_path / "none.json", *some),

@@ -14,6 +14,7 @@ from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.data.located_table import MAX_COLUMNS
 from scalar.data.strict_schema import strict_validator
 from scalar.errors import InvalidInput
+from tests.random_scene import make_scene
 from tests.small_datasets import description, edit_cell, edit_lines, tables
 
 
@@ -168,3 +169,15 @@ def test_a_vector_whose_square_overflows_is_named(tmp_path: Path, key: str) -> N
     dump_yaml(mapping, tmp_path / "d" / "dataset.yaml")
     found = validate_dataset(tmp_path / "d")
     assert any(f.column == where and "too large a number" in f.message for f in found)
+
+
+@pytest.mark.parametrize(("sign", "called"), [(";", "';'"), ("\t", "tabs")])
+def test_another_separator_is_named(sign, called, tmp_path):
+    """A table whose cells are separated by semicolons or tabs is refused in one sentence that says so."""
+    folder = make_scene("vs060", "tracker", seed=2, poses_per_plane=8).write(tmp_path / "cell")
+    poses = folder / "poses.csv"
+    poses.write_text(poses.read_text(encoding="utf-8").replace(",", sign), encoding="utf-8")
+    with pytest.raises(InvalidInput) as refused:
+        read_dataset(folder)
+    said = [fault.message for fault in refused.value.faults if fault.file == "poses.csv"]
+    assert len(said) == 1 and f"separated by {called}; separate them by commas" in said[0]
