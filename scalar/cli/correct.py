@@ -129,7 +129,8 @@ def correct(
             copied=True,
         )
     angles = joint_angles(table, robot.n_joints) if with_joints else np.empty((0, robot.n_joints))
-    unsure = lines_on_small_degrees(robot, angles, units_to_write(units, columns).angle)
+    written_in = units_to_write(units, columns)
+    unsure = lines_on_small_degrees(robot, angles, written_in.angle)
     rows, dropped = np.arange(len(table)), []
     if frames_wanted:
         table = with_rotation_vectors(table, form, targets.name)
@@ -170,15 +171,8 @@ def correct(
     ]:
         say(line)
     written = table.iloc[rows] if leave_out else table
-    _write(
-        output,
-        written,
-        cells_as_written(targets),
-        rows,
-        found,
-        near,
-        units_to_write(units, columns).sliding(robot.prismatic),
-    )
+    cells = cells_as_written(targets)
+    _write(output, written, cells, rows, found, near, written_in.sliding(robot.prismatic))
     if not frames_wanted:
         for line in lines_on_tool(calibrated.gauge, calibrated.model.nominal):
             say(line)

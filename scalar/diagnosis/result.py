@@ -88,16 +88,11 @@ class Diagnosis:
         return self.before if self.shipped.without_effects else self.shipped.choice.state
 
     @property
-    def held_out_after(self) -> HeldOutErrors:
-        """Return the held-out errors of the calibration that is shipped."""
-        return self.shipped.held_out
-
-    @property
     def errors_after(self) -> dict[str, float | None]:
         """Return the entry of ``diagnosis.json`` on the errors of the calibration that is shipped [mm]."""
         return {
             **held_out(
-                self.calibration_after, self.held_out_after, self.halves if self.ships_effects else None
+                self.calibration_after, self.shipped.held_out, self.halves if self.ships_effects else None
             ),
             **unseen(self.outer, 0 if self._ships_geometry_alone else 1, self.calibration_after),
         }

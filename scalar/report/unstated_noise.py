@@ -31,7 +31,8 @@ def unstated_noise_in_words(calibration: Calibration) -> str:
     if usual is None or _compared(calibration):
         return ""
     known = f"{usual.words}, and an arm repeats its poses to 0.02 to 0.1 mm"
-    residual = f"{number(calibration.residual_rms / MM)} mm"
+    of_all = " over all axes" if "axis" in usual.words else ""
+    residual = f"{number(calibration.residual_rms / MM)} mm{of_all}"
     if exceeds_usual_noise(calibration) and calibration.residual_rms <= usual.most:
         return (
             f"a residual of {residual} is more than noise, because similar poses leave similar residuals ({known}); the model lacks something "

@@ -88,8 +88,7 @@ class Tracker(Measurement):
     on_flange = "target", "rx,ry,rz have other axes of the target, or the last joint has another zero"
     residual_words = "distance to the tracked point"
     usual_noise = UsualNoise(
-        "a laser tracker scatters by 0.01 to 0.05 mm a coordinate, which makes a residual of 0.02 to 0.09 mm, a camera by twice as much",
-        2e-4,
+        "a laser tracker scatters by 0.01 to 0.05 mm an axis, a camera by up to 0.1 mm", 2e-4
     )
 
     @classmethod

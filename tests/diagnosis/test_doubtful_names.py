@@ -54,7 +54,7 @@ def test_the_correction_keeps_a_doubtful_effect(scaled):
     (effect,) = scaled.calibration_after.model.effects
     assert effect.name == "joint_scale"
     assert abs(effect.coefficients[0]) == pytest.approx(0.002, rel=0.1)
-    assert scaled.held_out_after.rms < 0.5 * scaled.held_out_before.rms
+    assert scaled.shipped.held_out.rms < 0.5 * scaled.held_out_before.rms
 
 
 def test_report_and_terminal_advise_no_repair_for_a_doubtful_name(scaled):

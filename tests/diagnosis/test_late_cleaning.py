@@ -43,7 +43,7 @@ def test_what_is_reported_is_of_the_poses_that_remain(rounds, monkeypatch):
         np.testing.assert_array_equal(state.dataset.pose_ids, diagnosis.cleaned.dataset.pose_ids)
     for calibration in (diagnosis.calibration_before, diagnosis.calibration_after):
         assert calibration.summary["poses"] == remain
-    assert len(diagnosis.held_out_before.metric) == len(diagnosis.held_out_after.metric) == remain
+    assert len(diagnosis.held_out_before.metric) == len(diagnosis.shipped.held_out.metric) == remain
     # The root mean square residual of either calibration is that of its own state.
     train = mapping["residual"]["after"]["train_rms_mm"]
     assert train == pytest.approx(1e3 * diagnosis.calibration_after.residual_rms, rel=1e-4)

@@ -112,7 +112,7 @@ def test_the_stated_error_is_that_of_the_halves_where_it_is_larger(monkeypatch, 
     mapping = diagnosis.to_mapping()
     error = mapping["residual"]["after"]["held_out_rms_mm"]
     assert mapping["shipped"]["fit"] == fit
-    held_out = 1e3 * diagnosis.held_out_after.rms
+    held_out = 1e3 * diagnosis.shipped.held_out.rms
     if stated is None:
         assert mapping["shipped"]["decided_by"] == "unseen" and error == pytest.approx(held_out)
     else:
