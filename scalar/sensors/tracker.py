@@ -87,9 +87,7 @@ class Tracker(Measurement):
     measured = "tracked"
     on_flange = "target", "rx,ry,rz have other axes of the target, or the last joint has another zero"
     residual_words = "distance to the tracked point"
-    usual_noise = UsualNoise(
-        "a laser tracker scatters by 0.01 to 0.05 mm an axis, a camera by up to 0.1 mm", 2e-4
-    )
+    usual_noise = UsualNoise("a laser tracker scatters by 0.01 to 0.05 mm an axis, a camera by 0.1 mm", 2e-4)
 
     @classmethod
     def of(cls, dataset: Dataset, extra_basis: Sequence[str] = ()) -> Tracker:
