@@ -12,6 +12,11 @@ from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, loa
 from scalar.cli.outputs import FORCE, refuse_foreign, table_with
 from scalar.cli.terminal import say, say_written
 
+_LACKS = (
+    "  the model lacks something: the standard errors hold the chance errors of the measurements, and the arm may err by several times as much "
+    "(`scalar diagnose` looks for it)"
+)
+
 
 @cli.command()
 @click.argument("calibration", type=PATH)
@@ -81,6 +86,7 @@ def predict(
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.table_units import columns_of, units_named, units_to_write
     from scalar.estimation.frame_tables import write_frames
+    from scalar.estimation.misfit import lacks_something
     from scalar.estimation.result import load_calibration
 
     in_units = units_named(units)
@@ -118,5 +124,6 @@ def predict(
         *lines_on_small_degrees(robot, q, units_to_write(units, columns).angle),
         *lines_on_limits(robot, table["pose"].to_numpy(), q),
         *lines_on_measured_ranges(model, q),
+        *([_LACKS] if with_std and lacks_something(model.summary) else []),
     ]:
         say(line)

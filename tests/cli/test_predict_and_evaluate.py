@@ -40,6 +40,18 @@ def test_predict_leaves_comments_aside(sound, tmp_path):
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
 
 
+@pytest.mark.parametrize("lacks", [True, False])
+def test_standard_errors_of_an_incomplete_model_are_said_to_be_too_small(lacks, sound, tmp_path):
+    """They hold chance errors alone: one line says so where the residual clearly exceeds the noise."""
+    content = json.loads((sound / "out/calibration.json").read_text(encoding="utf-8"))
+    content["summary"] |= {"misfit": 5.0 if lacks else 1.0, "misfit_p_value": 0.0 if lacks else 0.5}
+    (tmp_path / "calibration.json").write_text(json.dumps(content), encoding="utf-8")
+    given = (tmp_path / "calibration.json", sound / "joints.csv", "-o", tmp_path / "a.csv", "--std")
+    result = run("predict", *given)
+    assert result.exit_code == 0, result.output
+    assert ("the model lacks something" in result.output) == lacks
+
+
 def test_predict_refuses_what_is_no_table_or_no_calibration(sound, tmp_path):
     """A missing file, a folder, an empty file and a file that is no calibration are refused."""
     (tmp_path / "empty.csv").touch()
