@@ -19,6 +19,9 @@ SEPARATED = "cells are separated by"
 MAX_SHOWN = 100
 """Most faults of one kind in one column that are listed; one more line counts the rest."""
 _ROWS_SHOWN = 3  # rows that are listed of a label that is wrong in several
+_MANY_ROWS = (
+    10  # rows with one fault, beyond which they are one line if the fault is the same, or in all rows
+)
 _IDS_SHOWN = 3  # poses that are reported one by one; if there are more, in one line
 MAX_COLUMNS = 2000
 """Most columns of a table that is read; the log of a robot has hundreds."""
@@ -94,7 +97,22 @@ class Table:
             return
         bad[rows] = True
         lines = self.line_numbers()
-        faults += [Fault(self.file, message(int(i)), int(lines[i]), column) for i in rows[:MAX_SHOWN]]
+        texts = [message(int(i)) for i in rows[:MAX_SHOWN]]
+        if rows.size > _MANY_ROWS and (rows.size == self.n_rows or len(set(texts)) == 1):
+            which = (
+                "all"
+                if rows.size == self.n_rows
+                else ", ".join(str(line) for line in lines[rows[:_ROWS_SHOWN]])
+            )
+            text = (
+                f"{texts[0]} ({rows.size} rows with this fault: {which}{'' if which == 'all' else ', ...'})"
+            )
+            faults.append(Fault(self.file, text, int(lines[rows[0]]), column))
+            return
+        faults += [
+            Fault(self.file, text, int(lines[i]), column)
+            for text, i in zip(texts, rows[:MAX_SHOWN], strict=True)
+        ]
         if rows.size > MAX_SHOWN:
             more = f"{rows.size - MAX_SHOWN} more rows with the same fault, the last in row {lines[rows[-1]]}"
             faults.append(Fault(self.file, f"{more}; look for a common cause", column=column))

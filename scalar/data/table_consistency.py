@@ -192,7 +192,7 @@ def _check_plane_names(poses: Table, description: Description, faults: list[Faul
     used = [name for name in names if name in present]
     if poses.good("plane") and poses.whole and poses.n_rows and len(set(names)) >= MIN_PLANES > len(used):
         unused = ", ".join(name for name in names if name not in used)
-        text = f"poses of {len(used)} planes only, none of {unused}; measure poses of at least three planes"
+        text = f"poses of {len(used)} {'plane' if len(used) == 1 else 'planes'} only, none of {unused}; measure poses of at least three planes"
         faults.append(Fault(poses.file, text, column="plane"))
 
 

@@ -57,6 +57,7 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
         for other, key in _OTHER_LIMITS.items()
         for unit in _ANGLES | _LENGTHS
     }
+    elsewhere |= {key: " or ".join(f"{key}_{unit}" for unit in units) for key, units in _PARAMETERS.items()}
     layout = Layout(
         (),
         known,

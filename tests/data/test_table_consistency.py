@@ -283,11 +283,25 @@ def test_a_folder_of_other_things_lacks_both_files(tmp_path: Path) -> None:
 
 
 def test_a_thousand_faults_of_one_kind_are_counted_not_listed(tmp_path: Path) -> None:
-    """The first faults are listed, and one more line counts the rest."""
+    """Faults that differ are listed up to a number, and one more line counts the rest; the same fault in many rows is one line."""
     content = tables()
     content["scans"] = pd.concat([content["scans"]] * 30)
     write_dataset(tmp_path / "d", mapping=description(), **content)
-    edit_lines(tmp_path / "d", "scans.csv", lambda ls: [ls[0], *(x.rsplit(",", 1)[0] + ",?" for x in ls[1:])])
-    faults = validate_dataset(tmp_path / "d")
-    assert len(faults) == MAX_SHOWN + 1
-    assert f"{36 * 30 - MAX_SHOWN} more rows" in faults[-1].message
+    good = (tmp_path / "d" / "scans.csv").read_text(encoding="utf-8")
+    for mark, lines in (("?{}", MAX_SHOWN + 1), ("?", 1)):
+        (tmp_path / "d" / "scans.csv").write_text(good, encoding="utf-8")
+        edit_lines(
+            tmp_path / "d",
+            "scans.csv",
+            lambda ls, mark=mark: [
+                *ls[:2],
+                *(f"{x.rsplit(',', 1)[0]},{mark.format(i)}" for i, x in enumerate(ls[2:])),
+            ],
+        )
+        faults = validate_dataset(tmp_path / "d")
+        assert len(faults) == lines
+        count = 36 * 30 - 1 - (MAX_SHOWN if lines > 1 else 0)
+        assert (
+            f"{count} more rows" in faults[-1].message
+            or f"{count} rows with this fault" in faults[-1].message
+        )
