@@ -207,7 +207,7 @@ def check_equations(dataset: Dataset, measurement: Measurement, unknowns: int) -
         raise Undetermined(
             [f"{_poses_give(dataset.n_poses)} {equations} equations for {unknowns} unknowns"
              f"{', however many points they have' if measurement.scans else ''}: "
-             f"measure at least {more} further pose{'s'[: more - 1]}, better twice as many; {_without_them(dataset, 'undetermined parameters')}"]
+             f"measure at least {more} more pose{'s'[: more - 1]}, better twice as many; {_without_them(dataset, 'undetermined parameters')}"]
         )  # fmt: skip
 
 
