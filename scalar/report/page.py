@@ -12,6 +12,7 @@ from scalar.diagnosis.partial_residuals import FittedView
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
 from scalar.effects.command_line import named_effects
 from scalar.effects.picture import Map, Profile
+from scalar.evaluate.workspace_errors import MEAN_OVER_RMS
 from scalar.report import further_poses, shipped_words, unseen_words, words
 from scalar.report.advice import advice
 from scalar.report.beyond_ranges import error_left_open
@@ -145,7 +146,7 @@ def _workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
     section = workspace_section(after, without_effects, seen, SHIPPED, excess, hidden)
     if section is None or diagnosis.shipped.without_effects or (more := error_left_open(diagnosis)) is None:
         return section
-    return section | {"left_open": words.length(float(np.hypot(more.error, excess)))}
+    return section | {"left_open": words.length(MEAN_OVER_RMS * float(np.hypot(more.error, excess)))}
 
 
 def _errors(mapping: Mapping[str, Any], changed: bool) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from scalar.effects.wording import with_error
 from scalar.report.words import number, quoted, title
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[s
     if after["unseen_rms_mm"] is not None:
         sentences.append(
             f"On poses that took no part in the diagnosis ({len(outer.answers)} runs, each without a part of the poses) the error is "
-            f"{_with_spread(after)} mm RMS, and {_with_spread(before)} mm without effects; at the worst it is {number(after['unseen_max_mm'])} mm. "
+            f"{_with_spread(after)} mm RMS, and {_with_spread(before)} mm without effects; at most {number(after['unseen_max_mm'])} mm at a pose. "
             "Errors of this size are to be expected of measurements at poses like these; the noise of the measurement is included."
         )
     if outer.failed:
@@ -46,9 +47,8 @@ def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[s
     for entry in mapping["not_confirmed"]:
         name = title(entry["name"], entry["target"], entry.get("depends_on", ()))
         is_corrected = {key: entry[key] for key in ("name", "target")} in corrected
-        rest = (
-            "" if is_corrected else ", and after.json does not correct for it"
-        )  # if it does, ``shipped_words`` says so
+        # If it does, ``shipped_words`` says so.
+        rest = "" if is_corrected else ", and after.json does not correct for it"
         sentences.append(
             f"Not confirmed: {quoted(name)} was chosen in {share(entry, diagnosis)}. It is not counted as a finding{rest}."
         )
@@ -80,5 +80,4 @@ def share(entry: Mapping[str, Any], diagnosis: Diagnosis) -> str:
 
 def _with_spread(errors: Mapping[str, Any]) -> str:
     spread = errors["unseen_rms_spread_mm"]
-    text = number(errors["unseen_rms_mm"])
-    return text if spread is None else f"{text} ± {number(spread, 2)}"
+    return " ± ".join(with_error(errors["unseen_rms_mm"], spread)[: 1 if spread is None else 2])
