@@ -103,7 +103,7 @@ def check_references(table: Table, layout: MeasuredTable, poses: Table | None, f
         ),
     )
     needed = ("pose", str(layout.item), *layout.units)
-    if not table.whole or strange.any() or not table.columns.keys() >= {*needed}:
+    if not table.whole or strange.any() or not table.good(*needed):
         return
     if all(np.isfinite(table.columns[name]).all() for name in ("pose", *layout.units)):
         _check_distances(table, layout, poses, faults)

@@ -6,7 +6,7 @@ import random
 import numpy as np
 import pytest
 
-from scalar.data.dataset import Dataset
+from scalar.data.dataset import Dataset, read_dataset
 from scalar.errors import InvalidInput
 from scalar.ingest.bag.stops import find_stops
 from scalar.ingest.urdf import robot_from_urdf
@@ -97,6 +97,23 @@ def test_a_position_that_is_no_number_is_no_stop():
     ]  # raises the flag of invalid operations
     positions[30] = signalling
     assert len(find_stops(times, positions)) == len(stops)
+
+
+def test_a_reference_too_far_away_to_be_squared_is_refused(tmp_path):
+    """A coordinate whose square overflows is too large a number; its distances to the others were computed all the same once."""
+    scene = make_scene("vs060", "tracker", poses_per_plane=4)
+    data = scene.dataset
+    nests = {name: np.full((data.n_poses, 3), float(k)) for k, name in enumerate("abc")}
+    dataset = Dataset.from_arrays(
+        robot=data.robot, sensor=data.sensor, q=data.q, points=data.points, nests=nests
+    )
+    dataset.write(tmp_path / "cell")
+    (path,) = (tmp_path / "cell").glob("nests.csv")
+    lines = path.read_text(encoding="utf-8").splitlines()
+    lines[2] = ",".join([*lines[2].split(",")[:-1], "1e200"])
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(InvalidInput, match="too large a number"):
+        read_dataset(tmp_path / "cell")
 
 
 def test_references_that_no_file_may_hold_are_refused():
