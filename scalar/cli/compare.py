@@ -198,9 +198,12 @@ def _unexplained(comparison: Comparison) -> str:
 
 def _with_what_it_lacks(comparison: Comparison) -> str:
     """Return which calibrations to compare instead of those of a model that lacks something."""
-    if comparison.arm.effects_differ:
-        return "Compare calibrations that contain what it lacks, as the note above says"
-    return "Compare calibrations that contain what it lacks, both by scalar calibrate with the same --effects (scalar diagnose prints them)"
+    how = (
+        "as the note above says"
+        if comparison.arm.effects_differ
+        else "both by scalar calibrate with the same --effects (scalar diagnose prints them)"
+    )
+    return f"Compare calibrations that contain what it lacks, {how}"
 
 
 def _with_same_effects(comparison: Comparison) -> str:

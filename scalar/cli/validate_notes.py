@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scalar.data.copies import copies_in_words
 from scalar.data.formats import PAYLOAD
 from scalar.data.motion import faults_without_motion, still_in_words, still_joints
 from scalar.units import DEG, unit_of_joint
@@ -121,18 +122,7 @@ def _copies(poses: Table, points: Table) -> list[str]:
     for i, pose in enumerate(points.columns["pose"] if repeated else ()):
         if pose in repeated:
             rows[pose].append(tuple(column[i] for column in measured))
-    first: dict[Any, Any] = {}
-    copies: list[tuple[Any, Any]] = []
-    for q, group in alike.items():
-        for pose in (pose for pose in group if pose in rows):
-            same = first.setdefault((q, tuple(rows[pose])), pose)
-            if same != pose:
-                copies.append((same, pose))
-    if not copies:
-        return []
-    one, other = copies[0]
-    more = f", and {len(copies) - 1} more such pairs" if len(copies) > 1 else ""
-    return [
-        f"  note: poses {one:.0f} and {other:.0f} have the same joint angles and measurements to the last digit{more}; "
-        "if one is a copy, remove it, since it counts twice"
-    ]
+    told = copies_in_words(
+        (int(pose), (q, tuple(rows[pose]))) for q, group in alike.items() for pose in group if pose in rows
+    )
+    return [f"  note: {told}; if one is a copy, remove it, since it counts twice"] if told else []

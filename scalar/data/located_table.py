@@ -99,14 +99,9 @@ class Table:
         lines = self.line_numbers()
         texts = [message(int(i)) for i in rows[:MAX_SHOWN]]
         if rows.size > _MANY_ROWS and (rows.size == self.n_rows or len(set(texts)) == 1):
-            which = (
-                "all"
-                if rows.size == self.n_rows
-                else ", ".join(str(line) for line in lines[rows[:_ROWS_SHOWN]])
-            )
-            text = (
-                f"{texts[0]} ({rows.size} rows with this fault: {which}{'' if which == 'all' else ', ...'})"
-            )
+            some = ", ".join(str(line) for line in lines[rows[:_ROWS_SHOWN]])
+            which = "all" if rows.size == self.n_rows else f"{some}, ..."
+            text = f"{texts[0]} ({rows.size} rows with this fault: {which})"
             faults.append(Fault(self.file, text, int(lines[rows[0]]), column))
             return
         faults += [

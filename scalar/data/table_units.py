@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from scalar.data.io.csv_reader import lines_of, split
+from scalar.data.io.csv_reader import split
 from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
 from scalar.data.located_table import Layout, Table
 from scalar.errors import Fault, InvalidInput
@@ -96,8 +96,8 @@ def columns_of(path: Path) -> list[str]:
     Raises:
         InvalidInput: The file cannot be read.
     """
-    text = read_regular_file(path, MAX_TABLE_BYTES).decode("utf-8-sig", "replace")
-    line = next((line for line in lines_of(text) if line.strip()), "")
+    first = re.split(rb"[\r\n]", read_regular_file(path, MAX_TABLE_BYTES).lstrip(), maxsplit=1)[0]
+    line = first.decode("utf-8-sig", "replace")
     return split(line) or [name.strip().strip('"') for name in line.split(",")]
 
 

@@ -80,4 +80,5 @@ def share(entry: Mapping[str, Any], diagnosis: Diagnosis) -> str:
 
 def _with_spread(errors: Mapping[str, Any]) -> str:
     spread = errors["unseen_rms_spread_mm"]
-    return " ± ".join(with_error(errors["unseen_rms_mm"], spread)[: 1 if spread is None else 2])
+    value, error = with_error(errors["unseen_rms_mm"], spread)
+    return value if spread is None else f"{value} ± {error}"

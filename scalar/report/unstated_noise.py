@@ -33,15 +33,15 @@ def unstated_noise_in_words(calibration: Calibration) -> str:
     known = f"{usual.words}, and an arm repeats its poses to 0.02 to 0.1 mm"
     of_all = " over all axes" if "axis" in usual.words else ""
     residual = f"{number(calibration.residual_rms / MM)} mm{of_all}"
-    if exceeds_usual_noise(calibration) and calibration.residual_rms <= usual.most:
-        return (
-            f"a residual of {residual} is more than noise, because similar poses leave similar residuals ({known}); the model lacks something "
-            "(gears, deflection, temperature). Run 'scalar diagnose', which looks for it"
-        )
-    if exceeds_usual_noise(calibration):
+    if calibration.residual_rms > usual.most:
         return (
             f"a residual of {residual} is more than noise: {known}; the rest is what the model lacks (gears, deflection, temperature) "
             "or gross errors. Run 'scalar diagnose', which looks for it"
+        )
+    if _alike(calibration):
+        return (
+            f"a residual of {residual} is more than noise, because similar poses leave similar residuals ({known}); the model lacks something "
+            "(gears, deflection, temperature). Run 'scalar diagnose', which looks for it"
         )
     return (
         f"no noise is stated, so the residual of {residual} was not tested: {known}; state sensor.noise in dataset.yaml, "

@@ -8,7 +8,7 @@ import pytest
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.calibrate import calibrate
-from scalar.estimation.setup.copies import copies_in_words
+from scalar.estimation.setup.copies import copied_poses
 from tests.random_scene import make_scene
 
 
@@ -30,7 +30,7 @@ def with_copies(dataset: Dataset, copies: int, noise: float) -> Dataset:
 def test_copies_are_said(copies, said):
     """The first pair is named, and the others are counted; poses that were measured again are none."""
     dataset = make_scene("vs060", "tracker", poses_per_plane=20, noise=5e-5, seed=4).dataset
-    assert not copies_in_words(dataset)
-    assert not copies_in_words(with_copies(dataset, copies, 1e-9))
+    assert not copied_poses(dataset)
+    assert not copied_poses(with_copies(dataset, copies, 1e-9))
     told = [entry["sentence"] for entry in calibrate(with_copies(dataset, copies, 0.0)).summary["setup"]]
     assert len(told) == 1 and said in told[0] and "remove copies" in told[0]

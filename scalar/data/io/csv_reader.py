@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,7 +46,7 @@ def read_csv(path: Path, layout: Layout, faults: list[Fault]) -> Table | None:
 def cells_as_written(path: Path) -> dict[str, list[str]]:
     """Return the cells of each column of a CSV file that has been read without a fault, row by row, without the blanks around them."""
     text = read_regular_file(path, MAX_TABLE_BYTES).decode("utf-8-sig")
-    rows = [split(line) or [] for line in lines_of(text) if line.strip()]
+    rows = [split(line) or [] for line in _LINE_END.split(text) if line.strip()]
     return {name: list(cells) for name, *cells in zip(*rows, strict=True)}
 
 
@@ -103,15 +102,6 @@ def _line_numbers(raw: bytes) -> np.ndarray:
     """Return the line of every row, blank lines counted."""
     lines = _LINE_END.split(raw.decode("utf-8", "replace"))
     return np.array([i for i, line in enumerate(lines, 1) if line.strip()][1:], dtype=np.int64)
-
-
-def lines_of(text: str) -> Iterator[str]:
-    """Yield the lines of a text, whatever ends them: LF, CR LF or CR."""
-    start = 0
-    for end in _LINE_END.finditer(text):
-        yield text[start : end.start()]
-        start = end.end()
-    yield text[start:]
 
 
 def split(line: str) -> list[str] | None:

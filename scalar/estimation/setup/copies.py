@@ -1,38 +1,28 @@
-"""Poses that repeat another one with its measurements to the last digit, which noise never does: rows that were copied count as new measurements."""
+"""Rows that were copied: each counts as a measurement of its own."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from scalar.data.copies import copies_in_words
 from scalar.data.dataset import Dataset
 
 
-def copies_in_words(dataset: Dataset) -> str:
+def copied_poses(dataset: Dataset) -> str:
     """Return a sentence on poses that are copies of others; empty if there are none.
 
     Args:
         dataset: What was measured. Poses without points of their own, as those of a probe, may well be repeated.
     """
-    if not len(dataset.points):
+    angles = [q.tobytes() for q in dataset.q]
+    if not len(dataset.points) or len(set(angles)) == len(angles):
         return ""
-    measured = np.column_stack([dataset.points, *_numeric(dataset)])
-    first: dict[bytes, int] = {}
-    pairs = []
-    for i, (start, stop) in enumerate(zip(dataset.starts[:-1], dataset.starts[1:], strict=True)):
-        key = dataset.q[i].tobytes() + measured[start:stop].tobytes()
-        same = first.setdefault(key, i)
-        if same != i:
-            pairs.append((same, i))
-    if not pairs:
-        return ""
-    one, other = (dataset.pose_ids[i] for i in pairs[0])
-    more = f", and {len(pairs) - 1} more such pairs" if len(pairs) > 1 else ""
+    numbers = [column for column in dataset.point_columns.values() if np.issubdtype(column.dtype, np.number)]
+    measured = np.column_stack([dataset.points, *numbers])
+    of_poses = [rows.tobytes() for rows in np.split(measured, dataset.starts[1:-1])]
+    told = copies_in_words(zip(dataset.pose_ids, zip(angles, of_poses, strict=True), strict=True))
     return (
-        f"poses {one} and {other} have the same joint angles and measurements to the last digit{more}: remove copies, because each counts as a "
-        "measurement of its own, and the errors are then stated too small"
+        f"{told}: remove copies, because each counts as a measurement of its own, and the errors are then stated too small"
+        if told
+        else ""
     )
-
-
-def _numeric(dataset: Dataset) -> list[np.ndarray]:
-    """Return the further columns of the points that hold numbers."""
-    return [values for values in dataset.point_columns.values() if np.issubdtype(values.dtype, np.number)]

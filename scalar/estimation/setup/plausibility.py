@@ -7,7 +7,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
-from scalar.estimation.setup.copies import copies_in_words
+from scalar.estimation.setup.copies import copied_poses
 from scalar.estimation.setup.known_planes import base_moved_to, contradictions
 from scalar.estimation.setup.plane_guesses import far_guesses
 from scalar.estimation.setup.scan_axes import misread_axes
@@ -80,7 +80,7 @@ def implausible(
             )
         )
     found += _loud(dataset)
-    if copies := copies_in_words(dataset):
+    if copies := copied_poses(dataset):
         found.append(Suspicion("copies", "poses.csv", copies))
     return tuple(found)
 
