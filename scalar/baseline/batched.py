@@ -11,14 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from scipy.optimize import leastsq
 
 from scalar.baseline.fit import DEFAULTS, first_guess
 from scalar.baseline.parameterisation import DH_KINDS, READINGS, SENSOR, Parameterisation
 from scalar.data.dataset import Dataset
+from scalar.estimation.minpack import levenberg_marquardt
 from scalar.estimation.model import Model
 from scalar.geometry.robot import link_transforms
 from scalar.geometry.se3 import Array, exp_so3, transform
@@ -91,18 +90,16 @@ def fit_baseline(
     x, status = start[distances.free], "stopped"
     with np.errstate(all="ignore"):
         try:
-            found: Any = leastsq(
+            x, _, info = levenberg_marquardt(
                 distances.residual,
+                distances.jacobian,
                 x,
-                Dfun=distances.jacobian,
-                col_deriv=False,
                 ftol=lmfit["ftol"],
                 xtol=lmfit["xtol"],
                 gtol=lmfit["gtol"],
-                maxfev=max_nfev,
-                full_output=True,
+                max_evaluations=max_nfev,
             )
-            x, status = found[0], "converged" if found[4] in (1, 2, 3, 4) else "stopped"
+            status = "converged" if info in (1, 2, 3, 4) else "stopped"
         except _Capped:
             x, status = distances.latest, "capped"
         except _NotANumber:

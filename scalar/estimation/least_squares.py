@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.linalg.lapack import dtrtri  # pyright: ignore[reportAttributeAccessIssue]  # made by f2py
 
+from scalar.estimation.minpack import levenberg_marquardt
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
@@ -139,8 +139,6 @@ def fit(residuals: Residuals, model: Model, free: Array, *, tolerance: float = T
         free: ``(P,)`` bool.
         tolerance: Relative, on cost and coordinates.
     """
-    from scipy.optimize import leastsq  # slow to import
-
     objective = Objective(residuals, model, free)
     x = objective.start[objective.free]
     if not len(x):
@@ -149,18 +147,16 @@ def fit(residuals: Residuals, model: Model, free: Array, *, tolerance: float = T
     if compiled is not None:
         return objective.ended(compiled, free, "compiled")
     with np.errstate(all="ignore"):  # a step too far may overflow; the solver takes it back
-        found: Any = leastsq(
+        x, message, _ = levenberg_marquardt(
             objective.residual,
+            objective.jacobian,
             x,
-            Dfun=objective.jacobian,
-            full_output=True,  # else it warns where it says no more than that it stopped
             ftol=tolerance,
             xtol=tolerance,
-            gtol=0.0,
-            maxfev=MAX_EVALUATIONS,
-            factor=FIRST_STEP,  # type: ignore[arg-type]  # a float, whatever the stubs say
+            max_evaluations=MAX_EVALUATIONS,
+            factor=FIRST_STEP,
         )
-        return objective.ended(found[0], free, " ".join(str(found[3]).split()))
+        return objective.ended(x, free, message)
 
 
 def _compiled(objective: Objective, tolerance: float) -> Array | None:

@@ -7,15 +7,14 @@ one path without noise is used for every noise, and the displacement by the nois
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from scipy.optimize import leastsq
 
 from scalar.data.poses import Poses
 from scalar.errors import Undetermined
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
+from scalar.estimation.minpack import levenberg_marquardt
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.planes import Planes
@@ -84,13 +83,13 @@ def follow(workcell: Workcell, poses: int, guess: Planes, kept: Array) -> Solver
             path.append((model, float(residual @ residual) * measurement.sigma**2))
         return J[:, free]
 
-    end: Any = leastsq(
+    end, _, _ = levenberg_marquardt(
         lambda x: residuals.residual(model_at(x)),
+        recorded_jacobian,
         x_start[free],
-        Dfun=recorded_jacobian,
-        maxfev=ITERATIONS + 20,
+        max_evaluations=ITERATIONS + 20,
     )
-    recorded_jacobian(end[0])
+    recorded_jacobian(end)
     path = path[:ITERATIONS]
     bases = EffectBases.of(workcell.model.nominal, at, ())
     left = [_pose_errors(Kinematics.of(model, at, bases).T_base_sensor, T_true) for model, _ in path]
