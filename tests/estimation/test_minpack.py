@@ -1,7 +1,5 @@
 """MINPACK as it is called here takes the steps that its authors describe, whatever lies in memory beside its arrays."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 import scipy.linalg
@@ -23,16 +21,17 @@ def nearly_dependent(seed: int, rows: int = 40, columns: int = 8) -> Array:
 @pytest.mark.parametrize("seed", range(6))
 def test_columns_are_eliminated_in_the_order_in_which_lapack_eliminates_them(seed, monkeypatch):
     A = nearly_dependent(seed)
-    leastsq, seen = scipy.optimize.leastsq, list[Array]()
+    leastsq = scipy.optimize.leastsq
+    seen: list[Array] = []
 
     def recorded(*arguments, **options):
-        found: Any = leastsq(*arguments, **options)
+        found = leastsq(*arguments, **options)
         seen.append(found[2]["ipvt"])
         return found
 
     monkeypatch.setattr(scipy.optimize, "leastsq", recorded)
     levenberg_marquardt(lambda x: A @ x - 1.0, lambda x: A, np.zeros(A.shape[1]), max_evaluations=100)
-    order = scipy.linalg.qr(A, mode="r", pivoting=True)[1]
+    *_, order = scipy.linalg.qr(A, mode="r", pivoting=True)
     assert seen[0][0] == 0 and seen[0][-1] == A.shape[1] + 1  # the two parameters that guard the others
     np.testing.assert_array_equal(seen[0][1:-1] - 1, order)
 
