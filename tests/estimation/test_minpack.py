@@ -1,5 +1,7 @@
 """MINPACK as it is called here takes the steps that its authors describe, whatever lies in memory beside its arrays."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -25,7 +27,7 @@ def test_columns_are_eliminated_in_the_order_in_which_lapack_eliminates_them(see
     seen: list[Array] = []
 
     def recorded(*arguments, **options):
-        found = leastsq(*arguments, **options)
+        found: Any = leastsq(*arguments, **options)
         seen.append(found[2]["ipvt"])
         return found
 
