@@ -86,6 +86,7 @@ def correct(
         naming_mixed_rows,
         naming_table,
         naming_text,
+        refuse_large_turns,
         refuse_without_orientation,
     )
     from scalar.cli.pose_lines import lines_on_large_changes, lines_on_measured_ranges, lines_on_small_degrees
@@ -133,6 +134,7 @@ def correct(
     unsure = lines_on_small_degrees(robot, angles, written_in.angle)
     rows, dropped = np.arange(len(table)), []
     if frames_wanted:
+        refuse_large_turns(table, form, targets.name)
         table = with_rotation_vectors(table, form, targets.name)
         _check_reach(robot, _frames(table), targets.name)
         if not with_joints:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _KUKA = {"a", "b", "c"}
+_A_TURN = 6.3  # rad
 
 
 def refuse_frames(columns: Sequence[str], file: str) -> None:
@@ -62,6 +63,30 @@ def refuse_without_orientation(columns: Sequence[str], file: str) -> None:
         f"quaternion qw,qx,qy,qz{kuka}"
     )
     raise InvalidInput(Fault(file, message, 1))
+
+
+def refuse_large_turns(table: pd.DataFrame, form: Sequence[str], file: str) -> None:
+    """Refuse a table with orientations of more than a turn: these are degrees that were read as radians.
+
+    Args:
+        table: The table, with angles in rad.
+        form: The columns of its orientations, as ``form_of_orientation`` names them.
+        file: Name of the table.
+
+    Raises:
+        InvalidInput: It is such a table.
+    """
+    from scalar.estimation.frame_tables import ORIENTATIONS
+
+    if form == ORIENTATIONS["quaternion"]:
+        return
+    largest = float(table[list(form)].abs().to_numpy(dtype=float).max(initial=0.0))
+    if largest > _A_TURN:
+        message = (
+            f"an orientation of {largest:.4g} rad is more than a turn; are these degrees? say --units deg, "
+            f"or name the columns {', '.join(f'{name}_deg' for name in form)}"
+        )
+        raise InvalidInput(Fault(file, message, column=",".join(form)))
 
 
 @contextmanager

@@ -20,6 +20,8 @@ FORCE = click.option(
 )
 _HEAD = 4000  # bytes at the beginning of a file, from which the command that wrote it is recognised
 
+_SPREADSHEETS = (".xlsx", ".xlsm", ".xls", ".ods")
+
 Own = Callable[[str], bool]
 """Takes the beginning of a file, and returns whether the command writes such files."""
 
@@ -66,6 +68,10 @@ def refuse_foreign(outputs: Sequence[tuple[Path, Own]], force: bool, inputs: Seq
     faults = []
     for path, own in outputs:
         refuse_special(path)
+        if path.suffix.lower() in _SPREADSHEETS:
+            message = f"the name of a spreadsheet, and this command writes text; give another one, such as {path.stem}.csv, which spreadsheets open"
+            faults.append(Fault(str(path), message))
+            continue
         # An empty file has no content that could be lost.
         if not path.is_file() or not path.stat().st_size:
             continue

@@ -8,7 +8,7 @@ from scalar.data.description import Description
 from scalar.data.formats import COMMANDED, PAYLOAD, TORQUE
 from scalar.data.located_table import did_you_mean, shorten
 from scalar.data.sensor_formats import sensor_formats
-from scalar.ingest.mapping import TARGET, TEXT_COLUMNS, MappingFile, quantity_of
+from scalar.ingest.mapping import TARGET, TEXT_COLUMNS, Column, MappingFile, quantity_of
 from scalar.ingest.orientation import check_orientation
 
 
@@ -51,8 +51,10 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
             "missing; add it: the column that says to which pose a row belongs, since each row is a point",
         )
     _check_block(given, "poses", required, known, mapping)
-    for key in ("poses",) if mapping.points is None else ("poses", "points"):
-        check_orientation(given, key)
+    for key, block in (("poses", mapping.poses), ("points", mapping.points)):
+        if block is not None:
+            check_orientation(given, key)
+            _check_repeated(given, key, block.columns, [*joints, *by_joint[n:], *measured])
     if mapping.nests is not None:
         _check_nests(given, mapping, sensor)
     of_format = {*known, *TEXT_COLUMNS, *measured, "x", "y", "z"}
@@ -141,6 +143,25 @@ def _check_names(
             hint = did_you_mean(name, [k for k in known if k not in columns])
             message = f"unknown column; {hint}the columns here are {', '.join(known)}{extra}"
             given.fault((*place, name), message)
+
+
+def _check_repeated(given: Description, key: str, columns: Mapping[str, Column], numbers: list[str]) -> None:
+    """Add the columns that come from the same column of the file as an earlier one to ``given.faults``.
+
+    Args:
+        given: The mapping file.
+        key: Key of the block in the mapping file.
+        columns: Its columns by their names in the dataset.
+        numbers: The columns that are compared: joint angles, torques, and what the sensor measures. Others may have one column in common, such
+            as the id of a pose and its order.
+    """
+    first: dict[Any, str] = {}
+    for name in (name for name in columns if name in numbers):
+        column = columns[name]
+        other = first.setdefault((column.reference, column.plus), name)
+        if other != name:
+            message = f"comes from the same column of the file as {other} ({shorten(column.reference)}); correct one of the two"
+            given.fault((key, "columns", name), message)
 
 
 def _check_present(

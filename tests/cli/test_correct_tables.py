@@ -237,3 +237,17 @@ def test_rows_of_both_kinds_are_counted_and_not_listed_cell_by_cell(program):
         "correct", program / "calibration.json", program / "hole.csv", "-o", program / "out.csv"
     )
     assert status == 2 and "row 6, column q3: an empty cell" in said
+
+
+def test_orientations_in_degrees_without_units_are_refused(program):
+    """A rotation vector of more than a turn is degrees; the refusal says how to state them, and what it says is accepted."""
+    wanted = predicted(program, "targets.csv")
+    wanted[FRAME[3:]] = np.rad2deg(wanted[FRAME[3:]])
+    wanted.to_csv(program / "in_degrees.csv", index=False, float_format="%.17g")
+    status, said = run(
+        "correct", program / "calibration.json", program / "in_degrees.csv", "-o", program / "out.csv"
+    )
+    assert status == 2 and "more than a turn" in said and "rx_deg, ry_deg, rz_deg" in said
+    named = wanted.rename(columns={name: f"{name}_deg" for name in FRAME[3:]})
+    named.to_csv(program / "named_degrees.csv", index=False, float_format="%.17g")
+    corrected(program, "named_degrees.csv")

@@ -142,3 +142,10 @@ def test_a_dataset_is_replaced_while_nobody_has_changed_it(tmp_path):
     for force in (False, True):
         with pytest.raises(Exception, match="already there"):
             dataset.write(folder, force=force)
+
+
+def test_a_table_is_not_written_under_the_name_of_a_spreadsheet(made, tmp_path):
+    output = tmp_path / "frames.xlsx"
+    result = run("predict", made / "calibration.json", made / "joints.csv", "-o", output)
+    assert result.exit_code == 2 and "frames.csv" in result.output
+    assert not output.exists()

@@ -58,6 +58,11 @@ def changed(path: tuple[str, ...], value: Any) -> dict[str, Any]:
         (("poses", "columns", "q1", "sign"), 2, ("poses.columns.q1.sign", "1, -1")),
         (("poses", "columns", "q1", "offset"), float("nan"), ("poses.columns.q1.offset", "finite")),
         (("poses", "columns", "q3"), None, ("poses.columns.q3", "missing")),
+        (
+            ("poses", "columns", "y", "column"),
+            "X",
+            ("poses.columns.y", "comes from the same column of the file as x"),
+        ),
         (("poses", "columns", "q7"), {"column": "J7", "unit": "deg"}, ("poses.columns.q7", "unknown column")),
         (("poses", "columns", "temprature"), {"column": "T"}, ("did you mean 'temperature'",)),
         (("poses", "drop_without"), ["w"], ("poses.drop_without[0]",)),
