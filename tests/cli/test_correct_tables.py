@@ -249,5 +249,8 @@ def test_orientations_in_degrees_without_units_are_refused(program):
     )
     assert status == 2 and "more than a turn" in said and "rx_deg, ry_deg, rz_deg" in said
     named = wanted.rename(columns={name: f"{name}_deg" for name in FRAME[3:]})
-    named.to_csv(program / "named_degrees.csv", index=False, float_format="%.17g")
+    others = pd.read_csv(program / "targets.csv").drop(columns=["pose", *JOINTS])
+    pd.concat([named, others], axis=1).to_csv(
+        program / "named_degrees.csv", index=False, float_format="%.17g"
+    )
     corrected(program, "named_degrees.csv")

@@ -60,7 +60,7 @@ def changed(path: tuple[str, ...], value: Any) -> dict[str, Any]:
         (("poses", "columns", "q3"), None, ("poses.columns.q3", "missing")),
         (
             ("poses", "columns", "y", "column"),
-            "X",
+            "tracker X",
             ("poses.columns.y", "comes from the same column of the file as x"),
         ),
         (("poses", "columns", "q7"), {"column": "J7", "unit": "deg"}, ("poses.columns.q7", "unknown column")),
