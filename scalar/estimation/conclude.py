@@ -99,6 +99,7 @@ def conclude(
     to_stated = residuals.measurement.ratio_to_stated
     std = np.full(len(names), np.nan)
     std[found.free] = np.sqrt(np.diag(covariance))
+    residual = residuals.rms(model)
     summary["setup"] = [
         {**suspicion.to_mapping(), "sentence": suspicion.sentence}
         for suspicion in implausible(
@@ -106,6 +107,7 @@ def conclude(
             model,
             std,
             rotation_observed=residuals.measurement.observes_orientation,
+            residual=residual,
             misfit_ratio=None if to_stated is None else lack.ratio * to_stated,
             rotation_noise=max(
                 (n.value for n in residuals.measurement.estimated_noise if n.name == ROTATION_NOISE),
@@ -126,7 +128,7 @@ def conclude(
             {"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with), "cause": h.cause}
             for h in prepared.identifiability.fixed
         ),
-        residual_rms=residuals.rms(model),
+        residual_rms=residual,
         summary=summary,
         noise=tuple(component.to_mapping() for component in residuals.measurement.listed_noise),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.data.rounding import rounded_angles
 from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
 from scalar.estimation.setup.copies import copied_poses
@@ -38,6 +39,7 @@ def implausible(
     std: Array,
     *,
     rotation_observed: bool,
+    residual: float,
     misfit_ratio: float | None = None,
     rotation_noise: float = 0.0,
     fixed_length: str | None = None,
@@ -49,6 +51,7 @@ def implausible(
         model: Where the fit ended.
         std: ``(P,)``, standard errors in the order of ``model.names``; NaN for what is fixed.
         rotation_observed: Whether the data of this kind of sensor depend on its orientation on the flange.
+        residual: Root mean square of what the fit leaves [m].
         misfit_ratio: The residual over what the stated noise explains, or None where none is stated.
         rotation_noise: Standard deviation [rad] of measured orientations as the fit leaves it; 0 where none were measured or it is stated.
         fixed_length: Name of the length to which all others are relative because the data show no length; None if they show it.
@@ -80,6 +83,10 @@ def implausible(
             )
         )
     found += _loud(dataset)
+    if misfit_ratio is None or misfit_ratio > LOUD:
+        rounded = rounded_angles(dataset.robot, dataset.q, residual)
+        if rounded:
+            found.append(Suspicion("rounded_angles", "poses.csv", rounded))
     if copies := copied_poses(dataset):
         found.append(Suspicion("copies", "poses.csv", copies))
     return tuple(found)

@@ -8,6 +8,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.data.motion import still_clause
+from scalar.data.rounding import rounded_angles
 from scalar.errors import Undetermined
 from scalar.estimation.setup.suspicion import WrongSetup, explain
 from scalar.geometry.se3 import Array
@@ -37,10 +38,12 @@ def misfit_refused(dataset: Dataset, distances: Array) -> Undetermined:
     robot = "the robot, the sensor" if dataset.planes else "the robot or the sensor"
     moved = "planes or base" if dataset.planes else "tracker or base"
     worst = int(dataset.pose_ids[np.argmax(distances)])
+    residual = float(np.sqrt(np.mean(distances**2)))
+    rounded = rounded_angles(dataset.robot, dataset.q, residual)
     return Undetermined(
-        [f"the best fit is still {np.sqrt(np.mean(distances**2)) / MM:.0f} mm RMS off, pose {worst} most of all: this is not "
+        [f"the best fit is still {residual / MM:.0f} mm RMS off, pose {worst} most of all: this is not "
          f"{robot}{planes} that dataset.yaml describes; no single sign, zero, length, unit{label} or convention "
          f"explains it, no sign and zero of one joint, no two zeros, no two or three signs, no lost row, and no move of {moved}: check "
          "several of them, and whether joint angles and measurements belong together"
-         f"{still_clause(dataset.q)}"]
+         f"{still_clause(dataset.q)}{f'; {rounded}' if rounded else ''}"]
     )  # fmt: skip

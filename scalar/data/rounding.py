@@ -1,0 +1,41 @@
+"""Whether joint angles were written with so few decimals that the rounding shows in the measurements."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
+from scalar.units import DEG, MM
+
+_STEPS = (
+    (0.1, "0.1 rad"),
+    (0.01, "0.01 rad"),
+    (1 * DEG, "1 degree"),
+    (0.1 * DEG, "0.1 degree"),
+)  # rad; the coarsest first
+_EXACT = 1e-6  # of a step: what is written with few decimals is a multiple of it to this
+_LEAST_SHARE = 0.05  # of a step at the end of the arm: rounding leaves 0.29 of a step at each joint, and the scans of a plane show a part of it
+_SEVERAL = 5  # different positions of a joint: fewer are multiples of a step because there are few
+
+
+def rounded_angles(robot: Robot, q: np.ndarray, residual: float) -> str:
+    """Return a clause that says that all joint angles are multiples of a coarse step; empty if not, or if rounding explains no such residual.
+
+    An arm may well be sent to whole degrees: then the residual is smaller than that of angles that were rounded.
+
+    Args:
+        robot: The arm; joints that slide are left out.
+        q: ``(N, n)`` [rad; m of a joint that slides].
+        residual: Root mean square of what the best fit leaves [m].
+    """
+    reach = float(np.abs(robot.geometry[[i for i, kind in enumerate(GEOMETRY) if kind in LENGTHS]]).sum())
+    moved = [column for column in q[:, ~np.asarray(robot.slides)].T if len(np.unique(column)) >= _SEVERAL]
+    for step, named in _STEPS:
+        if residual < _LEAST_SHARE * step * reach or not moved:
+            continue
+        if all(np.abs(column / step - np.round(column / step)).max() < _EXACT for column in moved):
+            return (
+                f"every joint angle is a multiple of {named}: if they were rounded, each is off by up to {step / 2 / MM:.2g} mm at a distance of "
+                "1 m; write them with all decimals"
+            )
+    return ""
