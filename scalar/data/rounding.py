@@ -30,12 +30,11 @@ def rounded_angles(robot: Robot, q: np.ndarray, residual: float) -> str:
     """
     reach = float(np.abs(robot.geometry[[i for i, kind in enumerate(GEOMETRY) if kind in LENGTHS]]).sum())
     moved = [column for column in q[:, ~np.asarray(robot.slides)].T if len(np.unique(column)) >= _SEVERAL]
-    for step, named in _STEPS:
-        if residual < _LEAST_SHARE * step * reach or not moved:
-            continue
+    for step, named in _STEPS if moved else ():
         if all(np.abs(column / step - np.round(column / step)).max() < _EXACT for column in moved):
-            return (
+            told = (
                 f"every joint angle is a multiple of {named}: if they were rounded, each is off by up to {step / 2 / MM:.2g} mm at a distance of "
                 "1 m; write them with all decimals"
             )
+            return told if residual > _LEAST_SHARE * step * reach else ""
     return ""

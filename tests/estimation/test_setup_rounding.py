@@ -26,7 +26,7 @@ def said(dataset: Dataset) -> list[str]:
 
 
 @pytest.mark.parametrize(("step", "named"), [(0.01, "0.01 rad"), (np.deg2rad(0.1), "0.1 degree")])
-@pytest.mark.parametrize("kind", ["tracker", "line_laser"])
+@pytest.mark.parametrize("kind", ["tracker", "line-laser"])
 def test_rounded_angles_are_said(kind, step, named):
     dataset = make_scene("vs060", kind, poses_per_plane=25, noise=5e-5, seed=1).dataset
     assert not any("multiple" in sentence for sentence in said(dataset))
@@ -36,7 +36,7 @@ def test_rounded_angles_are_said(kind, step, named):
 
 def test_a_refusal_names_the_rounding():
     dataset = make_scene("vs060", "tracker", poses_per_plane=25, noise=5e-5, seed=1).dataset
-    with pytest.raises(Undetermined, match="every joint angle is a multiple of 0.1 rad"):
+    with pytest.raises(Undetermined, match=r"every joint angle is a multiple of 0\.1 rad"):
         calibrate(rounded(dataset, 0.1))
 
 
