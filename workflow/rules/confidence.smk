@@ -13,9 +13,10 @@ try:
             [
                 "configs/blind_trials_confidence.yaml",
                 "configs/blind_trials_components.yaml",
-                "configs/blind_trials_third_exam.yaml",
-                "configs/blind_trials_sixth_exam.yaml",
+                "configs/blind_trials_eleventh_exam.yaml",
+                "configs/blind_trials_twelfth_exam.yaml",
                 "configs/blind_trials_few_poses.yaml",
+                "configs/blind_trials_white_scanners.yaml",
             ],
         )
     }
