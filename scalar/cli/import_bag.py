@@ -62,6 +62,9 @@ if TYPE_CHECKING:
     help="Least time for which the arm has to stand still after that [s].",
 )
 @click.option(
+    "--degrees", is_flag=True, help="The recorded joint positions are in degrees; JointState has radians."
+)
+@click.option(
     "--accept-losses", is_flag=True, help="Write the dataset even if most stops have to be left out."
 )
 @FORCE
@@ -75,6 +78,7 @@ def import_bag(
     still: float,
     settled: float,
     least: float,
+    degrees: bool,
     accept_losses: bool,
     force: bool,
 ) -> None:
@@ -111,7 +115,7 @@ def import_bag(
     counts = write_recorded_dataset(
         recording,
         content,
-        BagSettings(tuple(split_names(joint_names)), still, settled, least, accept_losses, force),
+        BagSettings(tuple(split_names(joint_names)), still, settled, least, accept_losses, force, degrees),
         output,
     )
     say(f"  joints q1..qn: {', '.join(counts.joint_names)}")

@@ -1,5 +1,7 @@
 """Recorded bags: poses, planes and points of a simulated campaign are recovered, and recordings that give no dataset are refused in a sentence."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -123,6 +125,18 @@ def test_a_folder_of_ros_2_may_end_in_bag(campaign, workcell, tmp_path):
     status, said = run("import-bag", workcell, path, "-o", tmp_path / "d")
     assert status == 0, said
     assert read_dataset(tmp_path / "d").n_poses == campaign.n_poses
+
+
+def test_positions_in_degrees_are_refused_until_they_are_said_to_be(campaign, workcell, tmp_path):
+    poses = campaign.poses.copy()
+    columns = [f"q{i + 1}" for i in range(6)]
+    poses[columns] = np.rad2deg(campaign.q)
+    bag = write_bag(replace(campaign, poses=poses), tmp_path / "degrees.bag", 1, "LaserScan")
+    status, said = run("import-bag", workcell, bag, "-o", tmp_path / "out")
+    assert status == 2 and "say --degrees" in said and not (tmp_path / "out").exists()
+    status, said = run("import-bag", workcell, bag, "-o", tmp_path / "out", "--degrees")
+    assert status == 0, said
+    np.testing.assert_allclose(read_dataset(tmp_path / "out").q, campaign.q, atol=2e-5)
 
 
 def test_damaged_and_missing_recordings_are_refused(workcell, bag, tmp_path):

@@ -30,6 +30,7 @@ TOLERANCE = 1.5e-3
 SIGMAS = 5.0
 """The same in standard deviations of the stated noise."""
 _SEED = 0
+_TWO_TURNS = 4 * np.pi  # rad; hardly a joint turns further to one side
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,7 @@ class BagSettings:
         least_time: Least time for which it then stands still [s].
         accept_losses: Whether a dataset is written even if most stops become no poses.
         force: Whether a dataset at the output is replaced, whoever wrote it.
+        degrees: Whether the positions of joints that turn were recorded in degrees.
     """
 
     joint_names: tuple[str, ...]
@@ -51,6 +53,7 @@ class BagSettings:
     least_time: float
     accept_losses: bool = False
     force: bool = False
+    degrees: bool = False
 
 
 def load_workcell(path: Path) -> dict[str, Any]:
@@ -99,7 +102,7 @@ def write_recorded_dataset(
     order, names = _joint_order(recording, workcell["robot"]["joints"], settings.joint_names)
     stops = find_stops(
         recording.joint_times,
-        recording.positions[:, order],
+        _in_radians(recording, recording.positions[:, order], robot.slides, settings.degrees),
         settings.still,
         settings.settled,
         settings.least_time,
@@ -161,6 +164,21 @@ def _joint_order(
             message = f"no joint {shorten(name)} on topic {recording.joint_topic}; {hint}it has {', '.join(recorded)}"
             raise InvalidInput(Fault(where, message))
     return [recorded.index(name) for name in names], tuple(names)
+
+
+def _in_radians(recording: Recording, positions: Array, slides: Array, degrees: bool) -> Array:
+    """Return joint positions ``(J, n)`` [rad; m of a joint that slides]; ``degrees`` says whether those of joints that turn are in degrees.
+
+    Raises:
+        InvalidInput: They are not said to be in degrees, and a joint that turns would turn more than twice to one side.
+    """
+    if degrees:
+        return np.where(slides, positions, np.deg2rad(positions))
+    largest = float(np.abs(positions[:, ~np.asarray(slides)]).max(initial=0.0))
+    if largest > _TWO_TURNS:
+        message = f"a joint position of {largest:.4g} rad is more than two turns, and JointState states radians; say --degrees if these are degrees"
+        raise InvalidInput(Fault(recording.joint_topic, message))
+    return positions
 
 
 def _scan_of(recording: Recording, stop: Stop) -> tuple[float, Array] | None:
