@@ -21,6 +21,7 @@ from scalar.diagnosis.measured_rows import rows_given_own_noise
 from scalar.diagnosis.near_data_sheet import near_data_sheet
 from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.shipped_fit import BY_COMPONENT, ShippedFit
+from scalar.diagnosis.terms_of_loads import with_terms_of_loads
 from scalar.diagnosis.unmodelled_structure import flexible_candidate_sets, with_flexible_terms
 from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
 from scalar.diagnosis.whitened_measurement import WhitenedMeasurement
@@ -212,7 +213,7 @@ def _with_named_effects(
 def _selected(before: FittedState, candidates: CandidateSet) -> FittedState:
     """Return the state with the named effects that are selected: one after the other, as a whole set, and those of common causes."""
     selected = select_jointly(before, select_forward(before, candidates), candidates)
-    return with_common_causes(selected, candidates)
+    return with_common_causes(with_terms_of_loads(selected, candidates), candidates)
 
 
 def _final_fit(state: FittedState, component: VarianceComponent | None) -> tuple[Fit, Residuals]:

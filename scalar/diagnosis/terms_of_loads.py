@@ -1,0 +1,75 @@
+"""Parts of an effect that the data do not distinguish from a term that the effect of a load lacks, although this load acts at the same joint.
+
+The weight of a link on its own joint, whose axis is horizontal, bends it like an eccentric gear with one period a turn. A search over whole sets of
+effects may find this order of the joint in place of that term of its compliance, since both explain the same. Where the compliance of the joint is
+in the model, its weight acts in any case, and the order is no second fault.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from scalar.diagnosis.candidate_columns import CandidateSet
+from scalar.diagnosis.conditional_scores import columns_of_effects, parts_of, without_columns
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.joint_selection import evidence_of
+from scalar.effects import Effect
+from scalar.geometry.se3 import Array
+
+SAME = 0.05  # share of a part that the term leaves unexplained: none where the joint's axis is horizontal, 0.02 where it leans by a degree
+
+
+def with_terms_of_loads(state: FittedState, candidates: CandidateSet) -> FittedState:
+    """Return the state in which parts of other effects have become the terms of a load's effect that explain the same; if there are none, the state.
+
+    Args:
+        state: The state with the effects that were selected.
+        candidates: The candidate set.
+    """
+    least = evidence_of(state, candidates) - state.settings.selection.swap_margin
+    for loaded in state.effects:
+        for complete, columns in _with_a_missing_term(state, loaded, candidates):
+            for others in _without_a_part_like(state, loaded, columns):
+                trial = state.refitted([complete if effect is loaded else effect for effect in others])
+                if trial.is_plausible and evidence_of(trial, candidates) > least:
+                    return with_terms_of_loads(trial, candidates)
+    return state
+
+
+def _with_a_missing_term(
+    state: FittedState, loaded: Effect, candidates: CandidateSet
+) -> Iterator[tuple[Effect, Array]]:
+    """Yield the effect of a load with each term that it lacks at the joints where it acts, and the columns ``(N m, w)`` of that term."""
+    if not loaded.load or loaded.n_terms < 2:
+        return
+    for element in candidates.elements:
+        complete = loaded.merged_with(element)
+        if complete is not None and complete.n_terms > loaded.n_terms and complete.target == loaded.target:
+            yield complete, state.columns_of([element], candidates.bases)
+
+
+def _without_a_part_like(state: FittedState, loaded: Effect, columns: Array) -> Iterator[tuple[Effect, ...]]:
+    """Yield the effects of a state without each part of those of no load that columns ``(N m, w)`` explain as well, given all other effects."""
+    background = state.background()
+    for i, effect in enumerate(state.effects):
+        if effect.load or effect.same_place(loaded):
+            continue
+        parts = effect.parts()
+        local = (
+            [columns_of_effects(state, [i])[0]] if len(parts) == 1 else [own for own, _ in parts_of(state, i)]
+        )
+        for terms, own in zip(parts, local, strict=False):
+            if np.count_nonzero(own) != columns.shape[1]:
+                continue
+            released = without_columns(background, state, own).released
+            assert released is not None
+            # What the columns have besides the rest of the model.
+            given = columns - background.Q @ (background.Q.T @ columns) + released @ (released.T @ columns)
+            basis = np.linalg.qr(given)[0]
+            if np.linalg.norm(released - basis @ (basis.T @ released)) > SAME * np.linalg.norm(released):
+                continue
+            kept = [k for k in range(effect.n_terms) if k not in terms]
+            rest = (effect.with_terms(kept).with_coefficients_of(effect),) if kept else ()
+            yield (*state.effects[:i], *rest, *state.effects[i + 1 :])
