@@ -72,6 +72,14 @@ def brought_as_near(pose: int, found: Correction, given: Correction | None, i: i
         given: The same with the joint angles as they were given; None if a frame was wanted.
         i: Row of the pose in both.
     """
+    from scalar.estimation.correction import WHOLE_POSE, CorrectionSettings
+
+    n_joints = found.q.shape[1]
+    if given is None and n_joints < WHOLE_POSE and found.position_error[i] < CorrectionSettings().near_enough:
+        why = f"an arm with {n_joints} joints cannot take every orientation: this one is missed by {_errors(found, i)}"
+        return Uncorrected(
+            pose, why, _NEAREST, "ask for an orientation that it can take, as `scalar predict` writes them"
+        )
     uncorrected = "" if given is None else f" (uncorrected by {_errors(given, i)})"
     joints = "no small change of the joints takes" if given is not None else "no joint angles near by take"
     why = f"{_where(found, i)}, {joints} the arm there exactly: it errs by {_errors(found, i)}{uncorrected}"
@@ -85,7 +93,7 @@ def _errors(found: Correction, i: int) -> str:
 
 
 def _at_least(size: float) -> str:
-    return f"{size:.2g}" if size >= _LEAST_SHOWN else f"less than {_LEAST_SHOWN:g}"
+    return f"{size:.{2 if size < 10 else 3}g}" if size >= _LEAST_SHOWN else f"less than {_LEAST_SHOWN:g}"
 
 
 def _where(found: Correction, i: int) -> str:

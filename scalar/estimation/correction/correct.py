@@ -26,8 +26,9 @@ class Correction:
         T_wanted: ``(N, 4, 4)``, the frames in the base frame.
         position_error: ``(N,)`` [m], distance of ``predict(q)`` from the wanted place.
         orientation_error: ``(N,)`` [rad], angle between the orientations of ``predict(q)`` and of the wanted frame.
-        reached: ``(N,)`` bool, whether both errors are within the thresholds (only the position counts if the arm has fewer than six joints),
-            and, for ``correct_joints``, whether the correction is smaller than ``CorrectionSettings.largest_correction``.
+        reached: ``(N,)`` bool, whether both errors are within the thresholds, and, for ``correct_joints``, whether the correction is smaller than
+            ``CorrectionSettings.largest_correction``. Of an arm with fewer than six joints the orientation may be missed by up to
+            ``near_enough_turn``, and for ``correct_joints`` only the position counts.
         beyond_limits: ``(N, n)`` bool, joints that would leave their limits.
         near_singular: ``(N,)`` bool, whether the pose is so near a singularity that a small error asks for a large change of the joints.
     """
@@ -75,7 +76,9 @@ def correct_joints(model: Model, poses: Poses, settings: CorrectionSettings | No
     wanted = model.nominal.flange(poses.q) @ T_sensor
     found = correct_frames(model, poses, wanted, settings)
     far = np.abs(found.q - poses.q).max(axis=1, initial=0.0) > settings.largest_correction
-    return replace(found, reached=found.reached & ~far)
+    # The orientation of an arm with fewer than six joints is that of its posture, which a small correction keeps.
+    there = found.reached if whole_pose(model) else found.position_error <= settings.position
+    return replace(found, reached=there & ~far)
 
 
 def brought_near(
@@ -98,7 +101,7 @@ def brought_near(
     settings = settings or CorrectionSettings()
     left = np.flatnonzero(~found.reached)
     part, wanted = _picked(poses, left), found.T_wanted[left]
-    standing = twist_to(kinematics_at(model, part).T_base_sensor, wanted, small=False)
+    standing = twist_to(kinematics_at(model, part).T_base_sensor, wanted)
     near = nearest_by_small_changes(model, part, wanted, settings)
     return _with_rows(model, found, left, *near), _with_rows(model, found, left, part.q, standing)
 
@@ -130,7 +133,7 @@ def nearest_to_frames(
         for q in (part.q, np.where(same, found.q[left], part.q))
     ]
     errors = [_errors_of(twist) for _, twist in ends]
-    turn_counts = model.robot.n_joints >= WHOLE_POSE
+    turn_counts = whole_pose(model)
     misses = [
         position / settings.near_enough + turn_counts * turn / settings.near_enough_turn
         for position, turn in errors
@@ -205,6 +208,11 @@ def correct_frames(
         beyond_limits=(q < limits[:, 0]) | (q > limits[:, 1]),
         near_singular=singular_value < settings.near_singular,
     )
+
+
+def whole_pose(model: Model) -> bool:
+    """Return whether the arm has as many joints as it takes to meet every position and orientation."""
+    return model.robot.n_joints >= WHOLE_POSE
 
 
 def _errors_of(twist: Array) -> tuple[Array, Array]:

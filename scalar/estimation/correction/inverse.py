@@ -20,6 +20,7 @@ from scalar.geometry.se3 import Array, cross, log_so3
 
 _LEAST = 1e-13  # of a matrix's size: added to its diagonal, so that an exactly singular one has an inverse
 _TINY = 1e-300
+_SMALL = 0.02  # rad; the sine of a smaller angle is the angle to a share of 1e-4
 _FACTOR, _MOST = 10.0, 1e6  # factor by which the damping is adapted, and its bound: beyond it no step helps
 WHOLE_POSE = 6  # joints: with fewer, an arm cannot meet every position and orientation
 KinematicsAt = Callable[[Array, Array], Kinematics]
@@ -48,21 +49,19 @@ def arm_length(robot: Robot) -> float:
     return max(float(np.abs(robot.geometry[[0, 2]]).sum() + travels.sum()) / 2, 1e-3)
 
 
-def twist_to(T: Array, T_wanted: Array, *, small: bool) -> Array:
+def twist_to(T: Array, T_wanted: Array) -> Array:
     """Return rotation [rad] and shift [m] ``(N, 6)`` of the origin from frames ``(N, 4, 4)`` to those that are wanted, in the base frame.
 
     Args:
         T: Where the sensor is.
         T_wanted: Where it is wanted.
-        small: Whether the rotation is known to be small: its sine is then taken for the angle.
     """
     R = T_wanted[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2)
-    if small:
-        turn = 0.5 * np.stack(
-            [R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1
-        )
-    else:
-        turn = log_so3(R)
+    # The sine of a small angle stands for the angle, which is much faster. A tool that is upside down has no sine either.
+    turn = 0.5 * np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
+    large = np.flatnonzero(np.trace(R, axis1=1, axis2=2) < 1.0 + 2.0 * np.cos(_SMALL))
+    if len(large):
+        turn[large] = log_so3(R[large])
     return np.concatenate([turn, T_wanted[:, :3, 3] - T[:, :3, 3]], axis=1)
 
 
@@ -106,13 +105,13 @@ class Inverse:
         q = q.copy()
         going = np.arange(len(q))
         kinematics = self.kinematics_at(q, going)
-        twist = twist_to(kinematics.T_base_sensor, T_wanted, small=True)
+        twist = twist_to(kinematics.T_base_sensor, T_wanted)
         inverses, singular_value = self._inverses(kinematics)
         for k in range(self.settings.steps):
             step = (inverses @ (twist[going] * self.weights)[:, :, None])[:, :, 0]
             q[going] += step
             kinematics = self.kinematics_at(q[going], going)
-            twist[going] = twist_to(kinematics.T_base_sensor, T_wanted[going], small=True)
+            twist[going] = twist_to(kinematics.T_base_sensor, T_wanted[going])
             rest = ~self._ended(twist[going], step)
             rest &= (
                 np.abs(step).max(axis=1) < self.settings.largest_correction
@@ -146,9 +145,8 @@ class Inverse:
     def reached(self, twist: Array) -> Array:
         """Return whether the remaining twists ``(N, 6)`` are within the thresholds, ``(N,)`` bool."""
         there = np.linalg.norm(twist[:, 3:], axis=1) <= self.settings.position
-        if self.place_alone:
-            return there
-        return there & (np.linalg.norm(twist[:, :3], axis=1) <= self.settings.orientation)
+        turn = self.settings.near_enough_turn if self.place_alone else self.settings.orientation
+        return there & (np.linalg.norm(twist[:, :3], axis=1) <= turn)
 
     def damped(self, q: Array, index: Array, T_wanted: Array) -> tuple[Array, Array]:
         """Return the joint angles ``(M, n)`` [rad] at which the damped iteration ends, and the remaining twists ``(M, 6)`` [rad, m].
@@ -161,7 +159,7 @@ class Inverse:
         q = q.copy()
         kinematics = self.kinematics_at(q, index)
         J = jacobian(kinematics) * self.weights[:, None]
-        twist = twist_to(kinematics.T_base_sensor, T_wanted, small=False)
+        twist = twist_to(kinematics.T_base_sensor, T_wanted)
         cost = np.sum((twist * self.weights) ** 2, axis=1)
         damping = np.full(len(q), self.settings.damping)
         going = np.arange(len(q))
@@ -173,7 +171,7 @@ class Inverse:
             step = np.linalg.solve(A, Jt @ (twist[going] * self.weights)[:, :, None])[:, :, 0]
             tried = q[going] + step
             kinematics = self.kinematics_at(tried, index[going])
-            left = twist_to(kinematics.T_base_sensor, T_wanted[going], small=False)
+            left = twist_to(kinematics.T_base_sensor, T_wanted[going])
             new = np.sum((left * self.weights) ** 2, axis=1)
             better = new < cost[going]
             chosen = going[better]

@@ -42,7 +42,7 @@ def nearest_by_small_changes(
 
     def at(q: Array) -> tuple[Array, Array, Array]:
         kinematics = kinematics_at(model, replace(poses, q=q))
-        twist = twist_to(kinematics.T_base_sensor, T_wanted, small=False)
+        twist = twist_to(kinematics.T_base_sensor, T_wanted)
         return jacobian(kinematics) / scales[:, None], twist, np.sum((weights * twist) ** 2, axis=1)
 
     q = poses.q.copy()

@@ -26,7 +26,8 @@ class CorrectionSettings:
             elbow of an arm of a metre that bends by as much shortens the arm by a millimetre.
         near_enough: [m] distance from a wanted frame that the arm cannot take within which the nearest joint angles are still given. Chosen: an
             arm errs by as much before it is calibrated; one that misses by more is meant to be elsewhere.
-        near_enough_turn: [rad] the same for the orientation. Chosen: three degrees, which a straight wrist may miss.
+        near_enough_turn: [rad] the same for the orientation. Chosen: three degrees, which a straight wrist may miss. An arm with fewer than six
+            joints takes a frame if it misses its orientation by no more.
         damping: Initial damping of the damped iteration, relative to the squared Jacobian. Chosen: nearly none; each step multiplies or
             divides it by ten.
         orientation_weight: Weight of the orientation, relative to the position, for an arm with fewer than six joints, which can rarely meet
