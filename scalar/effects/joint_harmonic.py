@@ -129,10 +129,13 @@ class JointHarmonic(Series):
     @property
     def how_to_measure(self) -> str:
         """Return how to see it directly."""
-        times = "once" if max(self.orders) == 1 else f"{max(self.orders)} times"
+        amplitudes = np.hypot(*self.coefficients.reshape(-1, 2).T)
+        strongest = self.orders[int(np.argmax(amplitudes))]
+        error = "the error" if len(self.orders) == 1 else "the largest part of the error"
+        times = "once" if strongest == 1 else f"{strongest} times"
         return (
             f"To see it directly, turn joint {self.joint} alone in steps of {angle(2 * np.pi / (_STEPS_A_PERIOD * max(self.orders)), 1)} or "
-            f"less, with a tracker or an angle standard at the flange: the error comes back {times} in a turn."
+            f"less, with a tracker or an angle standard at the flange: {error} comes back {times} in a turn."
         )
 
     @property

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from scalar.effects.picture import Map, Profile
 from scalar.effects.title import joints_in_words
 from scalar.estimation.misfit import lacks_something
@@ -94,13 +96,15 @@ def _largest(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> str:
     """Return the size of the largest of several effects; empty if none has a picture."""
     if len(findings) == 1:
         return findings[0].effect.size(pictures[0])
+    largest = max(findings, key=lambda finding: float(np.abs(finding.effect.coefficients).max(initial=0.0)))
     shown = [picture for drawn in pictures for picture in drawn]
     alike = [
         picture
         for picture in shown
         if type(picture) is type(shown[0]) and picture.y_axis.unit == shown[0].y_axis.unit
     ]
-    return findings[0].effect.size(alike)
+    size = largest.effect.size(alike)  # a kind without pictures states its own coefficient
+    return f"up to {size}" if size else ""
 
 
 def _with_size(clause: str, size: str) -> str:

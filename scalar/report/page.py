@@ -31,6 +31,7 @@ from scalar.units import MM
 if TYPE_CHECKING:
     from scalar.diagnosis.finding import Finding
     from scalar.diagnosis.result import Diagnosis
+    from scalar.effects import Effect
 
 VERDICTS = {
     "no_effect": "No effect found",
@@ -231,7 +232,7 @@ def _confounded(diagnosis: Diagnosis, finding: Finding) -> dict[str, Any] | None
 def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the table of the candidates by their evidence: the first ones and those that were added, and the others apart."""
     sum_of_squares = max(diagnosis.before.background().sum_of_squares, 1e-300)
-    taken = {f.effect.title for f in diagnosis.findings}
+    found = [f.effect for f in diagnosis.findings]
     # A candidate with several sets of columns has one line, for its best. One of which the poses show nothing has no evidence and no line.
     ranked = [entry for entry in diagnosis.ranking if entry.dof]
     top = max([entry.evidence for entry in ranked] + [1e-9])
@@ -243,17 +244,16 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
             "percent": _percent(max(entry.evidence, 0.0), top),
             "p_value": words.chance(entry.p_value),
             "share": f"{100 * min(entry.gain / sum_of_squares, 1.0):.1f} %",
-            "taken": entry.effect.title in taken,
+            "taken": any(_is_of(entry.effect, effect) for effect in found),
         }
         for entry in ranked
         if best[entry.effect.title] is entry
     ]
     first = [row for i, row in enumerate(rows) if i < _RANKS_SHOWN or row["taken"]]
-    listed = {row["title"] for row in rows}
     given_others = [
-        words.quoted(f.effect.title)
-        for f in diagnosis.findings
-        if not f.effect.flexible and words.capital(f.effect.title) not in listed
+        words.quoted(effect.title)
+        for effect in found
+        if not effect.flexible and not any(_is_of(entry.effect, effect) for entry in ranked)
     ]
     return {
         "first": first,
@@ -261,6 +261,11 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
         "later": words.listed(given_others),
         "one_later": len(given_others) == 1,
     }
+
+
+def _is_of(candidate: Effect, found: Effect) -> bool:
+    """Return whether a candidate is an effect that was found, or a part of it: one of the joints that give way, say."""
+    return candidate.title == found.title or (candidate.same_place(found) and not candidate.flexible)
 
 
 def _unobservable(diagnosis: Diagnosis) -> dict[str, list[dict[str, str]]]:
