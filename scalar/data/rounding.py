@@ -15,13 +15,14 @@ _STEPS = (
 )  # rad; the coarsest first
 _EXACT = 1e-6  # of a step: what is written with few decimals is a multiple of it to this
 _LEAST_SHARE = 0.05  # of a step at the end of the arm: rounding leaves 0.29 of a step at each joint, and the scans of a plane show a part of it
+# A whole step at the end of the arm is more than rounding leaves, however many joints there are.
 _SEVERAL = 5  # different positions of a joint: fewer are multiples of a step because there are few
 
 
 def rounded_angles(robot: Robot, q: np.ndarray, residual: float) -> str:
     """Return a clause that says that all joint angles are multiples of a coarse step; empty if not, or if rounding explains no such residual.
 
-    An arm may well be sent to whole degrees: then the residual is smaller than that of angles that were rounded.
+    An arm may well be sent to whole degrees: then the residual is smaller than that of angles that were rounded, or has another cause and is larger.
 
     Args:
         robot: The arm; joints that slide are left out.
@@ -36,5 +37,5 @@ def rounded_angles(robot: Robot, q: np.ndarray, residual: float) -> str:
                 f"every joint angle is a multiple of {named}: if they were rounded, each is off by up to {step / 2 / MM:.2g} mm at a distance of "
                 "1 m; write them with all decimals"
             )
-            return told if residual > _LEAST_SHARE * step * reach else ""
+            return told if _LEAST_SHARE * step * reach < residual < step * reach else ""
     return ""

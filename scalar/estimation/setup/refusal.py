@@ -40,10 +40,12 @@ def misfit_refused(dataset: Dataset, distances: Array) -> Undetermined:
     worst = int(dataset.pose_ids[np.argmax(distances)])
     residual = float(np.sqrt(np.mean(distances**2)))
     rounded = rounded_angles(dataset.robot, dataset.q, residual)
+    if rounded:
+        return Undetermined([f"the best fit is still {residual / MM:.3g} mm RMS off; {rounded}"])
     return Undetermined(
         [f"the best fit is still {residual / MM:.0f} mm RMS off, pose {worst} most of all: this is not "
          f"{robot}{planes} that dataset.yaml describes; no single sign, zero, length, unit{label} or convention "
          f"explains it, no sign and zero of one joint, no two zeros, no two or three signs, no lost row, and no move of {moved}: check "
-         "several of them, and whether joint angles and measurements belong together"
-         f"{still_clause(dataset.q)}{f'; {rounded}' if rounded else ''}"]
+         "first whether joint angles and measurements belong together, row by row, and then several of these"
+         f"{still_clause(dataset.q)}"]
     )  # fmt: skip
