@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from scalar.data.dataset import Dataset
+from scalar.data.declared import Sensor
 from scalar.errors import InvalidInput
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.alternatives import with_sign_changed
 from scalar.estimation.setup.orientations import COLUMNS, disagreement
+from tests.estimation.test_scara import LIMITS, nominal
 from tests.tracked_targets import drawn_arm
 
 
@@ -78,3 +81,52 @@ def test_a_last_joint_that_counts_the_other_way_is_named():
     wrong = replace(dataset, robot=with_sign_changed(dataset.robot, last - 1))
     with pytest.raises(InvalidInput, match=f"joint {last} counts the other way"):
         calibrate(wrong)
+
+
+@pytest.fixture(scope="module")
+def scara():
+    """Return 60 whole poses of a target on an arm whose axes are all parallel, which turns it about one direction only."""
+    rng = np.random.default_rng(9)
+    robot = nominal()
+    q = rng.uniform(*LIMITS.T, (60, 4))
+    T = robot.flange(q)
+    R_tracker, R_target = Rotation.random(rng=rng), Rotation.random(rng=rng)
+    offset = np.array([0.03, 0.01, 0.05])
+    points = (
+        R_tracker.apply(T[:, :3, 3] + T[:, :3, :3] @ offset)
+        + [1.0, 2.0, 0.5]
+        + 2e-5 * rng.normal(size=(60, 3))
+    )
+    turned = (
+        R_tracker
+        * Rotation.from_matrix(T[:, :3, :3])
+        * R_target
+        * Rotation.from_rotvec(1e-4 * rng.normal(size=(60, 3)))
+    )
+    guess = np.eye(4)
+    guess[:3, 3] = offset
+    columns = dict(zip(COLUMNS, turned.as_rotvec().T, strict=True))
+    return Dataset.from_arrays(
+        robot=robot, sensor=Sensor("tracker", guess, noise=2e-5), q=q, points=points, point_columns=columns
+    )
+
+
+def test_an_arm_with_parallel_axes_shows_wrong_orientations_by_its_positions(scara):
+    """Inverse rotations are those of the same arm before a tracker that lies on its back; only the positions tell it from the true one."""
+    assert disagreement(with_columns(scara, rotations(scara).inv().as_rotvec())) < np.radians(1)
+    assert not [e for e in calibrate(scara).summary["setup"] if e["what"] == "orientation"]
+    with pytest.raises(InvalidInput, match="the inverse rotation"):
+        calibrate(with_columns(scara, rotations(scara).inv().as_rotvec()))
+    swapped = Rotation.from_euler(
+        "ZYX", rotations(scara).as_euler("zyx")
+    )  # another convention than that of the file
+    with pytest.raises(InvalidInput, match="is euler_axes of the mapping right"):
+        calibrate(with_columns(scara, swapped.as_rotvec()))
+
+
+def test_swapped_euler_angles_are_not_called_the_inverse(tracked):
+    """Angles A and C exchanged are the inverse rotations between other frames; with the tracker's axes that the positions show they are neither."""
+    angles = rotations(tracked).as_euler("ZYX")[:, ::-1]
+    with pytest.raises(InvalidInput) as refused:
+        calibrate(with_columns(tracked, Rotation.from_euler("ZYX", angles).as_rotvec()))
+    assert "inverse" not in str(refused.value)

@@ -19,8 +19,10 @@ from scalar.data.dataset import Dataset
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.setup.plausibility import DISAGREEMENT
 from scalar.estimation.setup.suspicion import AS_GOOD, FALLS_TO, MOST_LEFT, SINGLE, WrongSetup, explain
-from scalar.estimation.setup.trial import full_fit, thinned
+from scalar.estimation.setup.trial import full_fit, quick_fit, thinned
 from scalar.geometry.se3 import Array, exp_so3, log_so3, nearest_rotation, rotation_angle
+from scalar.sensors import measure
+from scalar.sensors.tracker_frames import TrackerFrames
 from scalar.units import DEG, MM
 
 COLUMNS = ["rx", "ry", "rz"]
@@ -42,17 +44,21 @@ def refuse_wrong_orientations(dataset: Dataset) -> None:
     if any(name not in columns for name in COLUMNS) or dataset.n_poses < _LEAST_POSES:
         return
     some = thinned(dataset)
-    as_read = disagreement(some)
+    free = disagreement(some)
+    frames = frames_by_positions(some)
+    as_read = free if frames is None else max(free, disagreement(some, frames=frames))
     if as_read <= DISAGREEMENT:
         return
     most = min(DISAGREEMENT, FALLS_TO * as_read)
-    readings = list(_readings(some))
+    readings = list(_readings(some, frames))
     # Constant frames may make two readings the same; the more usual one comes first.
     least = AS_GOOD * min(left for left, _, _ in readings)
     left, says, remedy = next(reading for reading in readings if reading[0] <= least)
     if left <= most:
         fault = Fault(_FILE, f"they are {says}: {_then(left, as_read)}; {remedy}", column=_COLUMN)
         raise InvalidInput([fault])
+    if free <= DISAGREEMENT:
+        raise _not_those_of_the_arm(dataset, as_read)
     found = [
         (disagreement(other.dataset), other) for other in itertools.chain(*(each(some) for each in SINGLE))
     ]
@@ -67,25 +73,54 @@ def refuse_wrong_orientations(dataset: Dataset) -> None:
         )
     trial = full_fit(without_orientations(dataset))
     if trial is not None and trial.rms <= MOST_LEFT:
-        message = (
-            f"these orientations differ from the arm's by {as_read / DEG:.0f} degrees, the positions alone fit to {trial.rms / MM:.2g} mm: they "
-            "have to be rotation vectors (the axis times the angle, in radians) from the target's axes to the tracker's; convert them, or leave the "
-            "columns out to calibrate with positions alone"
-        )
-        raise InvalidInput([Fault(_FILE, message, column=_COLUMN)])
+        raise _not_those_of_the_arm(dataset, as_read, trial.rms)
+
+
+def _not_those_of_the_arm(dataset: Dataset, as_read: float, rms: float | None = None) -> InvalidInput:
+    """Return the refusal of orientations that no reading explains.
+
+    Args:
+        dataset: What was measured.
+        as_read: How much they differ from the arm's [rad].
+        rms: What a fit of the positions alone leaves [m]; None to make this fit.
+    """
+    if rms is None:
+        trial = full_fit(without_orientations(dataset))
+        rms = None if trial is None else trial.rms
+    fit = "" if rms is None else f", the positions alone fit to {rms / MM:.2g} mm"
+    message = (
+        f"these orientations differ from the arm's by {as_read / DEG:.0f} degrees{fit}: they have to be rotation vectors (the axis times the angle, "
+        "in radians) from the target's axes to the tracker's; convert them (if 'scalar import' did, is euler_axes of the mapping right?), or leave "
+        "the columns out to calibrate with positions alone"
+    )
+    return InvalidInput([Fault(_FILE, message, column=_COLUMN)])
+
+
+def frames_by_positions(dataset: Dataset) -> Array | None:
+    """Return the rotation from the base to the tracker in each pose ``(N, 3, 3)`` by the measured positions alone; None where these do not fit.
+
+    An arm whose axes are all parallel turns its flange about one direction only. Its orientations then agree with those of a tracker whose axes
+    point elsewhere, and with the inverse rotations; the positions say where the tracker's axes point.
+    """
+    look, model = quick_fit(without_orientations(dataset))
+    if model is None or look.rms > MOST_LEFT:
+        return None
+    assert isinstance(model.target, TrackerFrames)
+    return model.target.rotations[measure(dataset).target_index]
 
 
 def _then(left: float, as_read: float) -> str:
     return f"the orientations then differ from the arm's by {left / DEG:.2g} degrees instead of {as_read / DEG:.0f}"
 
 
-def disagreement(dataset: Dataset, measured: Array | None = None) -> float:
+def disagreement(dataset: Dataset, measured: Array | None = None, frames: Array | None = None) -> float:
     """Return the median over the points of the angle between measured orientations and the nominal arm's [rad], both constant frames fitted.
 
     Args:
         dataset: What was measured. Each target and each session has frames of its own; the largest of their medians is returned, 0 if none has
             enough poses.
         measured: ``(P, 3, 3)``, from a target's axes to the tracker's, of all points; None for the rotation vectors of the dataset.
+        frames: ``(N, 3, 3)``, the rotation from the base to the tracker in each pose, which is then not fitted.
     """
     measured = exp_so3(_vectors(dataset)) if measured is None else measured
     pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
@@ -95,6 +130,8 @@ def disagreement(dataset: Dataset, measured: Array | None = None) -> float:
     groups = np.unique(np.column_stack([target, session[pose]]), axis=0, return_inverse=True)[1].ravel()
     found = [
         _angle_left(arm[groups == g], measured[groups == g])
+        if frames is None
+        else _angle_left_in(frames[pose][groups == g] @ arm[groups == g], measured[groups == g])
         for g in range(int(groups.max()) + 1)
         if np.sum(groups == g) >= _LEAST_POSES
     ]
@@ -124,20 +161,35 @@ def _angle_left(arm: Array, measured: Array) -> float:
     return float(np.median(rotation_angle(np.swapaxes(Y @ arm @ X, 1, 2) @ measured)))
 
 
-def _readings(dataset: Dataset) -> Iterator[tuple[float, str, str]]:
-    """Yield other readings of the columns rx,ry,rz: the disagreement that is left [rad], what the columns then are, and what to do."""
+def _angle_left_in(arm: Array, measured: Array) -> float:
+    """Return the median angle [rad] between ``measured`` and ``arm X`` for the rotation X that fits best; arguments ``(N, 3, 3)``."""
+    X = nearest_rotation(np.sum(np.swapaxes(arm, 1, 2) @ measured, axis=0))
+    return float(np.median(rotation_angle(np.swapaxes(arm @ X, 1, 2) @ measured)))
+
+
+def _readings(dataset: Dataset, frames: Array | None) -> Iterator[tuple[float, str, str]]:
+    """Yield other readings of the columns rx,ry,rz: the disagreement that is left [rad], what the columns then are, and what to do.
+
+    Args:
+        dataset: What was measured.
+        frames: As ``frames_by_positions`` returns them.
+    """
     vectors = _vectors(dataset)
     convert = "write rotation vectors (the axis times the angle, in radians); 'scalar import' converts Euler angles (euler_axes in the mapping)"
     inverted = "the inverse rotation, from the tracker's axes to the target's"
-    yield disagreement(dataset, exp_so3(-vectors)), inverted, "change the sign of all three columns"
-    yield disagreement(dataset, exp_so3(vectors * DEG)), "in degrees", "multiply them by pi / 180"
+    yield disagreement(dataset, exp_so3(-vectors), frames), inverted, "change the sign of all three columns"
+    yield disagreement(dataset, exp_so3(vectors * DEG), frames), "in degrees", "multiply them by pi / 180"
     for axes in _EULER_AXES:
         kind = "moving" if axes.isupper() else "fixed"
         for unit, degrees in (("radians", False), ("degrees", True)):
             R = Rotation.from_euler(axes, vectors, degrees=degrees).as_matrix()
             says = f"Euler angles about the {kind} axes {axes.lower()} in {unit}"
-            yield disagreement(dataset, R), says, convert
-            yield disagreement(dataset, np.swapaxes(R, 1, 2)), f"{says} of the inverse rotation", convert
+            yield disagreement(dataset, R, frames), says, convert
+            yield (
+                disagreement(dataset, np.swapaxes(R, 1, 2), frames),
+                f"{says} of the inverse rotation",
+                convert,
+            )
 
 
 def without_orientations(dataset: Dataset) -> Dataset:
