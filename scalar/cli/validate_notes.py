@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scalar.data.copies import copies_in_words
+from scalar.data.covariates import misspelt_columns
 from scalar.data.formats import PAYLOAD
 from scalar.data.motion import faults_without_motion, still_in_words, still_joints
 from scalar.units import DEG, unit_of_joint
@@ -41,6 +42,7 @@ def notes_on(content: Content, layout: MeasuredTable | None) -> list[str]:
     lines = still or _small_angles(poses, joints)
     lines += _beyond_limits(q, poses.columns["pose"], joints)
     lines += _heavy_payloads(poses)
+    lines += [f"  {WARNING} poses.csv: {told}" for told in misspelt_columns(list(poses.columns), len(joints))]
     return lines + (_copies(poses, points) if points is not None and not still else [])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from scalar.data.covariates import misspelt_columns
 from scalar.data.dataset import Dataset
 from scalar.data.rounding import rounded_angles
 from scalar.estimation.model import Model
@@ -87,6 +88,10 @@ def implausible(
         rounded = rounded_angles(dataset.robot, dataset.q, residual)
         if rounded:
             found.append(Suspicion("rounded_angles", "poses.csv", rounded))
+    found += [
+        Suspicion("column", "poses.csv", told)
+        for told in misspelt_columns(list(dataset.poses.columns), dataset.robot.n_joints)
+    ]
     if copies := copied_poses(dataset):
         found.append(Suspicion("copies", "poses.csv", copies))
     return tuple(found)
