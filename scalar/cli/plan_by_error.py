@@ -83,7 +83,7 @@ def plan_by_error(
     lines.insert(
         0,
         f"  expected error of predicted positions:{together} {result.error / MM:.4f} mm RMS within the joint limits, "
-        f"from noise of {workcell.noise / MM:g} mm and repeatability of {workcell.repeatability / MM:g} mm alone",
+        f"from noise of {workcell.noise / MM:.3g} mm and repeatability of {workcell.repeatability / MM:g} mm alone",
     )
     lines.insert(1, f"  as many {more}poses drawn at random: {result.random_error / MM:.4f} mm")
     if info.measured:

@@ -42,7 +42,11 @@ def _joints(joints: Sequence[Mapping[str, Any]]) -> str:
     """Return how many joints there are, and which of them slide."""
     sliding = [str(i + 1) for i, joint in enumerate(joints) if joint.get("type") == "prismatic"]
     count = f"{len(joints)} joint{'s' if len(joints) != 1 else ''}"
-    return f"{count} ({', '.join(sliding)} prismatic)" if sliding else count
+    return (
+        f"{count}, of which {' and '.join(sliding)} slide{'s' if len(sliding) == 1 else ''}"
+        if sliding
+        else count
+    )
 
 
 def _measurements(points: Table, layout: MeasuredTable | None) -> list[str]:

@@ -20,6 +20,7 @@ from scalar.errors import Fault, InvalidInput
 if TYPE_CHECKING:
     import pyarrow as pa
 
+_SPREADSHEET = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # how files of Excel and LibreOffice begin, new and old
 _LINE_END = re.compile(r"\r\n|\r|\n")
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
 _DIGIT_AT_THE_START = re.compile(r"[-+.,]*[0-9]")
@@ -119,12 +120,29 @@ def _read_by_cell(file: str, raw: bytes, layout: Layout, faults: list[Fault]) ->
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        if raw.startswith(_SPREADSHEET):
+            message = (
+                "this is a spreadsheet and no text; save it as CSV (UTF-8), or read it with `scalar import`"
+            )
+            faults.append(Fault(file, message))
+            return None
         row = len(_LINE_END.split(raw[: error.start].decode("utf-8", "replace")))
         faults.append(Fault(file, f"byte {error.start} is not UTF-8; save the file as UTF-8 text", row))
         return None
     lines = [(i, line) for i, line in enumerate(_LINE_END.split(text), 1) if line.strip()]
     if not lines:
         faults.append(Fault(file, f"the file is empty; its first line has to be {','.join(layout.required)}"))
+        return None
+    comments = [number for number, line in lines if line.lstrip().startswith("#")]
+    if comments:
+        more = f", and {len(comments) - 1} more" if len(comments) > 1 else ""
+        faults.append(
+            Fault(
+                file,
+                f"a line that begins with #{more}: a table has no comments; remove such lines",
+                comments[0],
+            )
+        )
         return None
     names = split(lines[0][1])
     if names is None:
@@ -207,6 +225,10 @@ def _check_numeric_cells(
         if name in layout.integers and not _DIGIT_AT_THE_START.match(cells[i]):
             return f"not a whole number ({shorten(cells[i])}); write one that no other pose has"
         hint = "write a decimal point, as in 0.123" if "," in cells[i] else "write it as 0.123"
+        if "\u2212" in cells[i] or "\u2013" in cells[i]:
+            hint = "its minus is another character (a dash); write - of the keyboard"
+        if cells[i] in ("+", "-") and name.startswith("approach"):
+            hint = "write 1 or -1"
         return f"not a number ({shorten(cells[i])}); {hint}"
 
     table.report(faults, name, wrong, message_of)

@@ -123,7 +123,13 @@ class _Builder:
             if isinstance(event, events.ScalarEvent):
                 key = _scalar(event) if self.text_keys else event.value
             if not isinstance(key, str):
-                raise self.refuse(event, "a key that is not text; put it in quotes or correct it", path)
+                decimal = isinstance(event, events.ScalarEvent) and _INT.fullmatch(event.value)
+                hint = (
+                    "write a decimal point, as in 0.68, if this follows a decimal comma"
+                    if decimal
+                    else "correct it"
+                )
+                raise self.refuse(event, f"a key that is not text; put it in quotes, or {hint}", path)
             if key in mapping:
                 raise self.refuse(event, f"the key {key!r} stands here twice; remove one of the two", path)
             self.lines[(*path, key)] = event.start_mark.line + 1
