@@ -1,4 +1,4 @@
-"""Whether joint angles were written with so few decimals that the rounding shows in the measurements."""
+"""Whether joint angles or measurements were written with so few decimals that the rounding shows."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ _STEPS = (
 _EXACT = 1e-6  # of a step: what is written with few decimals is a multiple of it to this
 _LEAST_SHARE = 0.05  # of a step at the end of the arm: rounding leaves 0.29 of a step at each joint, and the scans of a plane show a part of it
 # A whole step at the end of the arm is more than rounding leaves, however many joints there are.
+_POINT_STEPS = ((1 * MM, "1 mm"), (0.1 * MM, "0.1 mm"))  # the coarsest first
 _SEVERAL = 5  # different positions of a joint: fewer are multiples of a step because there are few
 
 
@@ -38,4 +39,19 @@ def rounded_angles(robot: Robot, q: np.ndarray, residual: float) -> str:
                 "1 m; write them with all decimals"
             )
             return told if _LEAST_SHARE * step * reach < residual < step * reach else ""
+    return ""
+
+
+def rounded_points(points: np.ndarray) -> str:
+    """Return a clause that says that all measured coordinates are multiples of a coarse step; empty if they are not, or if there are few.
+
+    Args:
+        points: ``(P, 2 or 3)`` [m].
+    """
+    for step, named in _POINT_STEPS if len(points) >= _SEVERAL else ():
+        if np.abs(points / step - np.round(points / step)).max() < _EXACT:
+            return (
+                f"every measured coordinate is a multiple of {named}: rounding them leaves {step / MM / 12**0.5:.2g} mm, which no calibration goes "
+                "below; write them with all decimals"
+            )
     return ""

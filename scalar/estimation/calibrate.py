@@ -103,6 +103,9 @@ def calibrate(
         raise
 
 
+_BY_CHANCE = 1e-5  # share of points that noise alone puts as far off: normal noise one in two million, beyond a scale estimated within each scan
+
+
 def _with_stray_points_reported(
     calibration: Calibration, dataset: Dataset, settings: GrossErrorSettings
 ) -> Calibration:
@@ -118,7 +121,7 @@ def _with_stray_points_reported(
     if summary["misfit_p_value"] is not None and not lacks_something(summary):
         return calibration
     _, count, corrupted = without_stray_points(dataset, settings)
-    if not count and not corrupted.any():
+    if count <= _BY_CHANCE * len(dataset.points) and not corrupted.any():
         return calibration
     most = f", and in {corrupted.sum()} scans most of them" if corrupted.any() else ""
     suspicion = Suspicion(

@@ -53,7 +53,10 @@ def test_a_dash_is_no_minus(cell):
 def test_signs_of_the_approach_are_ones(cell):
     def with_signs(lines):
         names = ",".join(f"approach{i + 1}" for i in range(6))
-        return [f"{lines[0]},{names}", *(f"{line},{'+-'[i % 2]},1,1,1,1,1" for i, line in enumerate(lines[1:]))]
+        return [
+            f"{lines[0]},{names}",
+            *(f"{line},{'+-'[i % 2]},1,1,1,1,1" for i, line in enumerate(lines[1:])),
+        ]
 
     edited(cell, with_signs)
     refused(cell, "column approach1", "write 1 or -1")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scalar.data.dataset import Dataset
-from scalar.data.rounding import rounded_angles
+from scalar.data.rounding import rounded_angles, rounded_points
 from scalar.errors import Undetermined
 from scalar.estimation.calibrate import calibrate
 from tests.random_scene import make_scene
@@ -46,3 +46,13 @@ def test_an_arm_that_was_sent_to_whole_degrees_is_not_blamed():
     q = np.deg2rad(np.random.default_rng(2).integers(-90, 90, (40, robot.n_joints)))
     assert not rounded_angles(robot, q, 3e-4)
     assert "1 degree" in rounded_angles(robot, q, 3e-3)
+
+
+@pytest.mark.parametrize(("step", "named"), [(1e-3, "1 mm"), (1e-4, "0.1 mm")])
+def test_rounded_measurements_are_said(step, named):
+    dataset = make_scene("vs060", "tracker", poses_per_plane=25, noise=5e-5, seed=1).dataset
+    assert not rounded_points(dataset.points)
+    told = said(replace(dataset, points=np.round(dataset.points / step) * step))
+    assert any(
+        f"multiple of {named}" in sentence and "write them with all decimals" in sentence for sentence in told
+    )

@@ -6,7 +6,7 @@ import numpy as np
 
 from scalar.data.covariates import misspelt_columns
 from scalar.data.dataset import Dataset
-from scalar.data.rounding import rounded_angles
+from scalar.data.rounding import rounded_angles, rounded_points
 from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
 from scalar.estimation.setup.copies import copied_poses
@@ -31,6 +31,7 @@ SCALE_SPREAD = 0.2  # relative: if the ratios of fitted to nominal lengths scatt
 LEAST_SCALE = 1.3  # of that factor: a smaller one is not taken for a wrong unit
 DISAGREEMENT = 5 * DEG  # of measured orientations, from pose to pose: no tracker measures them so poorly
 QUIET = 0.5  # ratio of the residual to what the stated noise explains: with a smaller one, the noise is said to be stated wrongly
+FAR_BELOW = 0.2  # the same ratio: below it the noise is said to be stated too large; a data sheet may well state more than points scatter by
 LOUD = 3.0  # ratio of the scatter within scans to the stated noise: with a larger one, the noise is said to be stated wrongly, or points to stray
 
 
@@ -83,11 +84,13 @@ def implausible(
                 "or the lengths of the measurements are in another unit",
             )
         )
-    found += _loud(dataset)
+    found += _scatter(dataset)
     if misfit_ratio is None or misfit_ratio > LOUD:
         rounded = rounded_angles(dataset.robot, dataset.q, residual)
         if rounded:
             found.append(Suspicion("rounded_angles", "poses.csv", rounded))
+    if rounded := rounded_points(dataset.points):
+        found.append(Suspicion("rounded_points", kind_of(dataset).format.measured_in, rounded))
     found += [
         Suspicion("column", "poses.csv", told)
         for told in misspelt_columns(list(dataset.poses.columns), dataset.robot.n_joints)
@@ -97,8 +100,8 @@ def implausible(
     return tuple(found)
 
 
-def _loud(dataset: Dataset) -> list[Suspicion]:
-    """Return a suspicion if the points of half of the scans scatter far more about their own line than the stated noise explains.
+def _scatter(dataset: Dataset) -> list[Suspicion]:
+    """Return a suspicion if the points of half of the scans scatter far more or far less about their own line than the stated noise explains.
 
     If only the noise is larger than stated, no harm is done, since it is estimated. But stray points, if they are the majority, cannot be
     distinguished from such noise, and if they lie to one side, they falsify the calibration.
@@ -107,6 +110,15 @@ def _loud(dataset: Dataset) -> list[Suspicion]:
     if noise is None or not kind_of(dataset).scans or counts.min() <= 2:
         return []
     ratio = float(np.median(scatter_about_lines(dataset))) / noise
+    if ratio < FAR_BELOW:
+        return [
+            Suspicion(
+                "noise",
+                "sensor.noise",
+                f"the points of half of the scans scatter only {ratio:.2g} times as much about their own line as the stated noise, or less: it is "
+                "stated too large, or in another unit; the residual is compared with the stated noise, and what the model lacks may hide below it",
+            )
+        ]
     if ratio <= LOUD:
         return []
     return [
