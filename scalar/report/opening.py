@@ -61,6 +61,11 @@ def clauses(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> list[s
     return named + ([_without_a_name(doubtful)] if doubtful else [])
 
 
+def nothing_sure(diagnosis: Diagnosis) -> bool:
+    """Return whether something was found, and no name of it is sure."""
+    return bool(diagnosis.findings) and all(finding.confidence < SURE for finding in diagnosis.findings)
+
+
 def _is_unsure(finding: Finding) -> bool:
     """Return whether a name is given with so little confidence that the first sentence must not state it as a fact."""
     return finding.confidence < SURE and not finding.effect.flexible
