@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.acquisition import turning_joints
 from scalar.effects.command_words import all_turning_named
 from scalar.effects.effect import WEIGHT, Effect
 from scalar.effects.gravity import AXES, torque_about, unit_moments_at
@@ -83,10 +82,14 @@ class JointCompliance(JointEffect):
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return the compliance of every joint that turns, and that of all of them together."""
-        n, moving = dataset.robot.n_joints, turning_joints(dataset)
-        pairs = [(j, f) for j in moving for f in range(j, n + 1)]
-        alone: list[Effect] = [cls(tuple(p for p in pairs if p[0] == j)) for j in moving]
+        """Return the compliance of every revolute joint, and that of all of them together; a joint that stands still gives way as well.
+
+        A joint may move no link whose leverage changes; what then acts on it is constant, and a part of its zero.
+        """
+        n = dataset.robot.n_joints
+        joints = [j for j in range(1, n + 1) if not dataset.robot.slides[j - 1]]
+        pairs = [(j, f) for j in joints for f in range(j, n + 1)]
+        alone: list[Effect] = [cls(tuple(p for p in pairs if p[0] == j)) for j in joints]
         return [*alone, cls(tuple(pairs))]
 
     @classmethod
