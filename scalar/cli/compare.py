@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from scalar.cli.compared_words import named_parameter, size_grows, unchanged_effects, what_was_compared
+from scalar.cli.compared_words import (
+    effects_by_candidate,
+    named_parameter,
+    size_grows,
+    unchanged_effects,
+    what_was_compared,
+)
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, load_effects
 from scalar.cli.outputs import FORCE, json_of, refuse_foreign
@@ -89,6 +95,7 @@ def describe_comparison(comparison: Comparison, residuals: Mapping[str, float] =
         comparison: The comparison.
         residuals: The residual [m] of A or B by letter, where it is more than instruments of the kind scatter by, and no noise is known.
     """
+    from scalar.comparison.beyond_chance import most_by_chance
     from scalar.estimation.random_poses import RECORDS_IN_WORDS
 
     lines: list[str] = []
@@ -133,7 +140,7 @@ def describe_comparison(comparison: Comparison, residuals: Mapping[str, float] =
         lines.append(f"no change of the arm beyond chance{rest}")
     if lacking and comparison.changed:
         lines.append(
-            "  this alone is no evidence for a change of the arm: if a model lacks something, its parameters depend on the poses that were measured. "
+            "  this does not tell a change of the arm from other poses, on which the parameters of a model that lacks something depend. "
             f"{_with_what_it_lacks(comparison)}, or measure the same poses in both campaigns"
         )
     for change, moved in zip(comparison.changes, comparison.moved, strict=True):
@@ -146,7 +153,8 @@ def describe_comparison(comparison: Comparison, residuals: Mapping[str, float] =
     at = f", at {RECORDS_IN_WORDS}" if any(e.needs_records for e in comparison.arm.model.effects) else ""
     lines.append(
         f"predicted positions differ by {apart.rms / MM:.3f} mm RMS, at most {apart.largest / MM:.3f} mm, after the best "
-        f"fit of base and sensor{at}; chance alone would make {comparison.by_chance / MM:.3f} mm"
+        f"fit of base and sensor{at}; chance alone would make {comparison.by_chance / MM:.3f} mm RMS, and hardly ever more than "
+        f"{most_by_chance(comparison.by_chance, comparison.alpha) / MM:.3f} mm"
     )
     shift, turn = comparison.campaign["sensor_shift_mm"], comparison.campaign.get("sensor_turn_deg")
     turned = "" if turn is None else f" and {turn:.3f} deg"
@@ -237,6 +245,9 @@ def _change_lines(comparison: Comparison, change: Change, moved: Moved) -> list[
         f"  {_title(comparison, change.candidate.name)}: {sizes}; moves predicted positions by {moved.rms / MM:.3f} mm RMS, "
         f"at most {moved.largest / MM:.3f} mm ({_chance(change.p_value)})"
     ]
+    effect = effects_by_candidate(comparison).get(change.candidate.name)
+    if effect is not None and effect.load:
+        lines.append("    another payload, if it was not recorded, looks the same")
     if change.rivals:
         names = [_title(comparison, rival.name) for rival in change.rivals[:_RIVALS_SHOWN]]
         more = len(change.rivals) - len(names)
@@ -247,22 +258,17 @@ def _change_lines(comparison: Comparison, change: Change, moved: Moved) -> list[
 
 def _title(comparison: Comparison, name: str) -> str:
     """Return the title of a candidate: joint and kind for a geometric parameter, the title in reports for an effect."""
-    from scalar.effects.parameter_names import effect_of
-
     kind, _, _ = name.rpartition("_")
-    model = comparison.arm.model
-    titles = {
-        effect_of(own[0]): effect.title
-        for effect, own in zip(model.effects, model.effect_names, strict=True)
-        if own
-    }
+    effects = effects_by_candidate(comparison)
     named = named_parameter(comparison, name)
     if kind in _KINDS and not named[-1].isdigit():  # of the base
         return f"{_KINDS[kind]} {named}"
     return (
         f"joint {named[len(kind) + 1 :]}, {_KINDS[kind]} {named}"
         if kind in _KINDS
-        else titles.get(name, named)
+        else effects[name].title
+        if name in effects
+        else named
     )
 
 

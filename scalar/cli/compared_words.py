@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from scalar.comparison import Comparison
+    from scalar.effects import Effect
 
 _NOT_COMPARED_SHOWN = 8
 
@@ -107,3 +108,15 @@ def _not_compared(comparison: Comparison) -> list[str]:
     for reason, found in by_reason.items():
         lines.append(f"not compared: {_first(list(found))}: {named_parameter(comparison, reason)}")
     return lines
+
+
+def effects_by_candidate(comparison: Comparison) -> dict[str, Effect]:
+    """Return the effects of the arm by the names of their candidates."""
+    from scalar.effects.parameter_names import effect_of
+
+    model = comparison.arm.model
+    return {
+        effect_of(own[0]): effect
+        for effect, own in zip(model.effects, model.effect_names, strict=True)
+        if own
+    }

@@ -66,6 +66,7 @@ def correct(
     \b
       pose,q1..qn          nominal joint angles: the real flange goes where the nominal arm has it
       pose,x,y,z,rx,ry,rz  wanted frames of the sensor in the base frame, as `scalar predict` writes them;
+                           or with roll,pitch,yaw or qw,qx,qy,qz in place of rx,ry,rz;
                            q1..qn beside them give the posture
 
     Angles are in rad, and lengths in m (see --units). Columns that the calibrated effects need (approach1..n, temperature, time, order) stand

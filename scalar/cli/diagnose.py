@@ -165,7 +165,9 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     if option := named_effects(finding.effect for finding in diagnosis.findings):
         modules = {module_of(finding.effect) for finding in diagnosis.findings} - {None}
         own = "".join(f" --effects-module {module}.py" for module in sorted(map(str, modules)))
-        lines.append(f"  'scalar calibrate' estimates the same effects with --effects {option}{own}")
+        lines.append(
+            f"  'scalar calibrate' estimates these effects, with all of their coefficients, with --effects {option}{own}"
+        )
     lines.append(
         f"  error on held-out poses {before['held_out_rms_mm']:.4f} -> {after['held_out_rms_mm']:.4f} mm RMS; "
         f"noise alone would leave {d['residual']['floor_mm']:.4f} mm"
