@@ -232,6 +232,18 @@ def test_postures_are_found_for_frames_alone(name):
     assert np.all((near >= low) & (near <= high))
 
 
+def test_joints_do_not_wind_up_over_a_program():
+    """Joints that may turn more than once stay within half a turn of the middle of their limits where the poses are far apart."""
+    robot = first_joints(6)
+    limits = np.tile([-2 * np.pi, 2 * np.pi], (6, 1))
+    model = calibrated(replace(robot, limits=limits), np.random.default_rng(6)).model
+    q = np.random.default_rng(7).uniform(-1.5, 1.5, (40, 6))
+    found, there = postures_for(model, model.robot.flange(q) @ model.T_flange_sensor)
+    far = np.abs(np.diff(found, axis=0)).max(axis=1) > np.pi / 2
+    assert there.all() and far.any()
+    assert np.abs(found[1:][far]).max() < np.pi + 1e-9
+
+
 def test_a_path_stays_in_one_posture():
     """Frames along a smooth path get joint angles along a smooth path, without a change of posture."""
     rng = np.random.default_rng(1)

@@ -1,7 +1,8 @@
 """Joint angles for wanted frames that are given without any: the inverse kinematics of the rigid arm, from many starts.
 
 A correction then starts from these joint angles. Many random postures are drawn, and those whose sensor is nearest to the wanted frame are the
-starts. Of the solutions within the joint limits, the one nearest to the previous pose is taken, so that a path keeps its posture where it can.
+starts. Of the solutions within the joint limits, the one nearest to the previous pose is taken, so that a path keeps its posture where it can. After
+a large move the joints do not stay a turn away from the middle of their limits.
 """
 
 from __future__ import annotations
@@ -24,6 +25,9 @@ the same one. With fewer joints most starts end where the orientation is missed.
 _SEED = 0
 _AS_WELL = 1e-3  # rad; postures whose orientations differ by less take a frame as well as each other
 _TURN = 2 * np.pi
+_A_MOVE = (
+    np.pi / 2
+)  # rad; a joint that turns further has no path to continue, and takes the turn in the middle of its limits
 
 
 def postures_for(
@@ -42,7 +46,8 @@ def postures_for(
     settings = settings or CorrectionSettings()
     rigid = replace(model, effects=())
     low, high = model.robot.limits.T
-    reference = (low + high) / 2 if first is None else np.asarray(first, dtype=float)
+    middle = (low + high) / 2
+    reference = middle if first is None else np.asarray(first, dtype=float)
     found = np.full((len(T_wanted), len(low)), np.nan)
     there = np.zeros(len(T_wanted), dtype=bool)
     turn = np.where(model.robot.slides, 0.0, _TURN)
@@ -72,7 +77,10 @@ def postures_for(
                 sound &= turned_by[i] <= turned_by[i][sound].min() + _AS_WELL
             if sound.any():
                 distance = np.where(sound, np.abs(turned - reference).max(axis=1), np.inf)
-                found[at + i] = reference = turned[int(np.argmin(distance))]
+                best = turned[int(np.argmin(distance))]
+                if distance.min() > _A_MOVE:
+                    best = best - turn * np.round((best - middle) / _TURN)
+                found[at + i] = reference = best
                 there[at + i] = True
             elif allowed.any():
                 found[at + i] = turned[int(np.argmin(np.where(allowed, misses[i], np.inf)))]
