@@ -42,7 +42,7 @@ def beyond_ranges(diagnosis: Diagnosis) -> list[str]:
         return []
     begin = (
         "Use after.json within the ranges of the joints that were measured: there, predictions are expected to err by "
-        f"{length(measured)}, but by "
+        f"{length(measured)} RMS, but by "
     )
     if more is None or not counts:
         return [f"{begin}{length(found)} over the whole of the joint limits."]
