@@ -246,7 +246,9 @@ def _change_lines(comparison: Comparison, change: Change, moved: Moved) -> list[
         f"at most {moved.largest / MM:.3f} mm ({_chance(change.p_value)})"
     ]
     effect = effects_by_candidate(comparison).get(change.candidate.name)
-    if effect is not None and effect.load:
+    if (
+        effect is not None and effect.load and not effect.needs_records
+    ):  # not by measured torques, which contain the payload
         lines.append("    another payload, if it was not recorded, looks the same")
     if change.rivals:
         names = [_title(comparison, rival.name) for rival in change.rivals[:_RIVALS_SHOWN]]

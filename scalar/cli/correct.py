@@ -136,7 +136,9 @@ def correct(
     unsure = lines_on_small_degrees(robot, angles, written_in.angle)
     rows, dropped = np.arange(len(table)), []
     if frames_wanted:
-        refuse_large_turns(table, form, targets.name)
+        stated = in_units.angle == "deg" or any(f"{name}_deg" in columns for name in form)
+        if not stated:
+            refuse_large_turns(table, form, targets.name)
         table = with_rotation_vectors(table, form, targets.name)
         _check_reach(robot, _frames(table), targets.name)
         if not with_joints:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _LEAST_SHOWN = 1e-3  # mm or deg; smaller values are shown as "less than" this
 _MOST_TURN = 180.0  # deg or mm for a shift of 1 mm: larger values are shown as "more than" this
+_TAKEN = "ask for an orientation that it can take, as `scalar predict` writes them"
 _EMPTY, _NEAREST = "without joint angles (corrected = 0)", "as near as it comes, with corrected = 0"
 
 
@@ -52,6 +53,8 @@ def cannot_take(pose: int, found: Correction, i: int) -> Uncorrected:
     """Return the record of a pose whose frame the calibrated arm cannot take."""
     from scalar.estimation.correction import CorrectionSettings
 
+    if missed := _orientation_missed(found, i):
+        return Uncorrected(pose, missed, _EMPTY, _TAKEN)
     if found.position_error[i] > MM * 1e-3 or found.orientation_error[i] > 1e-6:
         off = f"the nearest is {found.position_error[i] / MM:.3g} mm and {found.orientation_error[i] / DEG:.3g} deg away"
     else:
@@ -72,18 +75,23 @@ def brought_as_near(pose: int, found: Correction, given: Correction | None, i: i
         given: The same with the joint angles as they were given; None if a frame was wanted.
         i: Row of the pose in both.
     """
-    from scalar.estimation.correction import WHOLE_POSE, CorrectionSettings
-
-    n_joints = found.q.shape[1]
-    if given is None and n_joints < WHOLE_POSE and found.position_error[i] < CorrectionSettings().near_enough:
-        why = f"an arm with {n_joints} joints cannot take every orientation: this one is missed by {_errors(found, i)}"
-        return Uncorrected(
-            pose, why, _NEAREST, "ask for an orientation that it can take, as `scalar predict` writes them"
-        )
+    if given is None and (missed := _orientation_missed(found, i)):
+        return Uncorrected(pose, missed, _NEAREST, _TAKEN)
     uncorrected = "" if given is None else f" (uncorrected by {_errors(given, i)})"
     joints = "no small change of the joints takes" if given is not None else "no joint angles near by take"
     why = f"{_where(found, i)}, {joints} the arm there exactly: it errs by {_errors(found, i)}{uncorrected}"
     return Uncorrected(pose, why, _NEAREST, "move the pose a few degrees away if it has to be exact")
+
+
+def _orientation_missed(found: Correction, i: int) -> str:
+    """Return a clause if an arm with fewer than six joints takes the wanted place, and not the orientation; else an empty text."""
+    from scalar.estimation.correction import WHOLE_POSE, CorrectionSettings
+
+    settings, n_joints = CorrectionSettings(), found.q.shape[1]
+    there = found.position_error[i] <= settings.position
+    if n_joints >= WHOLE_POSE or not there or found.orientation_error[i] <= settings.least_turn_of_few_joints:
+        return ""
+    return f"an arm with {n_joints} joints cannot take every orientation: this one is missed by {_at_least(found.orientation_error[i] / DEG)} deg"
 
 
 def _errors(found: Correction, i: int) -> str:
@@ -93,7 +101,9 @@ def _errors(found: Correction, i: int) -> str:
 
 
 def _at_least(size: float) -> str:
-    return f"{size:.{2 if size < 10 else 3}g}" if size >= _LEAST_SHOWN else f"less than {_LEAST_SHOWN:g}"
+    if size >= 10:
+        return f"{size:.0f}"
+    return f"{size:.2g}" if size >= _LEAST_SHOWN else f"less than {_LEAST_SHOWN:g}"
 
 
 def _where(found: Correction, i: int) -> str:

@@ -131,7 +131,9 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
         ),
         "effect": "only random errors found"
         if only_noise
-        else f"found what the model {'may lack' if nothing_sure(diagnosis) else 'lacks'}",
+        else "found that the model lacks something, and not surely what"
+        if nothing_sure(diagnosis)
+        else "found what the model lacks",
         "unattributed": "the residual holds structure that no known effect explains",
     }[d["verdict"]]
     lines = [f"{diagnosis.dataset.name}: {verdict}"]
@@ -166,7 +168,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
         modules = {module_of(finding.effect) for finding in diagnosis.findings} - {None}
         own = "".join(f" --effects-module {module}.py" for module in sorted(map(str, modules)))
         lines.append(
-            f"  'scalar calibrate' estimates these effects, with all of their coefficients, with --effects {option}{own}"
+            f"  --effects {option}{own} lets 'scalar calibrate' estimate these effects with all of their coefficients"
         )
     lines.append(
         f"  error on held-out poses {before['held_out_rms_mm']:.4f} -> {after['held_out_rms_mm']:.4f} mm RMS; "

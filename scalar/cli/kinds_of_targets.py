@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _KUKA = {"a", "b", "c"}
 _A_TURN = 6.3  # rad
+_MANY = 0.25  # share of poses: single ones may have wound up
 
 
 def refuse_frames(columns: Sequence[str], file: str) -> None:
@@ -66,7 +67,7 @@ def refuse_without_orientation(columns: Sequence[str], file: str) -> None:
 
 
 def refuse_large_turns(table: pd.DataFrame, form: Sequence[str], file: str) -> None:
-    """Refuse a table with orientations of more than a turn: these are degrees that were read as radians.
+    """Refuse a table in which many orientations are more than a turn: these are degrees that were read as radians.
 
     Args:
         table: The table, with angles in rad.
@@ -80,11 +81,12 @@ def refuse_large_turns(table: pd.DataFrame, form: Sequence[str], file: str) -> N
 
     if form == ORIENTATIONS["quaternion"]:
         return
-    largest = float(table[list(form)].abs().to_numpy(dtype=float).max(initial=0.0))
-    if largest > _A_TURN:
+    largest = table[list(form)].abs().max(axis=1)
+    if (largest > _A_TURN).mean() > _MANY:
         message = (
-            f"an orientation of {largest:.4g} rad is more than a turn; are these degrees? say --units deg, "
-            f"or name the columns {', '.join(f'{name}_deg' for name in form)}"
+            f"an orientation of {largest.max():.4g} rad (pose {table['pose'][largest.idxmax()]}), and of more than a turn in "
+            f"{int((largest > _A_TURN).sum())} of {len(table)} poses; are these degrees? say --units deg, or name the columns "
+            f"{', '.join(f'{name}_deg' for name in form)}"
         )
         raise InvalidInput(Fault(file, message, column=",".join(form)))
 

@@ -40,12 +40,12 @@ def validate(dataset: Path) -> None:
 
 def _joints(joints: Sequence[Mapping[str, Any]]) -> str:
     """Return how many joints there are, and which of them slide."""
-    sliding = [str(i + 1) for i, joint in enumerate(joints) if joint.get("type") == "prismatic"]
+    from scalar.effects.title import joints_in_words
+
+    sliding = [i + 1 for i, joint in enumerate(joints) if joint.get("type") == "prismatic"]
     count = f"{len(joints)} joint{'s' if len(joints) != 1 else ''}"
     return (
-        f"{count}, of which {' and '.join(sliding)} slide{'s' if len(sliding) == 1 else ''}"
-        if sliding
-        else count
+        f"{count} ({joints_in_words(sliding)} slide{'s' if len(sliding) == 1 else ''})" if sliding else count
     )
 
 

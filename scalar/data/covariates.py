@@ -9,8 +9,11 @@ from scalar.data.formats import COMMANDED, PAYLOAD, TARGET_MOTION, TORQUE
 from scalar.data.moves import move_columns
 
 _ALIKE = (
-    0.8  # similarity of two names from which one may be meant for the other: payload_kg and payload have 0.82
+    0.8  # similarity of two names from which one may be meant for the other: aproach and approach have 0.93
 )
+_SHORT = 5  # letters: names that are no longer resemble many words
+_BY_JOINT = ("approach", COMMANDED, TORQUE)
+_OF_POSES = ("order", "time", "temperature", "session", PAYLOAD[0])
 KNOWN_POSE_COLUMNS = ("pose", "plane", "order", "time", "temperature", "session")
 
 
@@ -36,19 +39,23 @@ def misspelt_columns(columns: Sequence[str], n_joints: int) -> list[str]:
         columns: Names of all columns of the table.
         n_joints: Number of joints.
     """
-    by_joint = [f"{stem}{i + 1}" for stem in ("approach", COMMANDED, TORQUE) for i in range(n_joints)]
-    known = [*KNOWN_POSE_COLUMNS, *by_joint, *PAYLOAD]
-    lacking = [name for name in known if name not in columns]
-    alike: dict[str, list[tuple[str, str]]] = {}
+    stems: dict[str, list[tuple[str, str]]] = {}
     for name in covariate_names(columns, n_joints):
-        close = get_close_matches(name.lower(), lacking, n=len(PAYLOAD), cutoff=_ALIKE)
-        close.sort(
-            key=lambda one: not name.lower().startswith(one)
-        )  # payload_kg is a payload and not a payload_z
-        if name not in known and close:
-            alike.setdefault(name.rstrip("0123456789"), []).append((name, close[0]))
+        stem = name.rstrip("0123456789")
+        number = name.removeprefix(stem)
+        by_joint = number.isdecimal() and 1 <= int(number) <= n_joints
+        meant = _resembled(stem.lower(), _BY_JOINT if by_joint else _OF_POSES)
+        if meant and stem not in _BY_JOINT and (by_joint or not number) and f"{meant}{number}" not in columns:
+            stems.setdefault(stem, []).append((name, f"{meant}{number}"))
     return [
         f"column {names[0][0]!r} is taken for a record of your own; if it is {names[0][1]!r}, rename it"
-        + (f", and so {len(names) - 1} more" if len(names) > 1 else "")
-        for names in alike.values()
+        + (f", and {', '.join(repr(name) for name, _ in names[1:])} likewise" if len(names) > 1 else "")
+        for names in stems.values()
     ]
+
+
+def _resembled(name: str, known: Sequence[str]) -> str:
+    """Return the known name that a name resembles, or an empty text; short names have to be its beginning."""
+    begun = [one for one in known if name.startswith(one)]
+    close = get_close_matches(name, [one for one in known if len(one) > _SHORT], n=1, cutoff=_ALIKE)
+    return next(iter([*begun, *close]), "")

@@ -15,7 +15,8 @@ _STEPS = (
 )  # rad; the coarsest first
 _EXACT = 1e-6  # of a step: what is written with few decimals is a multiple of it to this
 _LEAST_SHARE = 0.05  # of a step at the end of the arm: rounding leaves 0.29 of a step at each joint, and the scans of a plane show a part of it
-# A whole step at the end of the arm is more than rounding leaves, however many joints there are.
+_LARGEST_SHARE = 0.5  # of the same: rounding leaves no more, however many joints there are
+_MUCH_LARGER = 2.0  # steps: a residual beyond it has other causes than the rounding
 _POINT_STEPS = ((1 * MM, "1 mm"), (0.1 * MM, "0.1 mm"))  # the coarsest first
 _SEVERAL = 5  # different positions of a joint: fewer are multiples of a step because there are few
 
@@ -38,18 +39,19 @@ def rounded_angles(robot: Robot, q: np.ndarray, residual: float) -> str:
                 f"every joint angle is a multiple of {named}: if they were rounded, each is off by up to {step / 2 / MM:.2g} mm at a distance of "
                 "1 m; write them with all decimals"
             )
-            return told if _LEAST_SHARE * step * reach < residual < step * reach else ""
+            return told if _LEAST_SHARE * step * reach < residual < _LARGEST_SHARE * step * reach else ""
     return ""
 
 
-def rounded_points(points: np.ndarray) -> str:
-    """Return a clause that says that all measured coordinates are multiples of a coarse step; empty if they are not, or if there are few.
+def rounded_points(points: np.ndarray, residual: float) -> str:
+    """Return a clause that says that all measured coordinates are multiples of a coarse step; empty if not, or if the residual is much larger.
 
     Args:
         points: ``(P, 2 or 3)`` [m].
+        residual: Root mean square of what the best fit leaves [m].
     """
-    for step, named in _POINT_STEPS if len(points) >= _SEVERAL else ():
-        if np.abs(points / step - np.round(points / step)).max() < _EXACT:
+    for step, named in _POINT_STEPS if len(np.unique(points)) >= _SEVERAL else ():
+        if residual < _MUCH_LARGER * step and np.abs(points / step - np.round(points / step)).max() < _EXACT:
             return (
                 f"every measured coordinate is a multiple of {named}: rounding them leaves {step / MM / 12**0.5:.2g} mm, which no calibration goes "
                 "below; write them with all decimals"

@@ -28,13 +28,17 @@ def with_terms_of_loads(state: FittedState, candidates: CandidateSet) -> FittedS
         state: The state with the effects that were selected.
         candidates: The candidate set.
     """
-    least = evidence_of(state, candidates) - state.settings.selection.swap_margin
+    return _at_least(state, candidates, evidence_of(state, candidates) - state.settings.selection.swap_margin)
+
+
+def _at_least(state: FittedState, candidates: CandidateSet, least: float) -> FittedState:
+    """Return the same, of states whose log evidence is larger than ``least`` [nats]."""
     for loaded in state.effects:
         for complete, columns in _with_a_missing_term(state, loaded, candidates):
             for others in _without_a_part_like(state, loaded, columns):
                 trial = state.refitted([complete if effect is loaded else effect for effect in others])
                 if trial.is_plausible and evidence_of(trial, candidates) > least:
-                    return with_terms_of_loads(trial, candidates)
+                    return _at_least(trial, candidates, least)
     return state
 
 
@@ -42,7 +46,7 @@ def _with_a_missing_term(
     state: FittedState, loaded: Effect, candidates: CandidateSet
 ) -> Iterator[tuple[Effect, Array]]:
     """Yield the effect of a load with each term that it lacks at the joints where it acts, and the columns ``(N m, w)`` of that term."""
-    if not loaded.load or loaded.n_terms < 2:
+    if not loaded.load:
         return
     for element in candidates.elements:
         complete = loaded.merged_with(element)
@@ -60,11 +64,14 @@ def _without_a_part_like(state: FittedState, loaded: Effect, columns: Array) -> 
         local = (
             [columns_of_effects(state, [i])[0]] if len(parts) == 1 else [own for own, _ in parts_of(state, i)]
         )
-        for terms, own in zip(parts, local, strict=False):
+        for terms, own in zip(
+            parts if local else (), local, strict=True
+        ):  # coefficients may be fixed, because they are unobservable
             if np.count_nonzero(own) != columns.shape[1]:
                 continue
             released = without_columns(background, state, own).released
-            assert released is not None
+            if released is None or not released.any():
+                continue
             # What the columns have besides the rest of the model.
             given = columns - background.Q @ (background.Q.T @ columns) + released @ (released.T @ columns)
             basis = np.linalg.qr(given)[0]

@@ -96,8 +96,8 @@ class AxisNonparallel(OneJoint, LinkEffect):
         """Return how to see it directly."""
         return (
             f"To see it directly, turn joint {self.joint - 1} alone and then joint {self.joint} alone, each with a tracker's target far "
-            "from its axis: the tilt is an angle between the two circles (of a joint that slides, the angle by which its line does not stand upright "
-            "on the other's circle)."
+            "from its axis: the tilt is an angle between the two circles. A joint that slides draws a line: the tilt is the angle between it and the "
+            "normal of the other's circle."
         )
 
     @property

@@ -195,7 +195,12 @@ class JointBacklash(OneAxis, SingleJointEffect):
     def advice(self) -> list[str]:
         """Return how to avoid it."""
         beyond = self.by != "torque" and self.coefficients[0] > 0
-        swapped = " Play hardly makes a joint stand beyond its reading: see first whether the approach of the joint was recorded the other way round."
+        recorded = (
+            "the poses stand in the order in which they were measured"
+            if self.by == "moves"
+            else "the approach of the joint was recorded the other way round"
+        )
+        swapped = f" Play hardly makes a joint stand beyond its reading: see first whether {recorded}."
         return [
             f"Let joint {self.joint} arrive from the same side at every pose, and have the play of its gear adjusted.{swapped if beyond else ''}"
         ]

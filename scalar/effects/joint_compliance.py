@@ -90,7 +90,7 @@ class JointCompliance(JointEffect):
         joints = [j for j in range(1, n + 1) if not dataset.robot.slides[j - 1]]
         pairs = [(j, f) for j in joints for f in range(j, n + 1)]
         alone: list[Effect] = [cls(tuple(p for p in pairs if p[0] == j)) for j in joints]
-        return [*alone, cls(tuple(pairs))]
+        return [*alone, cls(tuple(pairs))] if pairs else []
 
     @classmethod
     def in_every_arm(cls, dataset: Dataset) -> list[Effect]:

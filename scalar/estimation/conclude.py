@@ -160,7 +160,7 @@ def _check_plausible(model: Model, settings: FitSettings) -> None:
     """
     reasons = [
         f"{as_stated(name, model.nominal)} ran {size:.0f} {unit} away from its nominal value, past the bound of {bound:.0f} {unit}: "
-        "is it written wrongly in robot.joints of dataset.yaml, or is this another robot? else the poses hardly determine it"
+        "check it in robot.joints of dataset.yaml, and whether this is the robot; if both are right, the poses hardly determine it"
         for name, size, bound, unit in ran_away(model, settings)
     ]
     if reasons:

@@ -152,8 +152,8 @@ def _check_repeated(given: Description, key: str, columns: Mapping[str, Column],
         given: The mapping file.
         key: Key of the block in the mapping file.
         columns: Its columns by their names in the dataset.
-        numbers: The columns that are compared: joint angles, torques, and what the sensor measures. Others may have one column in common, such
-            as the id of a pose and its order.
+        numbers: The columns that are compared: joint angles, measured and commanded, torques, and what the sensor measures. Others may have one
+            column in common, such as the id of a pose and its order.
     """
     first: dict[Any, str] = {}
     for name in (name for name in columns if name in numbers):

@@ -42,14 +42,15 @@ def in_words(diagnosis: Diagnosis, finding: Finding) -> str:
     if answer is None:
         return ""
     told = outcome(answer).replace("->", "→")
+    rival = quoted(finding.confounded_with[0].title)
     if answer.now >= ANSWERED:
         return (
-            f"The poses measured so far should distinguish the two already, by {answer.now**0.5:.1f} standard errors; with the {FURTHER_POSES} that "
-            f"'scalar plan FOLDER --after diagnosis.json' chooses it would be {answer.planned**0.5:.1f}."
+            f"The poses measured so far should distinguish it from {rival} already, by {answer.now**0.5:.1f} standard errors; the {FURTHER_POSES} "
+            f"further poses that 'scalar plan FOLDER --after diagnosis.json' chooses would make this {answer.planned**0.5:.1f}."
         )
     return (
         f"With the {FURTHER_POSES} further poses that 'scalar plan FOLDER --after diagnosis.json' chooses (FOLDER is that of the dataset), "
-        f"the signal that distinguishes it from {quoted(finding.confounded_with[0].title)} changes: {told}. "
+        f"the signal that distinguishes it from {rival} changes: {told}. "
         f"At {ANSWERED**0.5:g} standard errors two causes count as separated."
     )
 

@@ -63,7 +63,7 @@ def clauses(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> list[s
 
 def nothing_sure(diagnosis: Diagnosis) -> bool:
     """Return whether something was found, and no name of it is sure."""
-    return bool(diagnosis.findings) and all(finding.confidence < SURE for finding in diagnosis.findings)
+    return bool(diagnosis.findings) and all(_is_unsure(finding) for finding in diagnosis.findings)
 
 
 def _is_unsure(finding: Finding) -> bool:
@@ -108,8 +108,10 @@ def _largest(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> str:
         for picture in shown
         if type(picture) is type(shown[0]) and picture.y_axis.unit == shown[0].y_axis.unit
     ]
-    size = largest.effect.size(alike)  # a kind without pictures states its own coefficient
-    return f"up to {size}" if size else ""
+    size, own = largest.effect.size(alike), largest.effect.size([])
+    return (
+        f"up to {size}" if size and size == own else size
+    )  # a kind without pictures states its own coefficient
 
 
 def _with_size(clause: str, size: str) -> str:

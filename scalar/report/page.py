@@ -113,7 +113,7 @@ def _headline(diagnosis: Diagnosis) -> str:
     """Return the verdict in words."""
     only_noise = diagnosis.verdict == "effect" and not diagnosis.findings
     if diagnosis.verdict == "effect" and nothing_sure(diagnosis):
-        return "Found what the model may lack"
+        return "Found that the model lacks something, and not surely what"
     return NOISE_ONLY if only_noise else VERDICTS[diagnosis.verdict]
 
 
@@ -267,7 +267,10 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def _is_of(candidate: Effect, found: Effect) -> bool:
     """Return whether a candidate is an effect that was found, or a part of it: one of the joints that give way, say."""
-    return candidate.title == found.title or (candidate.same_place(found) and not candidate.flexible)
+    if candidate.title == found.title:
+        return True
+    both = found.merged_with(candidate)
+    return both is not None and set(both.term_names) == set(found.term_names)
 
 
 def _unobservable(diagnosis: Diagnosis) -> dict[str, list[dict[str, str]]]:

@@ -34,7 +34,7 @@ def folder(tmp_path):
 def test_a_rail_is_read_and_named(folder):
     """`validate` says which joint slides, and the dataset reads back as it was written."""
     status, said = run("validate", folder)
-    assert status == 0 and "7 joints, of which 1 slides" in said
+    assert status == 0 and "7 joints (joint 1 slides)" in said
     assert read_dataset(folder).robot.prismatic == (0,)
 
 

@@ -16,7 +16,7 @@ OWN = ["pose", "plane", "q1", "q2"]
 @pytest.mark.parametrize(
     ("columns", "meant"),
     [
-        (["aproach1", "aproach2"], "'approach1', rename it, and so 1 more"),
+        (["aproach1", "aproach2"], "'approach1', rename it, and 'aproach2' likewise"),
         (["Session"], "'session'"),
         (["sesion"], "'session'"),
         (["payload_kg"], "'payload'"),
@@ -32,7 +32,23 @@ def test_names_that_are_almost_known_are_said(columns, meant):
 
 @pytest.mark.parametrize(
     "column",
-    ["ambient", "speed", "humidity", "motor_temperature1", "current1", "posture", "qc1", "approach1"],
+    [
+        "ambient",
+        "border",
+        "lane",
+        "approach",
+        "approach7",
+        "temperature1",
+        "tau",
+        "order2",
+        "speed",
+        "humidity",
+        "motor_temperature1",
+        "current1",
+        "posture",
+        "qc1",
+        "approach1",
+    ],
 )
 def test_columns_of_ones_own_and_known_ones_are_not(column):
     assert misspelt_columns([*OWN, column], 2) == []

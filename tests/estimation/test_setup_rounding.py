@@ -46,13 +46,20 @@ def test_an_arm_that_was_sent_to_whole_degrees_is_not_blamed():
     q = np.deg2rad(np.random.default_rng(2).integers(-90, 90, (40, robot.n_joints)))
     assert not rounded_angles(robot, q, 3e-4)
     assert "1 degree" in rounded_angles(robot, q, 3e-3)
+    assert not rounded_angles(robot, q, 0.1)  # another cause
 
 
 @pytest.mark.parametrize(("step", "named"), [(1e-3, "1 mm"), (1e-4, "0.1 mm")])
 def test_rounded_measurements_are_said(step, named):
     dataset = make_scene("vs060", "tracker", poses_per_plane=25, noise=5e-5, seed=1).dataset
-    assert not rounded_points(dataset.points)
+    assert not rounded_points(dataset.points, 5e-5)
     told = said(replace(dataset, points=np.round(dataset.points / step) * step))
     assert any(
         f"multiple of {named}" in sentence and "write them with all decimals" in sentence for sentence in told
     )
+
+
+def test_rounding_that_does_not_matter_and_few_different_points_are_not():
+    points = np.round(np.random.default_rng(3).uniform(-1.0, 1.0, (50, 3)), 4)
+    assert rounded_points(points, 1e-4) and not rounded_points(points, 1e-3)
+    assert not rounded_points(np.zeros((50, 3)), 1e-5) and not rounded_points(np.zeros((5, 0)), 1e-5)

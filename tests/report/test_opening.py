@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.variable import Variable
 from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_ripple import JointRipple
+from scalar.effects.picture import Axis, Profile
 from scalar.report.opening import by_importance, caution, clauses
 
 
@@ -105,3 +107,25 @@ def test_an_unsure_name_is_not_stated_as_a_fact():
     assert guess.startswith("perhaps ") and guess.endswith(
         f"do not distinguish from “{JointHarmonic(2, (1,)).title}”"
     )
+
+
+def test_the_size_of_several_effects_is_that_of_the_largest():
+    """Tilts have no picture and state their coefficient; sizes from pictures already say what they are."""
+    tilts = [
+        found(AxisNonparallel(j, coefficients=np.array([c])), 2e-4, 1e-4)
+        for j, c in ((2, 3.5e-4), (3, -8e-4))
+    ]
+    (text,) = clauses(tilts, [])
+    assert "(up to 0.046" in text
+    waves = [
+        found(JointHarmonic(j, (2,), coefficients=np.array([1e-3 * j, 0.0])), 2e-4, 1e-4) for j in (2, 3)
+    ]
+    x = np.linspace(-1.0, 1.0, 60)
+    zero = np.zeros(60)
+    drawn = [
+        [Profile(Axis("joint angle", "rad"), Axis("error", "rad"), x, size * x, zero, zero, size * x)]
+        for size in np.deg2rad([0.06, 0.17])
+    ]
+    (text,) = clauses(waves, drawn)
+    assert "up to up to" not in text
+    assert "0.17" in text

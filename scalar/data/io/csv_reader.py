@@ -134,6 +134,9 @@ def _read_by_cell(file: str, raw: bytes, layout: Layout, faults: list[Fault]) ->
         faults.append(Fault(file, f"the file is empty; its first line has to be {','.join(layout.required)}"))
         return None
     comments = [number for number, line in lines if line.lstrip().startswith("#")]
+    if comments and comments[0] == lines[0][0] and _is_header(lines[0][1].lstrip("# "), layout):
+        faults.append(Fault(file, "the header begins with #; remove this character", comments[0]))
+        return None
     if comments:
         more = f", and {len(comments) - 1} more" if len(comments) > 1 else ""
         faults.append(
@@ -174,6 +177,11 @@ def _read_by_cell(file: str, raw: bytes, layout: Layout, faults: list[Fault]) ->
             _check_numeric_cells(table, name, cells, layout, faults)
     check_cells(table, layout, faults)
     return table
+
+
+def _is_header(line: str, layout: Layout) -> bool:
+    """Return whether a line names all columns that the layout requires."""
+    return {*(split(line) or ())} >= {*layout.required}
 
 
 def _is_copied(name: str, cells: list[str], layout: Layout) -> bool:
@@ -225,8 +233,8 @@ def _check_numeric_cells(
         if name in layout.integers and not _DIGIT_AT_THE_START.match(cells[i]):
             return f"not a whole number ({shorten(cells[i])}); write one that no other pose has"
         hint = "write a decimal point, as in 0.123" if "," in cells[i] else "write it as 0.123"
-        if "\u2212" in cells[i] or "\u2013" in cells[i]:
-            hint = "its minus is another character (a dash); write - of the keyboard"
+        if cells[i][0] in "\u2012\u2013\u2014\u2212":
+            hint = f"its minus is another character (a dash): write - of the keyboard{', and a decimal point' if ',' in cells[i] else ''}"
         if cells[i] in ("+", "-") and name.startswith("approach"):
             hint = "write 1 or -1"
         return f"not a number ({shorten(cells[i])}); {hint}"

@@ -123,10 +123,10 @@ class _Builder:
             if isinstance(event, events.ScalarEvent):
                 key = _scalar(event) if self.text_keys else event.value
             if not isinstance(key, str):
-                decimal = isinstance(event, events.ScalarEvent) and _INT.fullmatch(event.value)
+                number = isinstance(event, events.ScalarEvent) and _FLOAT.fullmatch(event.value)
                 hint = (
                     "write a decimal point, as in 0.68, if this follows a decimal comma"
-                    if decimal
+                    if number
                     else "correct it"
                 )
                 raise self.refuse(event, f"a key that is not text; put it in quotes, or {hint}", path)

@@ -28,7 +28,7 @@ class Correction:
         orientation_error: ``(N,)`` [rad], angle between the orientations of ``predict(q)`` and of the wanted frame.
         reached: ``(N,)`` bool, whether both errors are within the thresholds, and, for ``correct_joints``, whether the correction is smaller than
             ``CorrectionSettings.largest_correction``. Of an arm with fewer than six joints the orientation may be missed by up to
-            ``near_enough_turn``, and for ``correct_joints`` only the position counts.
+            ``least_turn_of_few_joints``, and for ``correct_joints`` only the position counts.
         beyond_limits: ``(N, n)`` bool, joints that would leave their limits.
         near_singular: ``(N,)`` bool, whether the pose is so near a singularity that a small error asks for a large change of the joints.
     """

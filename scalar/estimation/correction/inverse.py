@@ -145,7 +145,7 @@ class Inverse:
     def reached(self, twist: Array) -> Array:
         """Return whether the remaining twists ``(N, 6)`` are within the thresholds, ``(N,)`` bool."""
         there = np.linalg.norm(twist[:, 3:], axis=1) <= self.settings.position
-        turn = self.settings.near_enough_turn if self.place_alone else self.settings.orientation
+        turn = self.settings.least_turn_of_few_joints if self.place_alone else self.settings.orientation
         return there & (np.linalg.norm(twist[:, :3], axis=1) <= turn)
 
     def damped(self, q: Array, index: Array, T_wanted: Array) -> tuple[Array, Array]:

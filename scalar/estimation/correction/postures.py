@@ -2,7 +2,7 @@
 
 A correction then starts from these joint angles. Many random postures are drawn, and those whose sensor is nearest to the wanted frame are the
 starts. Of the solutions within the joint limits, the one nearest to the previous pose is taken, so that a path keeps its posture where it can. After
-a large move the joints do not stay a turn away from the middle of their limits.
+a large move a joint does not stay a turn away from the middle of its limits.
 """
 
 from __future__ import annotations
@@ -78,8 +78,8 @@ def postures_for(
             if sound.any():
                 distance = np.where(sound, np.abs(turned - reference).max(axis=1), np.inf)
                 best = turned[int(np.argmin(distance))]
-                if distance.min() > _A_MOVE:
-                    best = best - turn * np.round((best - middle) / _TURN)
+                far = np.abs(best - reference) > _A_MOVE
+                best = np.where(far, best - turn * np.round((best - middle) / _TURN), best)
                 found[at + i] = reference = best
                 there[at + i] = True
             elif allowed.any():

@@ -29,6 +29,7 @@ COLUMNS = ["rx", "ry", "rz"]
 _FILE, _COLUMN = "points.csv", "rx,ry,rz"
 _EULER_AXES = ("xyz", "XYZ", "ZYX", "ZYZ")  # capitals: about moving axes; "xyz" is roll, pitch and yaw
 _NEARLY_HALF_A_TURN = 3.0  # rad: beyond it, a small error may turn the axis round
+_WIDE = 50.0  # times what the positions leave: over places that are spread as far, a frame is known to about a degree
 _LEAST_POSES = 4  # with fewer, a few turns may agree by chance
 
 
@@ -58,7 +59,8 @@ def refuse_wrong_orientations(dataset: Dataset) -> None:
         fault = Fault(_FILE, f"they are {says}: {_then(left, as_read)}; {remedy}", column=_COLUMN)
         raise InvalidInput([fault])
     if free <= DISAGREEMENT:
-        raise _not_those_of_the_arm(dataset, as_read)
+        _refuse_if_positions_fit(dataset, as_read)
+        return
     found = [
         (disagreement(other.dataset), other) for other in itertools.chain(*(each(some) for each in SINGLE))
     ]
@@ -71,29 +73,28 @@ def refuse_wrong_orientations(dataset: Dataset) -> None:
         raise InvalidInput(
             [Fault("dataset.yaml", f"{best.says}: {best.changed} {_then(left, as_read)}; {best.remedy}")]
         )
-    trial = full_fit(without_orientations(dataset))
-    if trial is not None and trial.rms <= MOST_LEFT:
-        raise _not_those_of_the_arm(dataset, as_read, trial.rms)
+    _refuse_if_positions_fit(dataset, as_read)
 
 
-def _not_those_of_the_arm(dataset: Dataset, as_read: float, rms: float | None = None) -> InvalidInput:
-    """Return the refusal of orientations that no reading explains.
+def _refuse_if_positions_fit(dataset: Dataset, as_read: float) -> None:
+    """Refuse orientations that no reading explains if the positions alone fit.
 
     Args:
         dataset: What was measured.
         as_read: How much they differ from the arm's [rad].
-        rms: What a fit of the positions alone leaves [m]; None to make this fit.
+
+    Raises:
+        InvalidInput: The positions fit.
     """
-    if rms is None:
-        trial = full_fit(without_orientations(dataset))
-        rms = None if trial is None else trial.rms
-    fit = "" if rms is None else f", the positions alone fit to {rms / MM:.2g} mm"
+    trial = full_fit(without_orientations(dataset))
+    if trial is None or trial.rms > MOST_LEFT:
+        return
     message = (
-        f"these orientations differ from the arm's by {as_read / DEG:.0f} degrees{fit}: they have to be rotation vectors (the axis times the angle, "
-        "in radians) from the target's axes to the tracker's; convert them (if 'scalar import' did, is euler_axes of the mapping right?), or leave "
-        "the columns out to calibrate with positions alone"
+        f"these orientations differ from the arm's by {as_read / DEG:.0f} degrees, the positions alone fit to {trial.rms / MM:.2g} mm: they have to "
+        "be rotation vectors (the axis times the angle, in radians) from the target's axes to the tracker's; convert them (if 'scalar import' did, "
+        "is euler_axes of the mapping right?), or leave the columns out to calibrate with positions alone"
     )
-    return InvalidInput([Fault(_FILE, message, column=_COLUMN)])
+    raise InvalidInput([Fault(_FILE, message, column=_COLUMN)])
 
 
 def frames_by_positions(dataset: Dataset) -> Array | None:
@@ -106,7 +107,14 @@ def frames_by_positions(dataset: Dataset) -> Array | None:
     if model is None or look.rms > MOST_LEFT:
         return None
     assert isinstance(model.target, TrackerFrames)
-    return model.target.rotations[measure(dataset).target_index]
+    session = measure(dataset).target_index
+    places = model.robot.flange(dataset.q)[:, :3, 3]
+    for k in np.unique(session):
+        own = places[session == k] - places[session == k].mean(axis=0)
+        # Places on one line leave the turn about it open.
+        if np.linalg.svd(own, compute_uv=False)[1] < _WIDE * look.rms * np.sqrt(len(own)):
+            return None
+    return model.target.rotations[session]
 
 
 def _then(left: float, as_read: float) -> str:

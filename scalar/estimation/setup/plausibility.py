@@ -31,7 +31,7 @@ SCALE_SPREAD = 0.2  # relative: if the ratios of fitted to nominal lengths scatt
 LEAST_SCALE = 1.3  # of that factor: a smaller one is not taken for a wrong unit
 DISAGREEMENT = 5 * DEG  # of measured orientations, from pose to pose: no tracker measures them so poorly
 QUIET = 0.5  # ratio of the residual to what the stated noise explains: with a smaller one, the noise is said to be stated wrongly
-FAR_BELOW = 0.2  # the same ratio: below it the noise is said to be stated too large; a data sheet may well state more than points scatter by
+FAR_BELOW = 0.2  # ratio of the scatter within scans to the stated noise: with a smaller one, the noise is said to be stated too large
 LOUD = 3.0  # ratio of the scatter within scans to the stated noise: with a larger one, the noise is said to be stated wrongly, or points to stray
 
 
@@ -89,7 +89,7 @@ def implausible(
         rounded = rounded_angles(dataset.robot, dataset.q, residual)
         if rounded:
             found.append(Suspicion("rounded_angles", "poses.csv", rounded))
-    if rounded := rounded_points(dataset.points):
+    if rounded := rounded_points(dataset.points, residual):
         found.append(Suspicion("rounded_points", kind_of(dataset).format.measured_in, rounded))
     found += [
         Suspicion("column", "poses.csv", told)
@@ -103,8 +103,8 @@ def implausible(
 def _scatter(dataset: Dataset) -> list[Suspicion]:
     """Return a suspicion if the points of half of the scans scatter far more or far less about their own line than the stated noise explains.
 
-    If only the noise is larger than stated, no harm is done, since it is estimated. But stray points, if they are the majority, cannot be
-    distinguished from such noise, and if they lie to one side, they falsify the calibration.
+    A noise stated too large hides what the model lacks. If only the noise is larger than stated, no harm is done, since it is estimated. But stray
+    points, if they are the majority, cannot be distinguished from such noise, and if they lie to one side, they falsify the calibration.
     """
     noise, counts = dataset.sensor.noise, np.diff(dataset.starts)
     if noise is None or not kind_of(dataset).scans or counts.min() <= 2:

@@ -40,10 +40,9 @@ def misfit_refused(dataset: Dataset, distances: Array) -> Undetermined:
     worst = int(dataset.pose_ids[np.argmax(distances)])
     residual = float(np.sqrt(np.mean(distances**2)))
     rounded = rounded_angles(dataset.robot, dataset.q, residual)
-    if rounded:
-        return Undetermined([f"the best fit is still {residual / MM:.3g} mm RMS off; {rounded}"])
+    first = f"{rounded}. If they are exact, " if rounded else ""
     return Undetermined(
-        [f"the best fit is still {residual / MM:.0f} mm RMS off, pose {worst} most of all: this is not "
+        [f"the best fit is still {residual / MM:.0f} mm RMS off, pose {worst} most of all: {first}this is not "
          f"{robot}{planes} that dataset.yaml describes; no single sign, zero, length, unit{label} or convention "
          f"explains it, no sign and zero of one joint, no two zeros, no two or three signs, no lost row, and no move of {moved}: check "
          "first whether joint angles and measurements belong together, row by row, and then several of these"

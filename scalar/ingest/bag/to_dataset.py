@@ -30,6 +30,7 @@ TOLERANCE = 1.5e-3
 SIGMAS = 5.0
 """The same in standard deviations of the stated noise."""
 _SEED = 0
+_SEVERAL = 2  # joints: a single one may well turn endlessly
 _TWO_TURNS = 4 * np.pi  # rad; hardly a joint turns further to one side
 
 
@@ -170,13 +171,16 @@ def _in_radians(recording: Recording, positions: Array, slides: Array, degrees: 
     """Return joint positions ``(J, n)`` [rad; m of a joint that slides]; ``degrees`` says whether those of joints that turn are in degrees.
 
     Raises:
-        InvalidInput: They are not said to be in degrees, and a joint that turns would turn more than twice to one side.
+        InvalidInput: They are not said to be in degrees, and several joints would turn more than twice to one side.
     """
     if degrees:
         return np.where(slides, positions, np.deg2rad(positions))
-    largest = float(np.abs(positions[:, ~np.asarray(slides)]).max(initial=0.0))
-    if largest > _TWO_TURNS:
-        message = f"a joint position of {largest:.4g} rad is more than two turns, and JointState states radians; say --degrees if these are degrees"
+    turning = np.abs(positions[:, ~np.asarray(slides)]).max(axis=0, initial=0.0)
+    if np.count_nonzero(turning > _TWO_TURNS) >= min(_SEVERAL, len(turning)) > 0:
+        message = (
+            f"joint positions of up to {turning.max():.4g} rad are more than two turns, and JointState states radians; say --degrees if these are "
+            "degrees"
+        )
         raise InvalidInput(Fault(recording.joint_topic, message))
     return positions
 
