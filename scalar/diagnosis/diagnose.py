@@ -165,6 +165,8 @@ def _confirmed(
     )
     if refused:
         after = run.after.refitted([f.effect for f in kept])
+        if not after.is_plausible:
+            return run, found, ()
         if kept:
             everything = after.refitted([f.effect for f in (*kept, *refused)])
             if unconfirmed_effects_help(near_data_sheet(after), near_data_sheet(everything)):

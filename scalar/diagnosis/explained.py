@@ -123,6 +123,8 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
     after = with_flexible_terms(named.after, named.candidates, flexible_candidates)
     progress("fitting joints that need many orders")
     after = with_spectrum(after, named.candidates)
+    if not after.is_plausible:  # each step looks at its own change; this is the last look at all of them
+        after = named.after if named.after.is_plausible else named.before
     _refuse_gross_errors_left(dataset, after)
     return replace(named, after=after, flexible_candidates=flexible_candidates)
 

@@ -191,6 +191,8 @@ def _with_replacement(
             )
             if better <= settings.replacement_margin or worse >= state.settings.selection.least_improvement:
                 continue
+            if not trial.is_plausible:
+                continue
             # The scores above compare only the terms that are exchanged, linearised at the model with the named effects. After the refit, the whole
             # model has to explain the data better by the same margin.
             gain = _evidence_of(trial, named, pools) - _evidence_of(state, named, pools)
