@@ -135,7 +135,8 @@ def _shipped(
         noise: Its variance components that were identified.
         unseen: Errors without and with effects on poses that no part of the diagnosis has used, or None.
     """
-    final = run.near_data_sheet()
+    near = run.near_data_sheet()
+    final = near if near.after.is_plausible else run
     component = run.after.variance_components[0] if noise else None
     whitening = None if component is None else whitening_for(component)
     determined = run.prepared.identifiability.n_left_to_priors == 0

@@ -127,8 +127,11 @@ def focused_choice(after: FittedState) -> FocusedChoice:
         kept, errors = found, with_all
     if all(errors[k] > settings.worth_correcting * without[k] for k in (LIMITS, MEASURED)):
         kept, errors = (), without
+    chosen = after if kept == found else after.refitted([everything[i] for i in kept])
+    if not chosen.is_plausible:  # the comparison above is linear about the optimum with all effects
+        chosen, kept, errors = after, found, with_all
     return FocusedChoice(
-        after if kept == found else after.refitted([everything[i] for i in kept]),
+        chosen,
         tuple(effects[i] for i in found if i not in kept),
         tuple(everything[i] for i in kept if i not in found),
         with_all[LIMITS],
