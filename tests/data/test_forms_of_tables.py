@@ -67,3 +67,14 @@ def test_a_decimal_comma_in_yaml_is_called_one(cell):
     text = path.read_text(encoding="utf-8")
     path.write_text(text + "extra: {a: 0,68}\n", encoding="utf-8")
     refused(cell, "decimal comma")
+
+
+def test_times_of_day_are_seconds(cell):
+    edited(
+        cell,
+        lambda lines: [
+            f"{lines[0]},time",
+            *(f"{line},09:00:{i % 60:02d}" for i, line in enumerate(lines[1:])),
+        ],
+    )
+    refused(cell, "column time", "write seconds")

@@ -237,6 +237,8 @@ def _check_numeric_cells(
             hint = f"its minus is another character (a dash): write - of the keyboard{', and a decimal point' if ',' in cells[i] else ''}"
         if cells[i] in ("+", "-") and name.startswith("approach"):
             hint = "write 1 or -1"
+        if ":" in cells[i] and name == "time":
+            hint = "write seconds from any moment on, or read the table with `scalar import`, which takes times of day"
         return f"not a number ({shorten(cells[i])}); {hint}"
 
     table.report(faults, name, wrong, message_of)
