@@ -68,13 +68,22 @@ def test_what_leaves_most_of_the_error_is_not_corrected(share, shipped, monkeypa
     assert len(chosen(monkeypatch, errors).left_out) == 2 - shipped
 
 
-def chosen(monkeypatch, errors):
+def test_a_choice_that_becomes_implausible_is_not_made(monkeypatch):
+    """Where the model with fewer effects ends with implausible coefficients, all that were found are kept."""
+    errors = {(0, 1): (1.0, 1.0, 1.0), (0,): (0.5, 1.0, 1.0)}
+    assert chosen(monkeypatch, errors).left_out and not chosen(monkeypatch, errors, plausible=False).left_out
+
+
+def chosen(monkeypatch, errors, plausible=True):
     """Return the choice among two effects, given the expected errors of some models; those of all others are large."""
     wide = SimpleNamespace(errors=lambda kept: errors.get(kept, (10.0, 10.0, 10.0)), std=lambda kept: 1.0)
     monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
     monkeypatch.setattr(focused_choice, "_nuisances", lambda _: [])
     effects = (SimpleNamespace(generalised=lambda _: None),) * 2
-    after: Any = SimpleNamespace(effects=effects, dataset=None, settings=DEFAULTS, refitted=lambda _: None)
+    fewer = SimpleNamespace(is_plausible=plausible)
+    after: Any = SimpleNamespace(
+        effects=effects, dataset=None, settings=DEFAULTS, refitted=lambda _: fewer, is_plausible=True
+    )
     return focused_choice.focused_choice(after)
 
 
@@ -115,7 +124,7 @@ def weighted(monkeypatch, std: float, difference: float) -> shipped_fit.ShippedF
 def test_an_effect_that_few_runs_choose_is_no_finding(share, confirmed):
     """An effect that six tenths of the runs select is confirmed, and one that four tenths select is not."""
     finding = Finding(JointScale(2), 1e-9, None, None, (), 0.9, (), None)  # type: ignore[arg-type]
-    after: Any = SimpleNamespace(settings=DEFAULTS, refitted=lambda _: after)
+    after: Any = SimpleNamespace(settings=DEFAULTS, refitted=lambda _: after, is_plausible=True)
     run = Explained(None, None, after, after, None)  # type: ignore[arg-type]
     outer: Any = SimpleNamespace(answers=(None,), selected_in=lambda effect: share)
     kept = DIAGNOSE._confirmed(run, (finding,), outer)[1]

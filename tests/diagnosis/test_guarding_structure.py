@@ -41,7 +41,7 @@ def replacing(monkeypatch: Any, evidence: float, dof: int, gain: float = 0.0) ->
     done: list[str] = []
     named = JointHarmonic(4, (7,))
     given: Any = SimpleNamespace(effects=(named,), dataset=None, settings=DEFAULTS, whitening=None)
-    trial: Any = object()
+    trial: Any = SimpleNamespace(is_plausible=True)
     given.background = lambda: None
     given.refitted = lambda effects: done.append("refitted") or trial
     stand_ins: dict[str, Any] = {
@@ -84,23 +84,26 @@ def test_several_shapes_are_not_tried_in_the_place_of_a_spectrum(monkeypatch):
     assert "several" not in replacing(monkeypatch, 80.0, dof=24)
 
 
-def test_a_minor_effect_is_dropped(monkeypatch):
-    """An effect that explains 7 % of what a flexible term explains is dropped, and one that explains 15 % is kept."""
+@pytest.mark.parametrize("plausible", [True, False])
+def test_a_minor_effect_is_dropped(monkeypatch, plausible):
+    """An effect that explains 7 % of what a flexible term explains is dropped unless the others then become implausible; one of 15 % is kept."""
     kinds = [
         SimpleNamespace(flexible=f, is_change_in_time=False, depends_on=["q1"]) for f in (True, False, False)
     ]
     explains = dict(enumerate((100.0, 7.0, 15.0)))
     monkeypatch.setattr(dropped_effects, "_explained", lambda state, plain, which: explains[which[0]])
     kept: list[Any] = []
+    smaller = SimpleNamespace(is_plausible=plausible)
     given = SimpleNamespace(
         effects=tuple(kinds),
         variance_components=(),
         settings=DEFAULTS,
         background_within_scans=lambda: None,
-        refitted=kept.extend,
+        refitted=lambda effects: kept.extend(effects) or smaller,
     )
-    dropped_effects.without_minor_effects(given)  # type: ignore[arg-type]
+    found: Any = dropped_effects.without_minor_effects(given)  # type: ignore[arg-type]
     assert kept == [kinds[0], kinds[2]]
+    assert found is (smaller if plausible else given)
 
 
 def test_two_more_shapes_may_imitate_a_name(monkeypatch):

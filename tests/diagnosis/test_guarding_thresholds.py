@@ -130,7 +130,7 @@ def test_cleaning_and_selecting_in_turn_ends(monkeypatch):
     """If further poses always stand out given the effects, cleaning ends after three rounds."""
     rounds: list[Any] = []
     residuals = SimpleNamespace(pose_distances=lambda model: None)
-    after = SimpleNamespace(residuals=residuals, model=None, dataset=None)
+    after = SimpleNamespace(residuals=residuals, model=None, dataset=None, is_plausible=True)
     start = explained.Explained(None, None, None, after, None)  # type: ignore[arg-type]
     monkeypatch.setattr(explained, "_cleaned", lambda *_: object())
     monkeypatch.setattr(explained, "_with_named_effects", lambda *_: start)

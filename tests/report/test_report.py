@@ -163,7 +163,7 @@ def test_the_report_says_of_further_poses_what_the_plan_says(periodic_diagnosis:
     after = poses_after(cell, poses, periodic_diagnosis.dataset, calibration, left)
     answer = next(a for p, a in zip(after.pairs, after.answers, strict=True) if p.rival is not None)
     said = in_words(doubted, doubted.findings[0])
-    assert answer.now >= ANSWERED and "should distinguish the two already" in said  # this rival was made up
+    assert answer.now >= ANSWERED and "should distinguish it from" in said  # this rival was made up
     sizes = re.findall(r"[\d.]+", outcome(answer))
     assert len(sizes) == 2 and all(size in said for size in sizes)
     told = caution(doubted, doubted.findings[0])

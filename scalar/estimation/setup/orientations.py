@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -22,7 +23,6 @@ from scalar.estimation.setup.suspicion import AS_GOOD, FALLS_TO, MOST_LEFT, SING
 from scalar.estimation.setup.trial import full_fit, quick_fit, thinned
 from scalar.geometry.se3 import Array, exp_so3, log_so3, nearest_rotation, rotation_angle
 from scalar.sensors import measure
-from scalar.sensors.tracker_frames import TrackerFrames
 from scalar.units import DEG, MM
 
 COLUMNS = ["rx", "ry", "rz"]
@@ -106,7 +106,9 @@ def frames_by_positions(dataset: Dataset) -> Array | None:
     look, model = quick_fit(without_orientations(dataset))
     if model is None or look.rms > MOST_LEFT:
         return None
-    assert isinstance(model.target, TrackerFrames)
+    frames: Any = (
+        model.target
+    )  # of a sensor that measures orientations: the rotation from the base to it, for each session
     session = measure(dataset).target_index
     places = model.robot.flange(dataset.q)[:, :3, 3]
     for k in np.unique(session):
@@ -114,7 +116,7 @@ def frames_by_positions(dataset: Dataset) -> Array | None:
         # Places on one line leave the turn about it open.
         if np.linalg.svd(own, compute_uv=False)[1] < _WIDE * look.rms * np.sqrt(len(own)):
             return None
-    return model.target.rotations[session]
+    return frames.rotations[session]
 
 
 def _then(left: float, as_read: float) -> str:

@@ -24,6 +24,7 @@ from scalar.ingest.bag.losses import LEAST_KEPT, Pieces, StopCounts, better_read
 from scalar.ingest.bag.messages import Recording
 from scalar.ingest.bag.pieces import straight_piece
 from scalar.ingest.bag.stops import Stop, find_stops
+from scalar.units import DEG
 
 TOLERANCE = 1.5e-3
 """[m] Most by which a point of a straight piece may be off its line, unless ``SIGMAS`` allows more."""
@@ -174,7 +175,7 @@ def _in_radians(recording: Recording, positions: Array, slides: Array, degrees: 
         InvalidInput: They are not said to be in degrees, and several joints would turn more than twice to one side.
     """
     if degrees:
-        return np.where(slides, positions, np.deg2rad(positions))
+        return np.where(slides, positions, positions * DEG)
     turning = np.abs(positions[:, ~np.asarray(slides)]).max(axis=0, initial=0.0)
     if np.count_nonzero(turning > _TWO_TURNS) >= min(_SEVERAL, len(turning)) > 0:
         message = (
