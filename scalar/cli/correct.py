@@ -23,7 +23,7 @@ from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, load_effects
 from scalar.cli.outputs import FORCE, refuse_foreign, table_with
 from scalar.cli.terminal import say, say_written
-from scalar.errors import Fault, InvalidInput
+from scalar.errors import InvalidInput
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,11 +31,9 @@ if TYPE_CHECKING:
     from scalar.data.table_units import TableUnits
     from scalar.estimation.correction import Correction, Sensitivity
     from scalar.estimation.model import Model
-    from scalar.geometry.robot import Robot
     from scalar.geometry.se3 import Array
 
 _CHOSEN = "  each posture was chosen near that of the row before; joint angles q1..qn beside the frames choose another, a turn back for one"
-_FAR = 20.0  # times the length of all links: places farther away were probably given in millimetres and read as metres
 
 
 @cli.command()
@@ -87,6 +85,7 @@ def correct(
         naming_mixed_rows,
         naming_table,
         naming_text,
+        refuse_far_places,
         refuse_large_turns,
         refuse_without_orientation,
     )
@@ -140,7 +139,7 @@ def correct(
         if not stated:
             refuse_large_turns(table, form, targets.name)
         table = with_rotation_vectors(table, form, targets.name)
-        _check_reach(robot, _frames(table), targets.name)
+        refuse_far_places(robot, _frames(table), targets.name)
         if not with_joints:
             table, rows, dropped = _with_postures(model, table)
     while True:
@@ -196,24 +195,6 @@ def _frames(table: pd.DataFrame) -> Array:
 
     values = table[list(FRAME_COLUMNS)].to_numpy(dtype=float)
     return transform_from_rotation_vector(values[:, :3], values[:, 3:])
-
-
-def _check_reach(robot: Robot, T: Array, file: str) -> None:
-    """Refuse wanted places that are all so far away that they must be in another unit.
-
-    Raises:
-        InvalidInput: They are.
-    """
-    import numpy as np
-
-    links = float(np.abs(robot.geometry[[0, 2]]).sum() + np.linalg.norm(robot.T_base_0[:3, 3]))
-    nearest = float(np.min(np.linalg.norm(T[:, :3, 3], axis=1), initial=np.inf))
-    if nearest > _FAR * links:
-        message = (
-            f"every place is {nearest:.4g} m from the base or more, and all links together are {links:.3g} m; "
-            "are these millimetres? say --units mm, or write metres"
-        )
-        raise InvalidInput(Fault(file, message))
 
 
 def _with_postures(model: Model, table: pd.DataFrame) -> tuple[pd.DataFrame, Array, list[Uncorrected]]:

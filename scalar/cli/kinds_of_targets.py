@@ -15,7 +15,11 @@ from scalar.errors import Fault, InvalidInput
 if TYPE_CHECKING:
     import pandas as pd
 
+    from scalar.geometry.robot import Robot
+    from scalar.geometry.se3 import Array
+
 _KUKA = {"a", "b", "c"}
+_FAR = 20.0  # times the length of all links: places farther away were probably given in millimetres and read as metres
 _A_TURN = 6.3  # rad
 _MANY = 0.25  # share of poses: single ones may have wound up
 
@@ -89,6 +93,24 @@ def refuse_large_turns(table: pd.DataFrame, form: Sequence[str], file: str) -> N
             f"{', '.join(f'{name}_deg' for name in form)}"
         )
         raise InvalidInput(Fault(file, message, column=",".join(form)))
+
+
+def refuse_far_places(robot: Robot, T: Array, file: str) -> None:
+    """Refuse wanted places that are all so far away that they must be in another unit.
+
+    Raises:
+        InvalidInput: They are.
+    """
+    import numpy as np
+
+    links = float(np.abs(robot.geometry[[0, 2]]).sum() + np.linalg.norm(robot.T_base_0[:3, 3]))
+    nearest = float(np.min(np.linalg.norm(T[:, :3, 3], axis=1), initial=np.inf))
+    if nearest > _FAR * links:
+        message = (
+            f"every place is {nearest:.4g} m from the base or more, and all links together are {links:.3g} m; "
+            "are these millimetres? say --units mm, or write metres"
+        )
+        raise InvalidInput(Fault(file, message))
 
 
 @contextmanager
