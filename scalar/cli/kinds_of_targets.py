@@ -1,4 +1,4 @@
-"""Say when a table holds wanted frames where joint angles belong, or rows of both kinds."""
+"""Refuse tables of targets that hold something else than they should: frames for joint angles, rows of both kinds, degrees, places far away."""
 
 from __future__ import annotations
 
