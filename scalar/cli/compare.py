@@ -246,9 +246,8 @@ def _change_lines(comparison: Comparison, change: Change, moved: Moved) -> list[
         f"at most {moved.largest / MM:.3f} mm ({_chance(change.p_value)})"
     ]
     effect = effects_by_candidate(comparison).get(change.candidate.name)
-    if (
-        effect is not None and effect.load and not effect.needs_records
-    ):  # not by measured torques, which contain the payload
+    # Measured torques contain the payload.
+    if effect is not None and effect.load and not effect.needs_records:
         lines.append("    another payload, if it was not recorded, looks the same")
     if change.rivals:
         names = [_title(comparison, rival.name) for rival in change.rivals[:_RIVALS_SHOWN]]
@@ -265,13 +264,9 @@ def _title(comparison: Comparison, name: str) -> str:
     named = named_parameter(comparison, name)
     if kind in _KINDS and not named[-1].isdigit():  # of the base
         return f"{_KINDS[kind]} {named}"
-    return (
-        f"joint {named[len(kind) + 1 :]}, {_KINDS[kind]} {named}"
-        if kind in _KINDS
-        else effects[name].title
-        if name in effects
-        else named
-    )
+    if kind in _KINDS:
+        return f"joint {named[len(kind) + 1 :]}, {_KINDS[kind]} {named}"
+    return effects[name].title if name in effects else named
 
 
 def _chance(p: float) -> str:

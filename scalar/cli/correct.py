@@ -96,11 +96,11 @@ def correct(
     from scalar.data.poses import Poses
     from scalar.data.table_units import base_name, columns_of, units_named, units_to_write
     from scalar.estimation.correction import (
-        WHOLE_POSE,
         brought_near,
         correct_table,
         nearest_to_frames,
         sensitivity,
+        takes_whole_poses,
     )
     from scalar.estimation.frame_tables import ORIENTATIONS, PLACE, form_of_orientation, with_rotation_vectors
     from scalar.estimation.result import load_calibration
@@ -160,7 +160,7 @@ def correct(
             break
         dropped += [cannot_take(ids[i], exact, int(i)) for i in np.flatnonzero(~kept)]
         rows = rows[kept]  # the moves of the others are those without these rows
-    if frames_wanted and robot.n_joints >= WHOLE_POSE and not found.reached.any():
+    if frames_wanted and takes_whole_poses(robot.n_joints) and not found.reached.any():
         marked = [brought_as_near(ids[i], found, given, int(i)) for i in range(len(ids))]
         raise InvalidInput(faults_of([*dropped, *marked], str(targets), is_written=False))
     marked = [brought_as_near(ids[i], found, given, int(i)) for i in np.flatnonzero(~found.reached)]

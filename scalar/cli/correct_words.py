@@ -85,11 +85,15 @@ def brought_as_near(pose: int, found: Correction, given: Correction | None, i: i
 
 def _orientation_missed(found: Correction, i: int) -> str:
     """Return a clause if an arm with fewer than six joints takes the wanted place, and not the orientation; else an empty text."""
-    from scalar.estimation.correction import WHOLE_POSE, CorrectionSettings
+    from scalar.estimation.correction import CorrectionSettings, takes_whole_poses
 
     settings, n_joints = CorrectionSettings(), found.q.shape[1]
     there = found.position_error[i] <= settings.position
-    if n_joints >= WHOLE_POSE or not there or found.orientation_error[i] <= settings.least_turn_of_few_joints:
+    if (
+        takes_whole_poses(n_joints)
+        or not there
+        or found.orientation_error[i] <= settings.most_turn_of_few_joints
+    ):
         return ""
     return f"an arm with {n_joints} joints cannot take every orientation: this one is missed by {_at_least(found.orientation_error[i] / DEG)} deg"
 

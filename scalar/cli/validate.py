@@ -40,13 +40,13 @@ def validate(dataset: Path) -> None:
 
 def _joints(joints: Sequence[Mapping[str, Any]]) -> str:
     """Return how many joints there are, and which of them slide."""
-    from scalar.effects.title import joints_in_words
-
     sliding = [i + 1 for i, joint in enumerate(joints) if joint.get("type") == "prismatic"]
     count = f"{len(joints)} joint{'s' if len(joints) != 1 else ''}"
-    return (
-        f"{count} ({joints_in_words(sliding)} slide{'s' if len(sliding) == 1 else ''})" if sliding else count
-    )
+    if not sliding:
+        return count
+    from scalar.effects.title import joints_in_words  # slow to import
+
+    return f"{count} ({joints_in_words(sliding)} slide{'s' if len(sliding) == 1 else ''})"
 
 
 def _measurements(points: Table, layout: MeasuredTable | None) -> list[str]:

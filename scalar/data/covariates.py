@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from difflib import get_close_matches
 
 from scalar.data.formats import COMMANDED, PAYLOAD, TARGET_MOTION, TORQUE
+from scalar.data.located_table import closest
 from scalar.data.moves import move_columns
 
-_ALIKE = (
-    0.8  # similarity of two names from which one may be meant for the other: aproach and approach have 0.93
-)
+_ALIKE = 0.8  # similarity of names from which one may be meant for the other: aproach and approach have 0.93
 _SHORT = 5  # letters: names that are no longer resemble many words
 _BY_JOINT = ("approach", COMMANDED, TORQUE)
 _OF_POSES = ("order", "time", "temperature", "session", PAYLOAD[0])
@@ -57,5 +55,4 @@ def misspelt_columns(columns: Sequence[str], n_joints: int) -> list[str]:
 def _resembled(name: str, known: Sequence[str]) -> str:
     """Return the known name that a name resembles, or an empty text; short names have to be its beginning."""
     begun = [one for one in known if name.startswith(one)]
-    close = get_close_matches(name, [one for one in known if len(one) > _SHORT], n=1, cutoff=_ALIKE)
-    return next(iter([*begun, *close]), "")
+    return begun[0] if begun else closest(name, [one for one in known if len(one) > _SHORT], _ALIKE)

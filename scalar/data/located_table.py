@@ -5,7 +5,7 @@ Files are read in `scalar.data.io.csv_reader` and `scalar.data.io.parquet_reader
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import partial
@@ -176,9 +176,15 @@ class Table:
 
 def did_you_mean(name: str, known: list[str]) -> str:
     """Return ``did you mean 'noise'? `` if a known name resembles `name`, else an empty text."""
+    meant = closest(name, known, 0.6)
+    return f"did you mean {meant!r}? " if meant else ""
+
+
+def closest(name: str, known: Sequence[str], least: float) -> str:
+    """Return the known name that resembles `name` most, upper and lower case alike; empty if none has a similarity of at least `least`."""
     by_lower = {candidate.lower(): candidate for candidate in reversed(known)}
-    close = get_close_matches(name.lower(), list(by_lower), n=1, cutoff=0.6)
-    return f"did you mean {by_lower[close[0]]!r}? " if close else ""
+    close = get_close_matches(name.lower(), list(by_lower), n=1, cutoff=least)
+    return by_lower[close[0]] if close else ""
 
 
 def shorten(value: object, width: int = 40) -> str:

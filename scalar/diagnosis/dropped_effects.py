@@ -8,8 +8,7 @@ from scalar.data.poses import is_joint
 from scalar.diagnosis.autocorrelation import depends_on
 from scalar.diagnosis.background import Background
 from scalar.diagnosis.conditional_scores import columns_of_effects, without_columns
-from scalar.diagnosis.fitted_state import FittedState
-from scalar.effects import Effect
+from scalar.diagnosis.fitted_state import FittedState, plausibly_refitted
 
 
 def without_effects_of_same_curve(state: FittedState) -> FittedState:
@@ -27,7 +26,7 @@ def without_effects_of_same_curve(state: FittedState) -> FittedState:
             dropped.update(named)
     if not dropped:
         return state
-    return _plausible(state, [effect for i, effect in enumerate(state.effects) if i not in dropped])
+    return plausibly_refitted(state, [effect for i, effect in enumerate(state.effects) if i not in dropped])
 
 
 def without_minor_effects(state: FittedState) -> FittedState:
@@ -54,16 +53,7 @@ def without_minor_effects(state: FittedState) -> FittedState:
     ]
     if not minor:
         return state
-    return _plausible(state, [effect for i, effect in enumerate(state.effects) if i not in minor])
-
-
-def _plausible(state: FittedState, kept: Sequence[Effect]) -> FittedState:
-    """Return the state refitted with the effects that are kept, or the state itself if their coefficients would become implausible.
-
-    What a dropped effect explained may drive another one far from any real size: a range that shrinks all scans to a point leaves no residual.
-    """
-    smaller = state.refitted(kept)
-    return smaller if smaller.is_plausible else state
+    return plausibly_refitted(state, [effect for i, effect in enumerate(state.effects) if i not in minor])
 
 
 def _explained(state: FittedState, plain: Background, indices: Sequence[int]) -> float:

@@ -204,6 +204,19 @@ def whitened(whitening: Array | None, rows: Array) -> Array:
     return result.reshape(rows.shape)
 
 
+def plausibly_refitted(state: FittedState, effects: Sequence[Effect]) -> FittedState:
+    """Return a state refitted with fewer effects, or the state itself if their coefficients would become implausible.
+
+    What a dropped effect explained may drive another one far from any real size: a range that shrinks all scans to a point leaves no residual.
+
+    Args:
+        state: The state.
+        effects: Those of its effects that are kept, perhaps with others.
+    """
+    trial = state.refitted(effects)
+    return trial if trial.is_plausible else state
+
+
 def refit(
     dataset: Dataset,
     model: Model,

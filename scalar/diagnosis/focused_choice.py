@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.fitted_state import FittedState, plausibly_refitted
 from scalar.diagnosis.jackknife import Linearised, covariance_of, variance_of
 from scalar.effects import Effect
 from scalar.effects.registry import known
@@ -127,9 +127,10 @@ def focused_choice(after: FittedState) -> FocusedChoice:
         kept, errors = found, with_all
     if all(errors[k] > settings.worth_correcting * without[k] for k in (LIMITS, MEASURED)):
         kept, errors = (), without
-    chosen = after if kept == found else after.refitted([everything[i] for i in kept])
-    if not chosen.is_plausible:  # the comparison above is linear about the optimum with all effects
-        chosen, kept, errors = after, found, with_all
+    chosen = after if kept == found else plausibly_refitted(after, [everything[i] for i in kept])
+    # The comparison above is linear about the optimum with all effects, and a refit may end elsewhere.
+    if chosen is after:
+        kept, errors = found, with_all
     return FocusedChoice(
         chosen,
         tuple(effects[i] for i in found if i not in kept),

@@ -1,8 +1,8 @@
 """Parts of an effect that the data do not distinguish from a term that the effect of a load lacks, although this load acts at the same joint.
 
-The weight of a link on its own joint, whose axis is horizontal, bends it like an eccentric gear with one period a turn. A search over whole sets of
-effects may find this order of the joint in place of that term of its compliance, since both explain the same. Where the compliance of the joint is
-in the model, its weight acts in any case, and the order is no second fault.
+About a horizontal axis the torque of a link's weight is a sinusoid of the joint's own angle, as the first order of an eccentric gear is. A search
+over whole sets of effects may find this order of the joint in place of that term of its compliance, since both explain the same. Where the compliance
+of the joint is in the model, the weight acts in any case, and the order is no second fault.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def with_terms_of_loads(state: FittedState, candidates: CandidateSet) -> FittedS
 
 
 def _at_least(state: FittedState, candidates: CandidateSet, least: float) -> FittedState:
-    """Return the same, of states whose log evidence is larger than ``least`` [nats]."""
+    """Return what ``with_terms_of_loads`` does; no exchange may lower the log evidence to ``least`` [nats] or below."""
     for loaded in state.effects:
         for complete, columns in _with_a_missing_term(state, loaded, candidates):
             for others in _without_a_part_like(state, loaded, columns):
@@ -64,9 +64,9 @@ def _without_a_part_like(state: FittedState, loaded: Effect, columns: Array) -> 
         local = (
             [columns_of_effects(state, [i])[0]] if len(parts) == 1 else [own for own, _ in parts_of(state, i)]
         )
-        for terms, own in zip(
-            parts if local else (), local, strict=True
-        ):  # coefficients may be fixed, because they are unobservable
+        if len(local) != len(parts):  # some of its coefficients are fixed, because they are unobservable
+            continue
+        for terms, own in zip(parts, local, strict=True):
             if np.count_nonzero(own) != columns.shape[1]:
                 continue
             released = without_columns(background, state, own).released

@@ -189,9 +189,8 @@ def _with_replacement(
             worse = improvement(
                 held_out_errors(trial, state.whitening), held_out_errors(state, state.whitening)
             )
-            if better <= settings.replacement_margin or worse >= state.settings.selection.least_improvement:
-                continue
-            if not trial.is_plausible:
+            no_better = better <= settings.replacement_margin
+            if no_better or worse >= state.settings.selection.least_improvement or not trial.is_plausible:
                 continue
             # The scores above compare only the terms that are exchanged, linearised at the model with the named effects. After the refit, the whole
             # model has to explain the data better by the same margin.

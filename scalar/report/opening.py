@@ -61,6 +61,10 @@ def clauses(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> list[s
     return named + ([_without_a_name(doubtful)] if doubtful else [])
 
 
+UNSURE = "found that the model lacks something, and not surely what"
+"""The verdict on a diagnosis in which ``nothing_sure``."""
+
+
 def nothing_sure(diagnosis: Diagnosis) -> bool:
     """Return whether something was found, and no name of it is sure."""
     return bool(diagnosis.findings) and all(_is_unsure(finding) for finding in diagnosis.findings)
@@ -108,10 +112,9 @@ def _largest(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> str:
         for picture in shown
         if type(picture) is type(shown[0]) and picture.y_axis.unit == shown[0].y_axis.unit
     ]
-    size, own = largest.effect.size(alike), largest.effect.size([])
-    return (
-        f"up to {size}" if size and size == own else size
-    )  # a kind without pictures states its own coefficient
+    size = largest.effect.size(alike)
+    states_coefficient = bool(size) and size == largest.effect.size([])  # a kind without pictures
+    return f"up to {size}" if states_coefficient else size
 
 
 def _with_size(clause: str, size: str) -> str:

@@ -18,7 +18,7 @@ from scalar.report.advice import advice
 from scalar.report.beyond_ranges import error_left_open
 from scalar.report.excess_residual import excess_beside_findings, excess_distance_after
 from scalar.report.noise_card import noise_card
-from scalar.report.opening import nothing_sure, opening
+from scalar.report.opening import UNSURE, nothing_sure, opening
 from scalar.report.own_noise import own_noise
 from scalar.report.parameter_table import convention_in_words, gauge_rows, parameter_tables
 from scalar.report.pictures import draw
@@ -113,7 +113,7 @@ def _headline(diagnosis: Diagnosis) -> str:
     """Return the verdict in words."""
     only_noise = diagnosis.verdict == "effect" and not diagnosis.findings
     if diagnosis.verdict == "effect" and nothing_sure(diagnosis):
-        return "Found that the model lacks something, and not surely what"
+        return words.capital(UNSURE)
     return NOISE_ONLY if only_noise else VERDICTS[diagnosis.verdict]
 
 

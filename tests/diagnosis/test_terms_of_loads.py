@@ -1,4 +1,4 @@
-"""One period a turn of a joint that bends under the weight of its own link is a term of its compliance, and no gear error beside it."""
+"""A harmonic of order 1 that the weight of the joint's own link explains belongs to the compliance of the joint, and is no gear error."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""MINPACK as it is called here takes the steps that its authors describe, whatever lies in memory beside its arrays."""
+"""MINPACK's pivoting is that of LAPACK, and its path does not depend on memory outside its arrays."""
 
 from typing import Any
 

@@ -7,14 +7,13 @@ from scalar.estimation.correction.correct import (
     correct_joints,
     nearest_to_frames,
 )
-from scalar.estimation.correction.inverse import WHOLE_POSE, arm_length
+from scalar.estimation.correction.inverse import arm_length, takes_whole_poses
 from scalar.estimation.correction.postures import postures_for
 from scalar.estimation.correction.sensitivity import Sensitivity, sensitivity
 from scalar.estimation.correction.settings import CorrectionSettings
 from scalar.estimation.correction.tables import correct_table
 
 __all__ = [
-    "WHOLE_POSE",
     "Correction",
     "CorrectionSettings",
     "Sensitivity",
@@ -26,4 +25,5 @@ __all__ = [
     "nearest_to_frames",
     "postures_for",
     "sensitivity",
+    "takes_whole_poses",
 ]

@@ -8,7 +8,7 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.errors import Fault, InvalidInput
-from scalar.estimation.correction.inverse import WHOLE_POSE, Inverse, twist_to
+from scalar.estimation.correction.inverse import Inverse, takes_whole_poses, twist_to
 from scalar.estimation.correction.nearby import nearest_by_small_changes
 from scalar.estimation.correction.settings import CorrectionSettings
 from scalar.estimation.displacement import kinematics_at
@@ -28,7 +28,7 @@ class Correction:
         orientation_error: ``(N,)`` [rad], angle between the orientations of ``predict(q)`` and of the wanted frame.
         reached: ``(N,)`` bool, whether both errors are within the thresholds, and, for ``correct_joints``, whether the correction is smaller than
             ``CorrectionSettings.largest_correction``. Of an arm with fewer than six joints the orientation may be missed by up to
-            ``least_turn_of_few_joints``, and for ``correct_joints`` only the position counts.
+            ``most_turn_of_few_joints``, and for ``correct_joints`` only the position counts.
         beyond_limits: ``(N, n)`` bool, joints that would leave their limits.
         near_singular: ``(N,)`` bool, whether the pose is so near a singularity that a small error asks for a large change of the joints.
     """
@@ -77,7 +77,11 @@ def correct_joints(model: Model, poses: Poses, settings: CorrectionSettings | No
     found = correct_frames(model, poses, wanted, settings)
     far = np.abs(found.q - poses.q).max(axis=1, initial=0.0) > settings.largest_correction
     # The orientation of an arm with fewer than six joints is that of its posture, which a small correction keeps.
-    there = found.reached if whole_pose(model) else found.position_error <= settings.position
+    there = (
+        found.reached
+        if takes_whole_poses(model.robot.n_joints)
+        else found.position_error <= settings.position
+    )
     return replace(found, reached=there & ~far)
 
 
@@ -133,7 +137,7 @@ def nearest_to_frames(
         for q in (part.q, np.where(same, found.q[left], part.q))
     ]
     errors = [_errors_of(twist) for _, twist in ends]
-    turn_counts = whole_pose(model)
+    turn_counts = takes_whole_poses(model.robot.n_joints)
     misses = [
         position / settings.near_enough + turn_counts * turn / settings.near_enough_turn
         for position, turn in errors
@@ -208,11 +212,6 @@ def correct_frames(
         beyond_limits=(q < limits[:, 0]) | (q > limits[:, 1]),
         near_singular=singular_value < settings.near_singular,
     )
-
-
-def whole_pose(model: Model) -> bool:
-    """Return whether the arm has as many joints as it takes to meet every position and orientation."""
-    return model.robot.n_joints >= WHOLE_POSE
 
 
 def _errors_of(twist: Array) -> tuple[Array, Array]:

@@ -22,7 +22,7 @@ _LEAST = 1e-13  # of a matrix's size: added to its diagonal, so that an exactly 
 _TINY = 1e-300
 _SMALL = 0.02  # rad; the sine of a smaller angle is the angle to a share of 1e-4
 _FACTOR, _MOST = 10.0, 1e6  # factor by which the damping is adapted, and its bound: beyond it no step helps
-WHOLE_POSE = 6  # joints: with fewer, an arm cannot meet every position and orientation
+_WHOLE_POSE = 6  # joints: with fewer, an arm cannot meet every position and orientation
 KinematicsAt = Callable[[Array, Array], Kinematics]
 """The kinematics of the model at joint angles ``(M, n)`` [rad] of the poses with indices ``(M,)``."""
 
@@ -41,6 +41,11 @@ class Found:
     q: Array
     twist: Array
     singular_value: Array
+
+
+def takes_whole_poses(n_joints: int) -> bool:
+    """Return whether an arm with so many joints can meet every position and orientation within its reach."""
+    return n_joints >= _WHOLE_POSE
 
 
 def arm_length(robot: Robot) -> float:
@@ -90,7 +95,7 @@ class Inverse:
 
     def __init__(self, kinematics_at: KinematicsAt, robot: Robot, settings: CorrectionSettings) -> None:
         self.kinematics_at, self.settings = kinematics_at, settings
-        self.place_alone = robot.n_joints < WHOLE_POSE
+        self.place_alone = not takes_whole_poses(robot.n_joints)
         length = arm_length(robot)
         turn = settings.orientation_weight if self.place_alone else 1.0
         self.weights = np.array([turn, turn, turn, 1 / length, 1 / length, 1 / length])
@@ -145,7 +150,7 @@ class Inverse:
     def reached(self, twist: Array) -> Array:
         """Return whether the remaining twists ``(N, 6)`` are within the thresholds, ``(N,)`` bool."""
         there = np.linalg.norm(twist[:, 3:], axis=1) <= self.settings.position
-        turn = self.settings.least_turn_of_few_joints if self.place_alone else self.settings.orientation
+        turn = self.settings.most_turn_of_few_joints if self.place_alone else self.settings.orientation
         return there & (np.linalg.norm(twist[:, :3], axis=1) <= turn)
 
     def damped(self, q: Array, index: Array, T_wanted: Array) -> tuple[Array, Array]:

@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.estimation.correction.correct import Correction, correct_frames, whole_pose
+from scalar.estimation.correction.correct import Correction, correct_frames
+from scalar.estimation.correction.inverse import takes_whole_poses
 from scalar.estimation.correction.settings import CorrectionSettings
 from scalar.estimation.model import Model
 from scalar.geometry.se3 import Array
@@ -25,9 +26,8 @@ the same one. With fewer joints most starts end where the orientation is missed.
 _SEED = 0
 _AS_WELL = 1e-3  # rad; postures whose orientations differ by less take a frame as well as each other
 _TURN = 2 * np.pi
-_A_MOVE = (
-    np.pi / 2
-)  # rad; a joint that turns further has no path to continue, and takes the turn in the middle of its limits
+_A_MOVE = np.pi / 2
+"""[rad] A joint that turns further has no path to continue, and takes the turn in the middle of its limits."""
 
 
 def postures_for(
@@ -51,13 +51,14 @@ def postures_for(
     found = np.full((len(T_wanted), len(low)), np.nan)
     there = np.zeros(len(T_wanted), dtype=bool)
     turn = np.where(model.robot.slides, 0.0, _TURN)
-    n_starts = STARTS if whole_pose(model) else STARTS_OF_FEW_JOINTS
+    whole = takes_whole_poses(model.robot.n_joints)
+    n_starts = STARTS if whole else STARTS_OF_FEW_JOINTS
     for at in range(0, len(T_wanted), settings.chunk):
         rows = slice(at, at + settings.chunk)
         wanted = T_wanted[rows]
         starts = _nearest(rigid, wanted, n_starts)
         of_starts, q = np.repeat(wanted, n_starts, axis=0), starts.reshape(-1, len(low))
-        if not whole_pose(model):
+        if not whole:
             # First place and orientation alike, which finds the posture in which the arm takes both if there is one.
             q = _solved(rigid, of_starts, q, replace(settings, orientation_weight=1.0)).q
         solved = _solved(rigid, of_starts, q, settings)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.estimation.correction.inverse import WHOLE_POSE, arm_length, jacobian
+from scalar.estimation.correction.inverse import arm_length, jacobian, takes_whole_poses
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
@@ -46,7 +46,7 @@ def sensitivity(model: Model, poses: Poses, q: Array) -> Sensitivity:
     J = jacobian(Kinematics.of(model, standing, EffectBases.of(model.nominal, standing, model.effects)))
     length = arm_length(model.nominal)
     J = J / np.array([1.0, 1.0, 1.0, length, length, length])[:, None]
-    if J.shape[2] < WHOLE_POSE:
+    if not takes_whole_poses(J.shape[2]):
         J = J[:, 3:]
     U, s, Vt = np.linalg.svd(J, full_matrices=False)
     with np.errstate(divide="ignore", invalid="ignore"):

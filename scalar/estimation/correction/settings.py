@@ -27,7 +27,7 @@ class CorrectionSettings:
         near_enough: [m] distance from a wanted frame that the arm cannot take within which the nearest joint angles are still given. Chosen: an
             arm errs by as much before it is calibrated; one that misses by more is meant to be elsewhere.
         near_enough_turn: [rad] the same for the orientation. Chosen: three degrees, which a straight wrist may miss.
-        least_turn_of_few_joints: [rad] error of the orientation from which a frame does not count as reached by an arm with fewer than six joints,
+        most_turn_of_few_joints: [rad] error of the orientation up to which a frame counts as reached by an arm with fewer than six joints,
             which cannot take every orientation. Chosen: three degrees; a real arm misses by tenths of one what its data sheet reaches.
         damping: Initial damping of the damped iteration, relative to the squared Jacobian. Chosen: nearly none; each step multiplies or
             divides it by ten.
@@ -46,7 +46,7 @@ class CorrectionSettings:
     small_change: float = 0.1
     near_enough: float = 5e-3
     near_enough_turn: float = 0.05
-    least_turn_of_few_joints: float = 0.05
+    most_turn_of_few_joints: float = 0.05
     damping: float = 1e-6
     orientation_weight: float = 1e-4
     chunk: int = 2000

@@ -2,8 +2,9 @@
 
 In a pose i, ``R_tracker_base R_i R_flange_target = M_i`` with the nominal arm's R_i and the measured M_i. The two other rotations are constant, so
 the turns between poses, ``R_i' R_j`` and ``M_i' M_j``, have the same angles, and axes that differ by one rotation. This determines both constants in
-closed form (Park and Martin, IEEE Transactions on Robotics and Automation 10, 1994), and what remains is compared. A real arm's orientations differ
-from the nominal one's by a degree or two.
+closed form (Park and Martin, IEEE Transactions on Robotics and Automation 10, 1994), and what remains is compared. Where the measured positions
+show the first of the two, it is taken from them, because with both free some wrong readings fit as well. A real arm's orientations differ from the
+nominal one's by a degree or two.
 """
 
 from __future__ import annotations
@@ -98,7 +99,9 @@ def _refuse_if_positions_fit(dataset: Dataset, as_read: float) -> None:
 
 
 def frames_by_positions(dataset: Dataset) -> Array | None:
-    """Return the rotation from the base to the tracker in each pose ``(N, 3, 3)`` by the measured positions alone; None where these do not fit.
+    """Return the rotation from the base to the tracker in each pose ``(N, 3, 3)`` by the measured positions alone.
+
+    None is returned where these do not fit, or lie so near a line that they leave a turn about it open.
 
     An arm whose axes are all parallel turns its flange about one direction only. Its orientations then agree with those of a tracker whose axes
     point elsewhere, and with the inverse rotations; the positions say where the tracker's axes point.
@@ -106,17 +109,15 @@ def frames_by_positions(dataset: Dataset) -> Array | None:
     look, model = quick_fit(without_orientations(dataset))
     if model is None or look.rms > MOST_LEFT:
         return None
-    frames: Any = (
-        model.target
-    )  # of a sensor that measures orientations: the rotation from the base to it, for each session
+    # A sensor that measures orientations has a rotation from the base for each session.
+    target: Any = model.target
     session = measure(dataset).target_index
     places = model.robot.flange(dataset.q)[:, :3, 3]
     for k in np.unique(session):
         own = places[session == k] - places[session == k].mean(axis=0)
-        # Places on one line leave the turn about it open.
         if np.linalg.svd(own, compute_uv=False)[1] < _WIDE * look.rms * np.sqrt(len(own)):
             return None
-    return frames.rotations[session]
+    return target.rotations[session]
 
 
 def _then(left: float, as_read: float) -> str:
