@@ -72,12 +72,12 @@ sphinx_gallery_conf = {
 
 def _write_generated(_app: Any, _config: Any) -> None:
     """Write the pages that are made of the code, before Sphinx looks for pages."""
-    from docs.site import api_pages, command_pages, effect_pages, mapping_keys
+    from docs.site import api_pages, command_pages, effect_pages, mapping_table
     from docs.site.catalogue import CATALOGUE, simulated
 
     generated = DOCS / "generated"
     command_pages.write_page(generated / "commands.md")
-    mapping_keys.write_table(generated / "mapping_keys.md")
+    mapping_table.write_table(generated / "mapping_keys.md")
     api_pages.write_page(generated / "api.md")
     # With all that a scene can record, and with a stop: an effect is asked for where its columns are.
     every = ["time", "temperature", "approach", "payload", "torque"]

@@ -75,7 +75,7 @@ def calibrate(
       joint_harmonic[:JOINT[:ORDER...]]    joint_ripple:JOINT:ORDER[...]    joint_scale[:JOINT]
       joint_coupling:JOINT:SOURCE    joint_backlash[:JOINT]    joint_hysteresis[:JOINT]
       pose_lag[:JOINT[:step][:speed][:passing]]    axis_nonparallel[:JOINT]    base_compliance    thermal_drift[:COLUMN]
-      restarted_warm_up[:CLOCK]    target_drift[:CLOCK]
+      restarted_warm_up[:CLOCK]    target_drift[:CLOCK]    target_drift:FROM
       sensor_slip:FROM    sensor_map    range_scale    range_offset    range_distortion
       plane_bow[:PLANE]    plane_moved:PLANE:FROM
     JOINT counts from 1, FROM is the order of the first pose after the change; without a target, an effect is

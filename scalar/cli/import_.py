@@ -19,6 +19,17 @@ _YAML = {".yaml", ".yml"}
 _FILES_SHOWN = 6  # files of which rows were left out that are named
 
 
+def _say_keys(context: click.Context, _option: click.Parameter, wanted: bool) -> None:
+    """Print every key of a mapping with its meaning, and end."""
+    from scalar.ingest.mapping_keys import keys_of_a_mapping
+
+    if not wanted or context.resilient_parsing:
+        return
+    for key, meaning in keys_of_a_mapping():
+        say(f"{key}: {meaning}" if meaning else key)
+    context.exit()
+
+
 @cli.command("import")
 @click.argument("mapping", type=PATH)
 @click.argument("sources", metavar="SOURCE...", type=PATH, nargs=-1, required=True)
@@ -29,6 +40,14 @@ _FILES_SHOWN = 6  # files of which rows were left out that are named
 @click.option("--base", metavar="LINK", help="With --urdf: the link of the base; the root if not given.")
 @click.option(
     "--tip", metavar="LINK", help="With --urdf: the link of the flange; the only last link if not given."
+)
+@click.option(
+    "--keys",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_say_keys,
+    help="Print every key that MAPPING may have, with its meaning, and end. NAME stands for a name of your choice, [] for each entry of a list.",
 )
 @FORCE
 def import_(
@@ -44,7 +63,7 @@ def import_(
 
     The YAML file MAPPING states columns, units and separators of the tables. A SOURCE is a CSV file, a spreadsheet
     (.xlsx), a MATLAB matrix (.mat), or a folder that holds the files that MAPPING names. docs/mapping.md has small mappings for a tracker and a
-    scanner, and explains each key.
+    scanner; 'scalar import --keys' prints all keys.
 
     \b
     Map a table with a whole profile in each row and x in the headers of its columns (Keyence LJ) like this:

@@ -92,7 +92,7 @@ def _geometry(calibration: Calibration) -> Iterator[tuple[str, str, float | None
             # A row of a standard-DH table has a, alpha and beta of the model's next joint; row 0 has nothing else.
             joint = row + 1 if nominal.standard_dh and kind in AFTER_THE_JOINT else row
             name = f"{kind}_{joint}"
-            added, error = freed.get(name, (0.0, std.get(name)))
+            added, error, effect = freed.get(name, (0.0, std.get(name), ""))
             known = name in std or name in freed
             if not 1 <= joint <= robot.n_joints or (not known and (kind == "beta" or row == 0)):
                 continue
@@ -100,16 +100,20 @@ def _geometry(calibration: Calibration) -> Iterator[tuple[str, str, float | None
             stated, found = (float(x.geometry[k, joint - 1]) / unit for x in (nominal, robot))
             found += added / unit
             error = None if error is None else float(error) / unit
-            remark = "fixed" if error is None else "near data sheet" if name in near else ""
+            remark = "fixed" if error is None else "near data sheet" if name in near else effect
             yield kind, in_row(kind, row), stated, found, error, remark
 
 
-def _freed_by_effects(calibration: Calibration) -> dict[str, tuple[float, float | None]]:
-    """Return value and standard error of what effects add to single parameters that the model itself has fixed: beta, by name."""
-    found: dict[str, tuple[float, float | None]] = {}
+def _freed_by_effects(calibration: Calibration) -> dict[str, tuple[float, float | None, str]]:
+    """Return value and standard error of what effects add to single parameters that the model itself has fixed (beta), and the effects' titles."""
+    found: dict[str, tuple[float, float | None, str]] = {}
     for effect, error in zip(calibration.model.effects, calibration.effect_std, strict=True):
         if effect.frees:
-            found[f"{effect.frees}_{effect.target['joint']}"] = (float(effect.coefficients[0]), error[0])
+            found[f"{effect.frees}_{effect.target['joint']}"] = (
+                float(effect.coefficients[0]),
+                error[0],
+                effect.title,
+            )
     return found
 
 

@@ -84,6 +84,7 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         TorqueCompliance((2, 3)),
         PayloadDeflection((2, 5)),
         TargetDrift("order", 0.0, 2.0 * half, (1,)),
+        TargetDrift("step", order=half, moment=120.5),
         SensorSlip(half, 120.5),
         SensorSlip(half, None, turns=False),
         RangeScale(),

@@ -121,6 +121,7 @@ GOOD = {
     "sensor_slip:9": 1,
     "target_drift": 1,
     "target_drift:order": 1,
+    "target_drift:12": 1,
     "range_scale,range_offset, range_distortion": 3,
     "plane_bow": 3,
     "plane_bow:wall_x": 1,
@@ -137,6 +138,7 @@ GOOD = {
         "axis_nonparallel:3,joint_ripple:3:40:48,plane_bow:wall_x,range_scale,sensor_slip:12,plane_moved:floor:12",
         "thermal_drift:time",
         "target_drift:time",
+        "target_drift:12",
     ],
 )
 def test_effects_are_named_as_they_are_read(cell, text):

@@ -59,6 +59,8 @@ def spoiled(dataset: Dataset, what: str) -> Dataset:
     if what == "shifted_poses":
         later = np.r_[1:N, 0]
         return with_columns(dataset, **{f"q{j + 1}": q[later, j] for j in range(6)}).subset(np.arange(N - 1))
+    if what == "reversed_poses":
+        return with_columns(dataset, **{f"q{j + 1}": q[N - 1 - np.arange(N), j] for j in range(6)})
     if what == "length_unit":
         return replace(dataset, points=dataset.points / 25.4)
     if what == "angle_unit":
@@ -76,6 +78,7 @@ WRONG = {
     "swapped_joints": "joints 2 and 3",
     "swapped_planes": "planes floor and wall_x",
     "shifted_poses": "poses.csv",
+    "reversed_poses": "poses.csv",
     "angle_unit": "poses.csv",
     "convention": "robot.convention",
 }

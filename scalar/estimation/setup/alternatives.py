@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
 
 from scalar.data.dataset import Dataset
 from scalar.geometry.robot import GEOMETRY, Robot, link_end
@@ -35,8 +36,8 @@ class Alternative:
 
     Attributes:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
-            ``shifted_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign``, ``length_sign``, ``length_digit``, ``sign_and_zero``,
-            ``lost_row`` or ``moved_target``.
+            ``shifted_poses``, ``reversed_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign``, ``length_sign``, ``length_digit``,
+            ``sign_and_zero``, ``lost_row`` or ``moved_target``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
         says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.
         changed: Under which change the residual was computed, for the message: ``with its sign changed``.
@@ -226,8 +227,16 @@ def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
                 f"change the sign of one column of {file}, or exchange two",
                 replace(dataset, points=dataset.points * np.array([1.0, -1.0, 1.0])),
             )
-    for shift in (1, -1):
-        for labels_go_along in (False, True) if dataset.planes else (False,):
+    for labels_go_along in (False, True) if dataset.planes else (False,):
+        yield Alternative(
+            "reversed_poses",
+            "poses.csv",
+            "the measurements are listed in the reverse order of the poses, the last one first",
+            "with the joint angles in reverse order",
+            "write angles and measurements in one order",
+            with_angles_of(dataset, dataset.poses.iloc[::-1], labels_go_along),
+        )
+        for shift in (1, -1):
             if dataset.n_poses > 2:
                 yield Alternative(
                     "shifted_poses",
@@ -274,9 +283,13 @@ def shifted(dataset: Dataset, shifts: Array, labels_go_along: bool) -> Dataset:
     """
     source = np.arange(dataset.n_poses) - shifts
     rows = np.flatnonzero((source >= 0) & (source < dataset.n_poses))
-    kept, taken = dataset.subset(rows), dataset.poses.iloc[source[rows]]
+    return with_angles_of(dataset.subset(rows), dataset.poses.iloc[source[rows]], labels_go_along)
+
+
+def with_angles_of(dataset: Dataset, others: pd.DataFrame, labels_go_along: bool) -> Dataset:
+    """Return the dataset with the angles of other poses, as many as it has, and their labels of the plane as well if these stand with the angles."""
     columns = [f"q{j + 1}" for j in range(dataset.robot.n_joints)] + (["plane"] if labels_go_along else [])
-    return replace(kept, poses=kept.poses.assign(**{name: taken[name].to_numpy() for name in columns}))
+    return replace(dataset, poses=dataset.poses.assign(**{name: others[name].to_numpy() for name in columns}))
 
 
 def _wrapped(angle: float) -> float:

@@ -232,9 +232,9 @@ def _suspicion(alternative: Alternative, before: float | None, trial: Trial, *, 
         robot = with_zeros_of(alternative, trial.model.robot)
     if alternative.what == "joint_sign":
         robot = with_limits_counted_back(robot, alternative.dataset.q)
-    figures = f"the residual is {trial.rms / MM:.2g} mm {changed}"
+    figures = f"the residual is {trial.rms / MM:.2g} mm {changed} (median of the poses)"
     if before is not None and before > trial.rms / FALLS_TO:
-        figures = f"{changed} the residual falls from {_in_mm(before)} to {_in_mm(trial.rms)} mm"
+        figures = f"{changed} the residual falls from {_in_mm(before)} to {_in_mm(trial.rms)} mm (medians of the poses)"
     return Suspicion(
         alternative.what,
         alternative.where,

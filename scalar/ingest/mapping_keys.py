@@ -5,18 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from importlib import resources
-from pathlib import Path
 from typing import Any
 
 SCHEMA = "schemas/mapping.schema.json"
 
 
-def write_table(path: Path) -> None:
-    """Write a table of every key, where it stands and what it means."""
+def keys_of_a_mapping() -> list[tuple[str, str]]:
+    """Return every key of a mapping and what it means."""
     schema = json.loads(resources.files("scalar.ingest").joinpath(SCHEMA).read_text(encoding="utf-8"))
-    rows = "".join(f"| `{key}` | {meaning} |\n" for key, meaning in keys(schema))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(f"| key | meaning |\n| --- | --- |\n{rows}", encoding="utf-8")
+    return list(keys(schema))
 
 
 def keys(schema: dict[str, Any]) -> Iterator[tuple[str, str]]:
@@ -27,13 +24,15 @@ def keys(schema: dict[str, Any]) -> Iterator[tuple[str, str]]:
 def _below(schema: dict[str, Any], part: dict[str, Any], above: str) -> Iterator[tuple[str, str]]:
     for name, own in part.get("properties", {}).items():
         inner = _resolved(schema, own)
-        yield f"{above}{name}", str(inner.get("description", "")).replace("|", "\\|")
+        yield f"{above}{name}", str(inner.get("description", ""))
         content = _resolved(schema, inner.get("items", {}))
         yield from _below(schema, inner, f"{above}{name}.")
         yield from _below(schema, content, f"{above}{name}[].")
         further = inner.get("additionalProperties")
         if isinstance(further, dict):
-            yield from _below(schema, _resolved(schema, further), f"{above}{name}.NAME.")
+            named = _resolved(schema, further)
+            yield f"{above}{name}.NAME", str(named.get("description", ""))
+            yield from _below(schema, named, f"{above}{name}.NAME.")
 
 
 def _resolved(schema: dict[str, Any], part: Any) -> dict[str, Any]:

@@ -1,0 +1,41 @@
+"""A tracker that is knocked, or a base that moves at once: a step of the same effect as a slow drift."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scalar.data.dataset import Dataset
+from scalar.diagnosis import diagnose
+from scalar.effects.target_drift import TargetDrift
+from scalar.geometry.se3 import exp_so3
+from tests.random_scene import make_scene
+
+
+def knocked(first: int, shift: float, seed: int) -> Dataset:
+    """Return a campaign whose tracker stands ``shift`` [m] away, and turned by a tenth of that in rad, from row ``first`` on."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=25, noise=3e-5, seed=seed).dataset
+    points = dataset.points.copy()
+    points[first:] = points[first:] @ exp_so3([0.0, 0.1 * shift, -0.1 * shift]).T + [shift, 0.0, 0.5 * shift]
+    return replace(dataset, points=points)
+
+
+@pytest.mark.parametrize(("first", "seed"), [(30, 7), pytest.param(52, 8, marks=pytest.mark.slow)])
+def test_a_knocked_tracker_is_a_step_and_no_drift(first, seed):
+    """The movement is named with the pose at which it happened and its size, and nothing else is; the advice is a session of its own."""
+    diagnosis = diagnose(knocked(first, 3e-4, seed))
+    (finding,) = diagnosis.findings
+    effect = finding.effect
+    assert isinstance(effect, TargetDrift) and effect.by == "step"
+    assert effect.order == first  # without a column order, rows count from 0
+    shift = float(np.linalg.norm(effect.coefficients[3:]))
+    assert shift == pytest.approx(
+        3e-4 * np.hypot(1.0, 0.5), rel=0.5
+    )  # at the base, about which the turn is taken
+    assert "column session" in effect.advice[0] and "warm up" not in effect.advice[0]
+
+
+def test_no_step_is_found_where_the_tracker_stands_still():
+    """On noise alone nothing is named."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=25, noise=3e-5, seed=9).dataset
+    assert not diagnose(dataset).findings
