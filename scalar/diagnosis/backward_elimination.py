@@ -12,6 +12,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from scalar.diagnosis.candidate_columns import CandidateSet
+from scalar.diagnosis.evidence_of_states import evidence_of
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import held_out_errors, held_out_errors_without, improvement
 from scalar.effects import Effect
@@ -21,17 +23,17 @@ from scalar.geometry.se3 import Array
 MARGIN = 0.5
 
 
-def eliminate_backward(state: FittedState) -> FittedState:
+def eliminate_backward(state: FittedState, candidates: CandidateSet) -> FittedState:
     """Return the state refitted without those parts of its effects that do not clearly improve the prediction of held-out poses."""
     while state.effects:
-        smaller = _without_weakest_part(state)
+        smaller = _without_weakest_part(state, candidates)
         if smaller is None:
             break
         state = smaller
     return state
 
 
-def _without_weakest_part(state: FittedState) -> FittedState | None:
+def _without_weakest_part(state: FittedState, candidates: CandidateSet) -> FittedState | None:
     """Return the state refitted without the part that improves held-out errors least; None if every part clearly improves them."""
     complete = held_out_errors(state, state.whitening)
     least = state.settings.selection.least_improvement
@@ -43,7 +45,8 @@ def _without_weakest_part(state: FittedState) -> FittedState | None:
         if predicted[k] >= least + MARGIN:
             break
         trial = state.refitted(remaining[k])
-        if not trial.is_plausible:
+        lost = evidence_of(state, candidates) - evidence_of(trial, candidates)
+        if not trial.is_plausible or lost > state.settings.selection.overwhelming_evidence:
             continue
         gain = improvement(held_out_errors(trial, state.whitening), complete)
         if gain < least:

@@ -20,6 +20,9 @@ from scalar.diagnosis.ranking import score_of
 from scalar.diagnosis.score_test import Projected
 from scalar.effects import Effect
 
+# Where one effect of a group is known, so is its cause, and the others only must not make the prediction of held-out poses clearly worse.
+LEAST_OF_A_KNOWN_CAUSE = -1.0  # [standard errors]
+
 
 def with_common_causes(state: FittedState, candidates: CandidateSet) -> FittedState:
     """Return the state with those effects of common causes that explain the data clearly better, each significant given the others.
@@ -32,14 +35,21 @@ def with_common_causes(state: FittedState, candidates: CandidateSet) -> FittedSt
         return state
     for group in of_common_causes(state.dataset):
         new = [e for e in group if not any(e.same_place(other) for other in state.effects)]
-        if len(new) < 2 or not _is_significant(state, new, candidates):
+        one_is_known = len(new) < len(group)
+        if not new or not (one_is_known or _is_significant(state, new, candidates)):
             continue
+        least = LEAST_OF_A_KNOWN_CAUSE if one_is_known else None
         effects = state.effects
         for effect in new:
             effects = merged(effects, effect)
-        trial = reconsidered(state.refitted(effects), candidates)[0]
-        if clearly_better(state, trial, candidates) is trial:
-            state = eliminate_backward(select_forward(trial, candidates))
+        together = state.refitted(effects)
+        for trial in (reconsidered(together, candidates)[0], together):
+            if clearly_better(state, trial, candidates, least) is not trial:
+                continue
+            complete = select_forward(trial, candidates)
+            # Effects of one cause may each be dispensable while the others are there, and none of them once the others are gone.
+            state = clearly_better(eliminate_backward(complete, candidates), complete, candidates, least)
+            break
     return state
 
 

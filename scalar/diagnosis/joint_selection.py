@@ -11,11 +11,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from scalar.diagnosis.backward_elimination import eliminate_backward
 from scalar.diagnosis.candidate_columns import CandidateSet
 from scalar.diagnosis.conditional_scores import background_without, score_together
+from scalar.diagnosis.evidence_of_states import evidence_of
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.forward_selection import reconsidered, select_forward
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
@@ -43,13 +42,13 @@ def select_jointly(before: FittedState, forward: FittedState, candidates: Candid
     for _ in range(SEARCHES):
         effects = best_subset(state, candidates)
         if not effects:
-            return eliminate_backward(forward)
+            return eliminate_backward(forward, candidates)
         state = before.refitted(effects, state.model)
     significant = _weakest_dropped(state, candidates)
-    tested = eliminate_backward(reconsidered(significant, candidates)[0])
+    tested = eliminate_backward(reconsidered(significant, candidates)[0], candidates)
     completed = select_forward(tested, candidates)
     chosen = clearly_better(forward, completed, candidates)
-    return chosen if chosen is tested else eliminate_backward(chosen)
+    return chosen if chosen is tested else eliminate_backward(chosen, candidates)
 
 
 def settings_for_parts(settings: Settings, n_poses: int) -> Settings:
@@ -68,20 +67,28 @@ def settings_for_parts(settings: Settings, n_poses: int) -> Settings:
     return replace(settings, subset_search=replace(search, most_poses=0))
 
 
-def clearly_better(state: FittedState, trial: FittedState, candidates: CandidateSet) -> FittedState:
+def clearly_better(
+    state: FittedState, trial: FittedState, candidates: CandidateSet, least_improvement: float | None = None
+) -> FittedState:
     """Return the trial if its coefficients are plausible, it has clearly more evidence and it predicts held-out poses clearly better, else the state.
 
     *Clearly* means by ``swap_margin`` [nats] of evidence and by ``least_improvement`` [standard errors] of the whitened held-out error; the error in
     metres must not clearly grow either (``no_worse``).
+
+    Args:
+        state: A fitted state.
+        trial: Another one of the same data.
+        candidates: The candidate set.
+        least_improvement: In place of the setting of this name.
     """
     settings = state.settings.selection
-    if (
-        not trial.is_plausible
-        or evidence_of(trial, candidates) <= evidence_of(state, candidates) + settings.swap_margin
-    ):
+    more = evidence_of(trial, candidates) - evidence_of(state, candidates)
+    if not trial.is_plausible or more <= settings.swap_margin:
         return state
+    if least_improvement is None:
+        least_improvement = 0.0 if more > settings.overwhelming_evidence else settings.least_improvement
     gain = improvement(held_out_errors(state, state.whitening), held_out_errors(trial, state.whitening))
-    if gain < settings.least_improvement or not no_worse(held_out_errors(state), held_out_errors(trial)):
+    if gain < least_improvement or not no_worse(held_out_errors(state), held_out_errors(trial)):
         return state
     return trial
 
@@ -97,27 +104,3 @@ def _weakest_dropped(state: FittedState, candidates: CandidateSet) -> FittedStat
             break
         state = state.refitted([effect for i, effect in enumerate(state.effects) if i != weakest])
     return state
-
-
-def evidence_of(state: FittedState, candidates: CandidateSet) -> float:
-    """Return the log evidence of a state [nats]: its log likelihood, penalised for coefficients and for the choice among the candidates.
-
-    It is defined up to a constant that depends on the data only. The likelihood is that of the noise within scans, with the gain of the state's
-    likeliest variance component added. The penalty of a coefficient is that of the Bayesian information criterion. Each part of an effect (a joint,
-    an order) was chosen among the candidates, as in ``subset_search``.
-    """
-    background = state.background_within_scans()
-    n_rows = background.residual.size
-    fit = (
-        -0.5 * background.sum_of_squares * background.n_live / background.degrees_of_freedom
-        - n_rows * np.log(state.residuals.measurement.sigma)
-    )
-    gain_of_component = max((c.log_likelihood_gain for c in state.variance_components), default=0.0)
-    n_coefficients = sum(len(effect.coefficients) for effect in state.effects)
-    cost_of_choice = sum(len(effect.parts()) for effect in state.effects) * np.log(candidates.total)
-    return float(
-        fit
-        + gain_of_component
-        - 0.5 * n_coefficients * np.log(background.degrees_of_freedom)
-        - cost_of_choice
-    )

@@ -13,8 +13,8 @@ import numpy as np
 
 from scalar.diagnosis.candidate_columns import CandidateSet
 from scalar.diagnosis.conditional_scores import columns_of_effects, parts_of, without_columns
+from scalar.diagnosis.evidence_of_states import evidence_of
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.joint_selection import evidence_of
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 

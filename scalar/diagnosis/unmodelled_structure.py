@@ -17,10 +17,10 @@ from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.candidate_set import flexible
 from scalar.diagnosis.conditional_scores import background_without, score_together
 from scalar.diagnosis.dropped_effects import without_effects_of_same_curve, without_minor_effects
+from scalar.diagnosis.evidence_of_states import evidence_of
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.forward_selection import reconsidered, select_forward
 from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
-from scalar.diagnosis.joint_selection import evidence_of
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import Scored, rank, refined
 from scalar.effects import Effect

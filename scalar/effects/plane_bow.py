@@ -94,6 +94,11 @@ class PlaneBow(PointEffect):
         return cls.candidates(dataset)
 
     @classmethod
+    def together(cls, dataset: Dataset) -> list[list[Effect]]:
+        """Return the bows of all planes: plates of one make, set up alike, bend alike."""
+        return [cls.candidates(dataset)]
+
+    @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
         """Return the bow of a plane, or of every plane."""
         return [cls(p, plane_centre(dataset, p)) for p in planes_named(dataset, words)]

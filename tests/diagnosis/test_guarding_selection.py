@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis import (
+    backward_elimination,
     forward_selection,
     joint_selection,
     ranking,
@@ -78,6 +79,26 @@ def test_a_further_joint_of_one_load_takes_the_place_of_a_second_effect(behind, 
         assert forward_selection._replaced(state(), others, ranking[0], ranking) is None
 
 
+@pytest.mark.parametrize(("more", "enough"), [(40.0, False), (70.0, True)])
+def test_held_out_poses_need_not_confirm_what_is_overwhelming(more, enough, monkeypatch):
+    """A set that improves held-out errors by one standard error is taken with seventy nats more evidence, and not with forty. In the same way, a part
+    of a set that costs seventy nats stays although held-out errors do not rise clearly without it.
+    """
+    for module in (joint_selection, backward_elimination):
+        monkeypatch.setattr(module, "evidence_of", lambda state, _: state.nats)
+        monkeypatch.setattr(module, "held_out_errors", lambda *_: None)
+        monkeypatch.setattr(module, "improvement", lambda *_: 1.0)
+    monkeypatch.setattr(joint_selection, "no_worse", lambda *_: True)
+    monkeypatch.setattr(
+        backward_elimination, "held_out_errors_without", lambda _, left_out, __: [None] * len(left_out)
+    )
+    smaller = state(nats=100.0, is_plausible=True, whitening=None, effects=())
+    larger = state(nats=100.0 + more, is_plausible=True, whitening=None, effects=(JointScale(2),))
+    larger.refitted = lambda *_: smaller
+    assert (joint_selection.clearly_better(smaller, larger, None) is larger) == enough  # type: ignore[arg-type]
+    assert (backward_elimination.eliminate_backward(larger, None) is larger) == enough  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(("gained", "goes_on"), [(0.035, False), (0.07, True)])
 def test_a_refinement_has_to_gain(gained, goes_on, monkeypatch):
     """A refinement that gains 0.07 nats is kept, and one that gains 0.035 is not."""
@@ -113,7 +134,7 @@ def test_effects_are_selected_together_where_poses_are_few(n_poses, few, monkeyp
     """Sets of effects are searched with 350 poses, and not with 700."""
     asked = []
     monkeypatch.setattr(joint_selection, "best_subset", lambda *_: asked.append(True))
-    monkeypatch.setattr(joint_selection, "eliminate_backward", lambda given: given)
+    monkeypatch.setattr(joint_selection, "eliminate_backward", lambda given, *_: given)
     before = state(dataset=SimpleNamespace(n_poses=n_poses), is_rounding=False)
     joint_selection.select_jointly(before, state(), None)  # type: ignore[arg-type]
     assert bool(asked) == few

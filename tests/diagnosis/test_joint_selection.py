@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.candidate_columns import named_candidates
+from scalar.diagnosis.evidence_of_states import evidence_of
 from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.forward_selection import select_forward
-from scalar.diagnosis.joint_selection import evidence_of, select_jointly
+from scalar.diagnosis.joint_selection import select_jointly
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit

@@ -99,6 +99,10 @@ class SelectionSettings:
         "another candidate replaces an effect only if its log evidence is larger by more than this",
         "odds of twenty",
     )
+    overwhelming_evidence: float = setting(
+        50.0, "nats", "a set of effects with this much more log evidence needs only not to be contradicted by the held-out poses",
+        "chosen: far more than a wrong model of the noise adds; held-out errors of few poses often do not fall clearly with the right effects",
+    )  # fmt: skip
     same_load_margin: float = setting(
         7.0, "nats", "a second effect of the same load (the arm's weight bends joints and base) needs more log evidence than this",
         "odds of 1,000 to 1: a second such effect also explains what is left because the first is not modelled exactly. In simulated trials "

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("pybullet")
+from study.blind_trials.score import same
 from study.blind_trials.stratified_design import Design, load_design
 from study.blind_trials.stratified_run import run_trial
 
@@ -27,3 +28,22 @@ def test_scans_are_not_shrunk_to_a_point_when_an_effect_is_dropped():
     assert {"sensor_slip", "range_distortion", "joint_scale"} <= {
         entry["name"] for entry in json.loads(row["found"])
     }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "left_mm"), [(411, 0.1), (632, 0.1)])
+def test_what_is_overwhelming_is_found_among_few_poses(number, left_mm):
+    """Four and five effects among sixty poses: 5.5 and 1.3 mm had been left, because held-out errors did not fall clearly (fourteenth exam)."""
+    row = answered(1684053431, number)
+    found = json.loads(row["found"])
+    assert all(any(same(entry, effect) for entry in found) for effect in json.loads(row["injected"]))
+    assert row["position_after_mm"] < left_mm < 1.0 < row["position_before_mm"]
+
+
+@pytest.mark.slow
+def test_bows_of_all_plates_are_found_together():
+    """Each of two further bows had been absorbed by the geometry, and a compliance of two joints with them (fourteenth exam)."""
+    row = answered(1684053431, 215)
+    found = json.loads(row["found"])
+    assert {"floor", "wall_x", "wall_y"} == {e["target"]["plane"] for e in found if e["name"] == "plane_bow"}
+    assert all(any(same(entry, effect) for entry in found) for effect in json.loads(row["injected"]))

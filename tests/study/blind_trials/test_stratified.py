@@ -249,5 +249,14 @@ def test_a_small_run_is_scored():
     assert numbers["design"]["seed"] == 7 and numbers["design"]["sealed_after"] == "0" * 40
     ratio = tables["ratios"].query("ratio == 'told_over_floor' and row == 'all' and quantile == 0.5")
     assert len(ratio) == sets["position_told_mm"].notna().any()
+    named = numbers["named_by_significance"]
+    injected = [
+        e
+        for row in sets["injected"]
+        for e in json.loads(row)
+        if e["name"] not in ("unknown", "pose_jitter", "scan_bias")
+    ]
+    assert sum(group["injected"] for group in named.values()) <= len(injected)
+    assert all(0 <= group["named"] <= group["injected"] for group in named.values())
     assert numbers["sets"] == 2 and set(tables["table"]["row"]) == {*sets["row"], "all"}
     assert json.dumps(numbers)

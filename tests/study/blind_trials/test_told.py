@@ -1,11 +1,15 @@
 """What a calibration is told of a scene: every injected effect at its place, and an effect for each flaw of scanner and target planes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from study.blind_trials.told import effects_in, words_of
+from study.blind_trials.told import effects_in, significances, words_of
 
+from scalar.effects.joint_scale import JointScale
 from scalar.effects.saving import effect_to_mapping
 from scalar.errors import InvalidInput
+from scalar.estimation.calibrate import calibrate
 from tests.effects.injected import make_cell
 
 NOTHING = {"injected": [], "scanner": None, "surface": None}
@@ -65,3 +69,17 @@ def test_a_random_error_is_left_out(dataset, name):
     scale = {"name": "joint_scale", "target": {"joint": 3}}
     told = effects_in(NOTHING | {"injected": [{"name": name, "target": {}}, scale]}, dataset)
     assert told is not None and [effect.name for effect in told] == ["joint_scale"]
+
+
+def test_significance_counts_standard_errors_beyond_chance(dataset):
+    """For one coefficient, the square of the number is that of the estimate over its standard error less one, and zero where that is less than
+    chance; an effect that is there has far more than one that is not.
+    """
+    q, scale = dataset.q, 3e-3  # 3 mrad per rad: of real size
+    there = replace(dataset, poses=dataset.poses.assign(q3=q[:, 2] / (1.0 + scale)))
+    calibration = calibrate(there, effects=(JointScale(3), JointScale(5)))
+    found = {entry["target"]["joint"]: z for entry, z in significances(calibration)}
+    for effect, (std,) in zip(calibration.model.effects, calibration.effect_std, strict=True):
+        ratio = float(effect.coefficients[0]) / std
+        assert found[effect.target["joint"]] ** 2 == pytest.approx(max(ratio**2 - 1.0, 0.0), rel=1e-6)
+    assert found[3] > 5.0 > found[5]

@@ -18,7 +18,7 @@ from scalar.errors import ScalarError
 from scalar.estimation.calibrate import calibrate
 from study.blind_trials.run import answered, errors
 from study.blind_trials.stratified_design import FACTORS, Design, Trial
-from study.blind_trials.told import told_error
+from study.blind_trials.told import told
 from study.common.in_memory import dataset_in_memory
 from study.common.scene_config import scene_config
 
@@ -47,6 +47,7 @@ TRIAL_COLUMNS = {
     "position_after_mm": "the same with the effects found",
     "position_floor_mm": "the noise-limited error over the same poses",
     "position_told_mm": "the error over the same poses of a calibration that is told the causes; none if one is no effect of the catalogue",
+    "told_significance": "JSON, for each injected effect by how many standard errors its coefficients differ from zero in that calibration, or null",
     "simulate_s": "processor time of simulating both scenes and of calibrating the floor and with the causes told",
     "diagnose_s": "processor time of the diagnosis",
 }
@@ -77,7 +78,12 @@ def run_trial(design: Design, trial: Trial, root: Path) -> dict[str, Any]:
         again = design.trial(trial.number, trial.conditions, attempt) if attempt else trial
         row: dict[str, Any] = {"number": trial.number, "row": trial.row, **trial.conditions}
         row |= {"seed": again.seed, "attempt": attempt, "found": "[]", "injected": "[]", "unobservable": "[]"}
-        row |= {"components": "[]", "scanner_truth": "null", "surface_truth": "null"}
+        row |= {
+            "components": "[]",
+            "scanner_truth": "null",
+            "surface_truth": "null",
+            "told_significance": "[]",
+        }
         start = process_time()
         try:
             simulated, floor = scenes(design, again, root)
@@ -87,7 +93,7 @@ def run_trial(design: Design, trial: Trial, root: Path) -> dict[str, Any]:
         truth = truth_of(simulated)
         row |= {f"{key}_truth": json.dumps(truth[key]) for key in ("scanner", "surface")}
         row |= {"injected": json.dumps(truth["injected"])}
-        row |= noise_limited_error(floor) | told_error(simulated, truth)
+        row |= noise_limited_error(floor) | told(simulated, truth)
         row["simulate_s"] = process_time() - start
         start = process_time()
         answer = answered(dataset_in_memory(simulated), [], simulated.truth_poses)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from study.blind_trials.score import same
 from study.blind_trials.statistics import LEVEL, wilson
 from study.blind_trials.stratified_design import FACTORS
 from study.blind_trials.stratified_score import answers, trial_score
@@ -32,6 +33,7 @@ RATES = (
 RATIOS = ("after_over_floor", "after_over_before", "after_over_told", "told_over_floor")
 QUANTILES = (0.5, 0.95, 1.0)
 BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 1.0)  # edges of the bins of the stated confidence
+WEAK = 5.0  # standard errors in a calibration that is told the causes: an effect with fewer is hardly distinguished from chance among all candidates
 DRAWS, SEED = 1000, 20_261_122  # number of draws of the bootstrap, and their seed
 
 
@@ -138,6 +140,27 @@ def truth_in(row: Mapping[Any, Any]) -> dict[str, Any]:
     }
 
 
+def named_by_significance(sets: pd.DataFrame) -> dict[str, dict[str, int]]:
+    """Return how many injected effects of the catalogue are named with their place, by how significant they are to a calibration that is told all.
+
+    Args:
+        sets: The rows of all sets. Tables of earlier exams have no column ``told_significance``; their effects do not count.
+
+    Returns:
+        For effects of less than ``WEAK`` standard errors (``weak``) and for the others (``strong``): the numbers ``injected`` and ``named``.
+    """
+    counts = {group: {"injected": 0, "named": 0} for group in ("weak", "strong")}
+    for row in sets.to_dict("records"):
+        found = json.loads(row["found"])
+        injected = json.loads(row["injected"])
+        for effect, z in zip(injected, json.loads(row.get("told_significance", "[]")), strict=False):
+            if z is not None:
+                group = counts["weak" if z < WEAK else "strong"]
+                group["injected"] += 1
+                group["named"] += any(same(entry, effect) for entry in found)
+    return counts
+
+
 def _number(value: Any) -> float | None:
     """Return a finite number as it is, and None for anything else."""
     return None if value is None or not np.isfinite(value) else float(value)
@@ -169,6 +192,7 @@ def summarise_trials(
         "design": design_identity(design),
         "failed": int(judged["failed"].sum()),
         "worst_after_over_before": float(judged.loc[~judged["failed"], "after_over_before"].max()),
+        "named_by_significance": named_by_significance(sets),
         "sets": len(sets),
         "not_simulated": int((columns["status"] == "not_simulated").sum()),
         "processor_hours": sum(seconds.values()) / 3600,

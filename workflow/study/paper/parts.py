@@ -117,6 +117,7 @@ def settings() -> dict[str, Any]:
         "most_extrapolated": DEFAULTS.shipped_fit.most_extrapolated,
         "folds": DEFAULTS.hold_out.folds,
         "most_poses_of_sets": DEFAULTS.subset_search.most_poses,
+        "overwhelming_evidence": DEFAULTS.selection.overwhelming_evidence,
         "blocks": DEFAULTS.hold_out.folds * DEFAULTS.hold_out.blocks_per_fold,
         "point_sigmas": DEFAULTS.estimation.gross_errors.point_sigmas,
         "pose_sigmas": DEFAULTS.estimation.gross_errors.pose_sigmas,
