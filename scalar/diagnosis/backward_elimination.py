@@ -2,8 +2,9 @@
 
 An effect that was selected together with others has not yet been tested by itself. A *part* is one joint or one order of an effect that has several,
 else the whole effect. Here each part is left out in turn, and the model is refitted without it. A part is kept if held-out poses are predicted
-clearly worse without it (by ``settings.selection.least_improvement`` standard errors), or if the other effects need implausibly large coefficients to
-replace it. The part whose removal costs least is removed first, until all remaining parts are kept.
+clearly worse without it (by ``settings.selection.least_improvement`` standard errors), if the model without it has far less log evidence (by
+``settings.selection.overwhelming_evidence``), or if the other effects need implausibly large coefficients to replace it. The part whose removal costs
+least is removed first, until all remaining parts are kept.
 """
 
 from __future__ import annotations
@@ -24,7 +25,12 @@ MARGIN = 0.5
 
 
 def eliminate_backward(state: FittedState, candidates: CandidateSet) -> FittedState:
-    """Return the state refitted without those parts of its effects that do not clearly improve the prediction of held-out poses."""
+    """Return the state refitted without those parts of its effects that do not clearly improve the prediction of held-out poses.
+
+    Args:
+        state: A fitted state.
+        candidates: The candidate set from which its effects were chosen.
+    """
     while state.effects:
         smaller = _without_weakest_part(state, candidates)
         if smaller is None:

@@ -1,8 +1,9 @@
-"""Add effects that one cause brings about together, such as the lags of all joints of an arm that is measured before it stands still.
+"""Add effects that one cause brings about together: the lags of all joints of an arm that is measured before it stands still, or the bows of all
+target planes, which are plates of one make.
 
 Forward selection adds one effect after the other. It cannot begin with one of these if the poses scatter along the effects' common direction, as
-they do if each is measured at another moment: the lag of one joint alone then contradicts the others more than it explains. All are therefore tried
-at once.
+they do if each is measured at another moment: the lag of one joint alone then contradicts the others more than it explains. And a single bow may be
+absorbed by the geometry, where three are not. All are therefore tried at once.
 """
 
 from __future__ import annotations
@@ -20,12 +21,15 @@ from scalar.diagnosis.ranking import score_of
 from scalar.diagnosis.score_test import Projected
 from scalar.effects import Effect
 
-# Where one effect of a group is known, so is its cause, and the others only must not make the prediction of held-out poses clearly worse.
+# Least improvement of the held-out error where one effect of the group has been found, and the cause with it: the others must not make the
+# prediction clearly worse.
 LEAST_OF_A_KNOWN_CAUSE = -1.0  # [standard errors]
 
 
 def with_common_causes(state: FittedState, candidates: CandidateSet) -> FittedState:
-    """Return the state with those effects of common causes that explain the data clearly better, each significant given the others.
+    """Return the state with those effects of common causes with which the data are explained clearly better.
+
+    First, those are kept that are significant given the others; if nothing is gained with these, all of a group are tried.
 
     Args:
         state: The state with the effects that were selected one by one.
@@ -35,10 +39,10 @@ def with_common_causes(state: FittedState, candidates: CandidateSet) -> FittedSt
         return state
     for group in of_common_causes(state.dataset):
         new = [e for e in group if not any(e.same_place(other) for other in state.effects)]
-        one_is_known = len(new) < len(group)
-        if not new or not (one_is_known or _is_significant(state, new, candidates)):
+        cause_is_known = len(new) < len(group)
+        if not new or not (cause_is_known or _is_significant(state, new, candidates)):
             continue
-        least = LEAST_OF_A_KNOWN_CAUSE if one_is_known else None
+        least = LEAST_OF_A_KNOWN_CAUSE if cause_is_known else None
         effects = state.effects
         for effect in new:
             effects = merged(effects, effect)

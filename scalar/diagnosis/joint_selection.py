@@ -73,13 +73,13 @@ def clearly_better(
     """Return the trial if its coefficients are plausible, it has clearly more evidence and it predicts held-out poses clearly better, else the state.
 
     *Clearly* means by ``swap_margin`` [nats] of evidence and by ``least_improvement`` [standard errors] of the whitened held-out error; the error in
-    metres must not clearly grow either (``no_worse``).
+    metres must not clearly grow either (``no_worse``). With more than ``overwhelming_evidence`` [nats], the whitened error only must not grow.
 
     Args:
         state: A fitted state.
         trial: Another one of the same data.
         candidates: The candidate set.
-        least_improvement: In place of the setting of this name.
+        least_improvement: Least improvement [standard errors] in place of these; None for these.
     """
     settings = state.settings.selection
     more = evidence_of(trial, candidates) - evidence_of(state, candidates)
