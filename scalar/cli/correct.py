@@ -89,7 +89,12 @@ def correct(
         refuse_large_turns,
         refuse_without_orientation,
     )
-    from scalar.cli.pose_lines import lines_on_large_changes, lines_on_measured_ranges, lines_on_small_degrees
+    from scalar.cli.pose_lines import (
+        lines_on_large_changes,
+        lines_on_measured_columns,
+        lines_on_measured_ranges,
+        lines_on_small_degrees,
+    )
     from scalar.data.io.csv_reader import cells_as_written
     from scalar.data.moves import joint_angles
     from scalar.data.pose_tables import read_pose_table
@@ -172,6 +177,7 @@ def correct(
         *warnings_on_written(robot, ids, found, near),
         *([] if frames_wanted else lines_on_large_changes(robot, ids, poses.q, found.q)),
         *(outside := lines_on_measured_ranges(calibrated, found.q)),
+        *lines_on_measured_columns(calibrated, table),
         *([_CHOSEN] if outside and not with_joints else []),
     ]:
         say(line)

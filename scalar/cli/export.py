@@ -16,6 +16,7 @@ from scalar.errors import Fault, InvalidInput
 from scalar.units import MM
 
 if TYPE_CHECKING:
+    from scalar.effects import Effect
     from scalar.export.rigid_part import RigidPart
 
 _FORMS = {
@@ -31,6 +32,7 @@ _WRITES = {
     ".md": "with Hayati's beta",
 }
 """What stands at the beginning of a file that this command wrote, so that it may be replaced without --force."""
+_OF_JOINTS = ("approach", "tau", "payload")  # how the names of columns begin that effects of joints need
 
 
 @cli.command()
@@ -117,7 +119,7 @@ def export(
     refuse_foreign([(output, text_with(_WRITES[form]))], force, [calibration, *([urdf] if urdf else [])])
     load_effects(effects_modules)
     model = load_calibration(calibration)
-    rigid = rigid_part(model.model, _columns(at))
+    rigid = rigid_part(model.model, _columns(at, model.model.effects))
     nominal = model.model.nominal
     lacking = sensor = ""
     if urdf is not None:
@@ -154,8 +156,8 @@ def export(
     say(f"written: {output}")
 
 
-def _columns(at: Sequence[str]) -> dict[str, float]:
-    """Return the numbers of ``--at`` by column."""
+def _columns(at: Sequence[str], effects: Sequence[Effect]) -> dict[str, float]:
+    """Return the numbers of ``--at`` by column; columns that no effect follows are refused."""
     found: dict[str, float] = {}
     for text in at:
         name, equals, number = text.partition("=")
@@ -165,6 +167,11 @@ def _columns(at: Sequence[str]) -> dict[str, float]:
             equals = ""
         if not equals:
             raise InvalidInput(Fault("--at", f"{text!r} is not a column and a number; write temperature=35"))
+    known = sorted({name for effect in effects for name in (*effect.follows, *effect.depends_on)})
+    for name in found:
+        if name not in (*known, "order", "time") and not name.startswith(_OF_JOINTS):
+            which = f"they follow {' and '.join(known)}" if known else "they follow no column"
+            raise InvalidInput(Fault("--at", f"no effect of this calibration follows {name!r}; {which}"))
     return found
 
 

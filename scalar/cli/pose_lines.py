@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from scalar.units import DEG, MM, unit_of_joint
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from scalar.estimation.result import Calibration
     from scalar.geometry.robot import Robot
     from scalar.geometry.se3 import Array
@@ -100,6 +102,31 @@ def lines_on_large_changes(robot: Robot, ids: Array, nominal: Array, corrected: 
         f"  look at these before they run: the correction moves a joint far in {named}{more}; near a singularity a small correction of the sensor "
         "takes a large turn of a joint"
     ]
+
+
+def lines_on_measured_columns(calibration: Calibration, table: pd.DataFrame) -> list[str]:
+    """Return a line for each column that effects follow, such as a temperature, with values clearly outside of those that were measured.
+
+    Args:
+        calibration: Which states the ranges over its poses, unless an earlier release has written it.
+        table: The poses, with their columns.
+    """
+    import numpy as np
+
+    from scalar.estimation.measured_ranges import clearly_outside, measured_columns
+
+    lines = []
+    for name, limits in measured_columns(calibration.summary).items():
+        if name not in table.columns:
+            continue
+        values = table[name].to_numpy(dtype=float)
+        count = int(np.count_nonzero(clearly_outside(limits[None], values[:, None])))
+        if count:
+            lines.append(
+                f"  {count} {'pose has' if count == 1 else 'poses have'} a {name} outside of what was measured ({limits[0]:g} to {limits[1]:g}; here "
+                f"{values.min():g} to {values.max():g}): no measurement shows that the effect goes on as it did; check the unit of the column too"
+            )
+    return lines
 
 
 def lines_on_measured_ranges(calibration: Calibration, q: Array) -> list[str]:

@@ -81,7 +81,12 @@ def predict(
       scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm --orientation rpy
     """
     from scalar.cli.kinds_of_targets import naming_table, naming_text, refuse_frames
-    from scalar.cli.pose_lines import lines_on_limits, lines_on_measured_ranges, lines_on_small_degrees
+    from scalar.cli.pose_lines import (
+        lines_on_limits,
+        lines_on_measured_columns,
+        lines_on_measured_ranges,
+        lines_on_small_degrees,
+    )
     from scalar.data.moves import joint_angles
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.table_units import columns_of, units_named, units_to_write
@@ -124,6 +129,7 @@ def predict(
         *lines_on_small_degrees(robot, q, units_to_write(units, columns).angle),
         *lines_on_limits(robot, table["pose"].to_numpy(), q),
         *lines_on_measured_ranges(model, q),
+        *lines_on_measured_columns(model, table),
         *([_LACKS] if with_std and lacks_something(model.summary) else []),
     ]:
         say(line)

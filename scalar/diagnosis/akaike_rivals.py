@@ -6,6 +6,8 @@ kind (``score_test.evidence``). Between two kinds of effects it is not fair to t
 - An error proportional to a joint's angle, and a harmonic of its gear, are both curves over that angle. Where a joint moves over a part of a turn,
   they may be nearly the same curve. The evidence then prefers the curve with fewer coefficients by some 3 nats for each coefficient that the other
   has more, although all gears have harmonics, and few encoders a wrong scale.
+- A joint that gives way under the weight of its own link alone, and an eccentric gear that errs once a turn, are the same curve over the angle of a
+  joint with a horizontal axis. Whether the links after it load the joint as well is what distinguishes them.
 - The base and the joints of an arm give way under the same weight. Where the second joint is near the base, both move the arm in nearly the same
   way. The evidence then prefers the base, because there is one base and there are several joints, although joints are no stiffer than bases.
 
@@ -66,7 +68,8 @@ def name_and_target(effect: Effect) -> str:
 
 
 def _imitates(own: Scored, other: Scored) -> bool:
-    """Return whether another score is that of a longer curve over the same joint's angle, or of the base where joints give way, or the reverse.
+    """Return whether another score is that of a longer curve over the same joint's angle, of a curve over the angle of a joint that gives way under
+    the weight of its own link alone, or the reverse, or of the base where joints give way, or the reverse.
 
     Flexible terms imitate nothing: they have no name that could be the right one. Nor does one description of a joint that gives way imitate
     another, by its measured torque or by the weight of the arm: the cause is the same.
@@ -76,6 +79,8 @@ def _imitates(own: Scored, other: Scored) -> bool:
         return False
     joint = effect.own_angle_joint
     if joint is not None and rival.own_angle_joint == joint and other.dof > own.dof:
+        return True
+    if rival.own_angle_joint in effect.own_weight_joints or joint in rival.own_weight_joints:
         return True
     same_load = bool(effect.load) and rival.load == effect.load
     return same_load and isinstance(effect, BaseEffect) != isinstance(rival, BaseEffect)

@@ -136,9 +136,9 @@ def _replaced(
 
     The candidate has to explain the same part of the residual clearly better. If it is a further term of another effect of the state, it need only
     explain it about as well, because an explanation with one cause less is more probable. Where a change in time has a form that follows a recorded
-    column instead (growth with the temperature in place of a warm-up by the clock), that form need only have more evidence. The search for the time
-    constant favours the warm-up, since the constant counts as a coefficient only afterwards; and only growth with the temperature holds in another
-    campaign.
+    column instead (growth with the temperature in place of a warm-up by the clock), that form need only explain it about as well. The search for the
+    time constant favours the warm-up, since the constant counts as a coefficient only afterwards; and only growth with the temperature holds in
+    another campaign.
 
     Args:
         state: The state with the effect.
@@ -158,7 +158,7 @@ def _replaced(
         ),
         None,
     )
-    recorded = next((r for r in ranking if _follows_a_record(r, own)), None)
+    recorded = next((r for r in ranking if _follows_a_record(r, own, margin)), None)
     better = best.effect.label != own.effect.label and best.evidence > own.evidence + margin
     for entry in (best if better else None, recorded, joining):
         if entry is None:
@@ -179,14 +179,17 @@ def _replaced(
     return None
 
 
-def _follows_a_record(entry: Scored, own: Scored) -> bool:
-    """Return whether an effect changes with the clock, and a candidate is the form of it that follows a recorded column and has more evidence."""
+def _follows_a_record(entry: Scored, own: Scored, margin: float) -> bool:
+    """Return whether an effect changes with the clock, and a candidate is the form of it that follows a recorded column and explains it no worse.
+
+    The clock has a time constant that is fitted, and so follows a recorded temperature closely; it says nothing of other days.
+    """
     return (
         entry.other_parts is None
         and entry.effect.same_place(own.effect)
         and own.effect.is_change_in_time
         and not entry.effect.is_change_in_time
-        and entry.evidence > own.evidence
+        and entry.evidence > own.evidence - margin
     )
 
 

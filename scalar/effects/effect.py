@@ -220,6 +220,20 @@ class Effect(Described):
         return None
 
     @property
+    def follows(self) -> tuple[str, ...]:
+        """Return the columns of poses.csv, other than those of the joints and of the order, with whose values the effect grows."""
+        return ()
+
+    @property
+    def own_weight_joints(self) -> frozenset[int]:
+        """Return the joints that give way under the weight of their own link alone, if the effect says nothing else; else none.
+
+        About a horizontal axis this weight is a sinusoid of the joint's angle, as an eccentric gear is; and it seldom acts alone, because a joint
+        also bears the links after its own.
+        """
+        return frozenset()
+
+    @property
     def own_angle_joint(self) -> int | None:
         """Return the number of the joint, from 1, if the effect is an error of that joint's angle that depends on this angle alone; else None."""
         return None

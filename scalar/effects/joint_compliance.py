@@ -49,6 +49,12 @@ class JointCompliance(JointEffect):
         return {"joints": sorted({joint for joint, _ in self.terms})}
 
     @property
+    def own_weight_joints(self) -> frozenset[int]:
+        """The joints, if every term is the weight of a joint's own link."""
+        alone = all(joint == frame for joint, frame in self.terms)
+        return frozenset(joint for joint, _ in self.terms) if alone else frozenset()
+
+    @property
     def coefficient_names(self) -> list[str]:
         """``joint2_frame3_x_rad``: deflection of joint 2 at full leverage of a first moment of mass along x of frame 3."""
         return [f"joint{j}_frame{f}_{axis}_rad" for j, f in self.terms for axis in AXES]

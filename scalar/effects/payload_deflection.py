@@ -58,6 +58,11 @@ class PayloadDeflection(KnownTorques):
         return missing_column(dataset, PAYLOAD[0])
 
     @property
+    def follows(self) -> tuple[str, ...]:
+        """The payload."""
+        return ("payload",)
+
+    @property
     def clause(self) -> str:
         """Return which joints give way."""
         return (

@@ -34,8 +34,8 @@ class TargetDrift(BaseEffect):
     """The base moves relative to the tracker: by half waves of time, by a step, or as references on the base show it.
 
     ``T_base_moved = exp(sum over k of cos(k pi s) c_k)``, s the share of the campaign that has passed and c_k the coefficients. The first few such
-    waves make up nine tenths of the variance of a slow random motion. Poses without order or time are predicted with the base at its mean place, or
-    where it stood before a step.
+    waves make up nine tenths of the variance of a slow random motion. Poses that are no part of the campaign (without order, or without time) are
+    predicted with the base at its mean place, or where it stood before a step: the arm's programs know nothing of the tracker.
 
     Attributes:
         by: ``time`` or ``order``, the clock of the half waves; ``step``: all at once; or ``references``: the motion that references on the base
@@ -102,9 +102,9 @@ class TargetDrift(BaseEffect):
         return np.einsum("nk,ij->nikj", profile, np.eye(6)).reshape(len(poses), 6, -1)
 
     def _after(self, order: Array) -> Array:
-        """Return 1 for orders from the step on, and 0 for those before and where the order is not known, ``(N,)``."""
+        """Return 1 for orders from the step on, and 0 for those before and for poses that are no part of the campaign, ``(N,)``."""
         assert self.order is not None
-        return (order >= self.order).astype(float)
+        return ((order >= self.order) & np.isfinite(order)).astype(float)
 
     def _clock(self, poses: Poses) -> Array:
         """Return the time [s] or the order of the poses ``(N,)``; NaN where it is not known."""

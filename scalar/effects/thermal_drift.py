@@ -58,6 +58,11 @@ class ThermalDrift(LinkEffect):
     acts_by_joint_angles: ClassVar[bool] = False
 
     @property
+    def follows(self) -> tuple[str, ...]:
+        """The column that drives the growth, but not the order of acquisition."""
+        return () if self.by == "order" else (self.by,)
+
+    @property
     def target(self) -> dict[str, Any]:
         """Empty: it acts on the whole arm."""
         return {}

@@ -12,7 +12,7 @@ from scalar.errors import Undetermined
 from scalar.estimation.design_effect import design_effect
 from scalar.estimation.fixed_parameter import AS_ASKED, NO_LENGTH_KNOWN
 from scalar.estimation.least_squares import Decomposed, Fit
-from scalar.estimation.measured_ranges import MEASURED_RANGES
+from scalar.estimation.measured_ranges import MEASURED_COLUMNS, MEASURED_RANGES, ranges_of_columns
 from scalar.estimation.misfit import misfit, unexplained_shift
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
@@ -81,6 +81,7 @@ def conclude(
         "poses": dataset.n_poses,
         "points": len(dataset.points) if len(dataset.points) else dataset.n_poses,
         MEASURED_RANGES: ranges_of_joints(dataset.q).tolist(),
+        MEASURED_COLUMNS: ranges_of_columns(dataset, model.effects),
         "sigma_m": residuals.measurement.sigma,
         "sigma_stated": residuals.measurement.sigma_stated,
         "misfit": lack.ratio,

@@ -101,3 +101,9 @@ class EffectBases:
             else:
                 bases.sensor.append((basis, where))
         return bases
+
+    @property
+    def act(self) -> bool:
+        """Return whether any coefficient moves the arm at any of the poses."""
+        on_joints = any(column.any() for basis, _ in self.joints for _, column in basis.parts)
+        return on_joints or any(basis.any() for basis, _ in (*self.links, *self.base, *self.sensor))

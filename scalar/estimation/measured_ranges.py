@@ -1,4 +1,4 @@
-"""The ranges of the joints over the poses of a calibration, and which other poses lie clearly outside of them.
+"""The ranges of the joints, and of what else effects follow, over the poses of a calibration, and which other poses lie clearly outside of them.
 
 What a model lacks outside of these ranges, no measurement shows. Corrections found within them may even do harm there: a compliance found on a robot
 over 15 degrees of its second joint, for example, raised the error at other poses from 0.1 mm to 0.3 mm.
@@ -6,16 +6,38 @@ over 15 degrees of its second joint, for example, raised the error at other pose
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scalar.geometry.se3 import Array
 
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+    from scalar.effects import Effect
+
 MEASURED_RANGES = "measured_ranges"
 """The key of a calibration's summary: ``[[lowest, highest], ...]`` of each joint [rad; m of a joint that slides]."""
+MEASURED_COLUMNS = "measured_columns"
+"""The key of a calibration's summary: ``{column: [lowest, highest]}`` of the columns of poses.csv that its effects follow."""
 _MARGIN = 0.1  # chosen: of a joint's range; what lies nearer to it than this counts as within
+
+
+def ranges_of_columns(dataset: Dataset, effects: Sequence[Effect]) -> dict[str, list[float]]:
+    """Return the range of each column of poses.csv that effects follow (``Effect.follows``): a temperature, for example."""
+    names = dict.fromkeys(name for effect in effects for name in effect.follows if name in dataset.poses)
+    values = {name: dataset.poses[name].to_numpy(dtype=float) for name in names}
+    return {name: [float(of_poses.min()), float(of_poses.max())] for name, of_poses in values.items()}
+
+
+def measured_columns(summary: Mapping[str, Any]) -> dict[str, Array]:
+    """Return the range ``(2,)`` of each column that the effects of a calibration follow; none if an earlier release wrote the file.
+
+    Args:
+        summary: Of the calibration.
+    """
+    return {name: np.array(limits, dtype=float) for name, limits in summary.get(MEASURED_COLUMNS, {}).items()}
 
 
 def measured_ranges(summary: Mapping[str, Any]) -> Array | None:

@@ -98,6 +98,8 @@ def rigid_part(model: Model, columns: Mapping[str, float]) -> RigidPart:
         except InvalidInput as error:
             others.append((effect, error.faults[0].column))
             continue
+        if not bases.act:  # as a tracker that was knocked, which moves no later pose of the arm
+            continue
         with_effect = _with_constant_effect(robot, T_sensor, bases, effect.coefficients)
         if with_effect is None:
             others.append((effect, None))

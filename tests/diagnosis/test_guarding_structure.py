@@ -52,7 +52,7 @@ def replacing(monkeypatch: Any, evidence: float, dof: int, gain: float = 0.0) ->
         "_imitating": lambda *_: [],
         "refined": lambda state, background, entry: entry,
         "_with_partial_imitators": lambda *_: done.append("several") or (None, 0.0),
-        "held_out_errors": lambda *_: None,
+        "held_out_errors": lambda *_: SimpleNamespace(rms=1.0),
         "improvement": lambda *_: 0.0,
         "no_worse": lambda *_: True,
     }
