@@ -113,7 +113,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     from scalar.report import words
     from scalar.report.excess_residual import cause_of_excess, excess_beside_findings
     from scalar.report.few_poses import few_poses
-    from scalar.report.opening import UNSURE, nothing_sure
+    from scalar.report.opening import verdict_on_effects
     from scalar.report.scale_words import scale_in_words
     from scalar.report.shipped_words import shipped_sentences
     from scalar.report.unseen_words import unseen_sentences
@@ -129,9 +129,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
             if lacks_something(summary)
             else "these data show nothing that the model lacks"
         ),
-        "effect": "only random errors found"
-        if only_noise
-        else (UNSURE if nothing_sure(diagnosis) else "found what the model lacks"),
+        "effect": "only random errors found" if only_noise else verdict_on_effects(diagnosis),
         "unattributed": "the residual holds structure that no known effect explains",
     }[d["verdict"]]
     lines = [f"{diagnosis.dataset.name}: {verdict}"]

@@ -81,7 +81,8 @@ def diagnose(
     judged = halves if outer is None else outer
     unseen = None if judged is None else judged.errors
     progress("calibrating")
-    final, shipped, component = _shipped(run, noise, unseen)
+    unsure = [finding.effect.key for finding in found if not finding.has_name]
+    final, shipped, component = _shipped(run, noise, unseen, unsure)
     calibration_before, calibration_found, calibration_after = final.calibrated(shipped, component)
     # The findings report the coefficients of the calibration with all effects that were found. Unconfirmed effects of it come after them.
     n = len(found)
@@ -127,6 +128,7 @@ def _shipped(
     run: Explained,
     noise: Sequence[VarianceComponent],
     unseen: tuple[HeldOutErrors, HeldOutErrors] | None = None,
+    unsure: Sequence[str] = (),
 ) -> tuple[Explained, ShippedFit, VarianceComponent | None]:
     """Return a run whose states have the priors of the final fits, which of these fits is shipped, and the component that may weight it.
 
@@ -134,13 +136,16 @@ def _shipped(
         run: The run whose states lack these priors.
         noise: Its variance components that were identified.
         unseen: Errors without and with effects on poses that no part of the diagnosis has used, or None.
+        unsure: Keys of effects whose names are doubtful.
     """
     near = run.near_data_sheet()
     final = near if near.after.is_plausible else run
     component = run.after.variance_components[0] if noise else None
     whitening = None if component is None else whitening_for(component)
     determined = run.prepared.identifiability.n_left_to_priors == 0
-    fit = shipped_fit(final.before, final.after, whitening, unseen, geometry_determined=determined)
+    fit = shipped_fit(
+        final.before, final.after, whitening, unseen, geometry_determined=determined, unsure=unsure
+    )
     return final, fit, component
 
 

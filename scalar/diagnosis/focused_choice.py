@@ -18,6 +18,7 @@ the squared bias that it seems to remove has an error of its own.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +34,7 @@ from scalar.units import MM
 Errors = tuple[float, float, float]
 """Expected errors of a predicted position [m]: within the joint limits, within the measured ranges, at the measured poses."""
 LIMITS, RANGES, MEASURED = 0, 1, 2  # the indices of ``Errors``
+LATE = 0.1  # chosen: of the poses; a change that fewer of them show may as well be a few poses that err
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,7 @@ class FocusedChoice:
         }
 
 
-def focused_choice(after: FittedState) -> FocusedChoice:
+def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedChoice:
     """Return the effects with which predictions are expected to err least.
 
     Effects are left out one after the other as long as the expected error falls; in each step the one is left out without which the error is
@@ -95,11 +97,14 @@ def focused_choice(after: FittedState) -> FocusedChoice:
     alone are not enough for it: poses that press a tool on target planes, for example, fill a small part of the ranges, and predictions for the rest
     are not determined.
 
+    A change that begins among the last few poses (``LATE``) and has no sure name is not shipped: it would be applied to every later pose.
+
     Finally, no effect is shipped if the error remains above ``settings.shipped_fit.worth_correcting`` times that of the model without effects, both
     within the joint limits and at the measured poses.
 
     Args:
         after: The state with all effects that were found.
+        unsure: Keys of those among them whose names are doubtful. Flexible terms have no name.
     """
     effects = after.effects
     if not effects:
@@ -127,6 +132,8 @@ def focused_choice(after: FittedState) -> FocusedChoice:
         kept, errors = found, with_all
     if all(errors[k] > settings.worth_correcting * without[k] for k in (LIMITS, MEASURED)):
         kept, errors = (), without
+    kept = tuple(i for i in kept if not (i < len(effects) and _is_late(effects[i], after, unsure)))
+    errors = wide.errors(kept)
     chosen = after if kept == found else plausibly_refitted(after, [everything[i] for i in kept])
     # The comparison above is linear about the optimum with all effects, and a refit may end elsewhere.
     if chosen is after:
@@ -140,6 +147,14 @@ def focused_choice(after: FittedState) -> FocusedChoice:
         without,
         wide.std(()),
     )
+
+
+def _is_late(effect: Effect, after: FittedState, unsure: Sequence[str]) -> bool:
+    """Return whether an effect is a change without a sure name that begins among the last few poses."""
+    if not (effect.flexible or effect.key in unsure):
+        return False
+    since = effect.since(after.residuals.poses)
+    return since is not None and float(np.mean(since)) < LATE
 
 
 def _nuisances(after: FittedState) -> list[Effect]:

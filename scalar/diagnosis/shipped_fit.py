@@ -149,6 +149,7 @@ def shipped_fit(
     unseen: tuple[HeldOutErrors, HeldOutErrors] | None = None,
     *,
     geometry_determined: bool = True,
+    unsure: Sequence[str] = (),
 ) -> ShippedFit:
     """Return which fit to ship.
 
@@ -159,9 +160,10 @@ def shipped_fit(
         unseen: Errors without and with effects on poses that no part of the diagnosis has used, or None.
         geometry_determined: Whether the poses determine all directions of the geometry. If not, effects may stand for errors of the geometry, and
             are not shipped: held-out poses among those that were measured cannot show how they extrapolate.
+        unsure: Keys of effects whose names are doubtful.
     """
     settings = after.settings.shipped_fit
-    choice = focused_choice(after)
+    choice = focused_choice(after, unsure)
     after = choice.state
     without, equal = held_out_errors(before), held_out_errors(after)
     fit, held_out, decided_by, found = EQUAL, equal, "only_one", None

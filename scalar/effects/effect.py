@@ -247,6 +247,10 @@ class Effect(Described):
         """Return whether the effect is a change in the course of the acquisition."""
         return False
 
+    def since(self, poses: Poses) -> Array | None:
+        """Return at which poses ``(N,)`` bool a change has happened that then stays, on the arm or on the sensor; None for any other effect."""
+        return None
+
     @property
     def needs_records(self) -> bool:
         """Return whether it needs a column of poses.csv that is known only when a pose is measured, such as a torque."""

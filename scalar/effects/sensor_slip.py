@@ -113,6 +113,10 @@ class SensorSlip(SensorEffect):
         """Return whether the other is a slip as well, at any time."""
         return isinstance(other, SensorSlip)
 
+    def since(self, poses: Poses) -> Array | None:
+        """Return at which poses the sensor has slipped ``(N,)``."""
+        return poses.order >= self.order
+
     @property
     def is_change_in_time(self) -> bool:
         """Always true."""

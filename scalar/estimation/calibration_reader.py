@@ -19,6 +19,7 @@ KEYS = frozenset(
     {"format", "run", "robot", "sensor", "parameters", "gauge", "effects", "residual_rms_m", "planes", "tracker_frames", "summary"}
     | {"names", "covariance", "target", "targets", "noise"}
 )  # fmt: skip
+_TABLES = frozenset({".csv", ".tsv", ".txt", ".xlsx"})
 _IN_A_FOLDER = ("calibration.json", "after.json")  # what the commands write into the folder given as --output
 PARAMETER_KEYS = frozenset({"value", "std", "unit", "held", "reason", "prior"})
 
@@ -42,6 +43,13 @@ def read_calibration(path: Path, build: Callable[[Mapping[str, Any]], _Built]) -
     inside = [path / name for name in _IN_A_FOLDER if (path / name).is_file()]
     if inside:
         raise InvalidInput(Fault(str(path), f"a folder, not a calibration; give {inside[0]}"))
+    if path.is_dir() and (path / "dataset.yaml").is_file():
+        advice = f"calibrate it first ('scalar calibrate {path} -o DIR') and give DIR/calibration.json"
+        raise InvalidInput(Fault(str(path), f"a dataset, not a calibration; {advice}"))
+    if path.suffix.lower() in _TABLES:
+        raise InvalidInput(
+            Fault(str(path), "a table, where a calibration is expected; the calibration comes first")
+        )
     check_run(path)
     content: Any = read_json(path)
     if not isinstance(content, dict) or content.get("format") not in (VERSION_1, FORMAT):

@@ -11,7 +11,7 @@ from scalar.effects.picture import Map, Profile
 from scalar.effects.title import joints_in_words
 from scalar.estimation.misfit import lacks_something
 from scalar.report import words
-from scalar.report.excess_residual import cause_of_excess
+from scalar.report.excess_residual import cause_of_excess, excess_beside_findings
 from scalar.report.few_poses import few_poses
 from scalar.report.further_poses import answer_on
 from scalar.report.noise_card import SURE, noise_advice, noise_clause, noise_size
@@ -63,6 +63,16 @@ def clauses(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> list[s
 
 UNSURE = "found that the model lacks something, and not surely what"
 """The verdict on a diagnosis in which ``nothing_sure``."""
+MORE = "found something that the model lacks; the residual holds more"
+"""The verdict where the residual clearly exceeds the noise with everything that was found."""
+FOUND = "found what the model lacks"
+
+
+def verdict_on_effects(diagnosis: Diagnosis) -> str:
+    """Return the verdict on a diagnosis that has found effects."""
+    if nothing_sure(diagnosis):
+        return UNSURE
+    return MORE if excess_beside_findings(diagnosis) else FOUND
 
 
 def nothing_sure(diagnosis: Diagnosis) -> bool:

@@ -18,7 +18,7 @@ from scalar.report.advice import advice
 from scalar.report.beyond_ranges import error_left_open
 from scalar.report.excess_residual import excess_beside_findings, excess_distance_after
 from scalar.report.noise_card import noise_card
-from scalar.report.opening import UNSURE, nothing_sure, opening
+from scalar.report.opening import opening, verdict_on_effects
 from scalar.report.own_noise import own_noise
 from scalar.report.parameter_table import convention_in_words, gauge_rows, parameter_tables
 from scalar.report.pictures import draw
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
 VERDICTS = {
     "no_effect": "No effect found",
-    "effect": "Found what the model lacks",
     "unattributed": "Structure that no known effect explains",
 }
 DOUBTFUL = (
@@ -112,9 +111,9 @@ def _about(diagnosis: Diagnosis) -> str:
 def _headline(diagnosis: Diagnosis) -> str:
     """Return the verdict in words."""
     only_noise = diagnosis.verdict == "effect" and not diagnosis.findings
-    if diagnosis.verdict == "effect" and nothing_sure(diagnosis):
-        return words.capital(UNSURE)
-    return NOISE_ONLY if only_noise else VERDICTS[diagnosis.verdict]
+    if only_noise:
+        return NOISE_ONLY
+    return VERDICTS.get(diagnosis.verdict) or words.capital(verdict_on_effects(diagnosis))
 
 
 def _files(diagnosis: Diagnosis) -> list[str]:

@@ -62,6 +62,12 @@ class UnattributedShape(UnattributedJoint):
         }[self.shape]()
         return values[:, None]
 
+    def since(self, poses: Poses) -> Array | None:
+        """Return at which poses a bump, a plateau or a step in time has begun ``(N,)``; None for other shapes and variables."""
+        if self.shape not in ("bump", "plateau", "step") or self.variables[0].name not in ("time", "order"):
+            return None
+        return self.variables[0].unit(poses) >= self.at - self.width
+
     def variations(self, scale: float) -> list[Self]:
         """Return the shape moved by parts of its width, wider and narrower."""
         if self.shape not in ("bump", "plateau", "step", "kink"):

@@ -47,3 +47,10 @@ def test_bows_of_all_plates_are_found_together():
     found = json.loads(row["found"])
     assert {"floor", "wall_x", "wall_y"} == {e["target"]["plane"] for e in found if e["name"] == "plane_bow"}
     assert all(any(same(entry, effect) for entry in found) for effect in json.loads(row["injected"]))
+
+
+@pytest.mark.slow
+def test_a_doubtful_change_of_the_last_poses_is_not_applied_to_all_later_ones():
+    """A supposed slip before the last 6 of 300 poses had turned an error of 0.039 mm into 0.551 mm (fifteenth exam)."""
+    row = answered(1121107210, 326)
+    assert row["position_after_mm"] < row["position_before_mm"]
