@@ -74,6 +74,8 @@ def init(
         raise InvalidInput(
             Fault("--base, --tip", "name links of a URDF; give --urdf FILE too, or leave them out")
         )
+    if dh is not None and dh.suffix.lower() in (".urdf", ".xacro"):
+        raise InvalidInput(Fault("--dh", f"{dh} is no DH table but a URDF; give it with --urdf"))
     if (dh is None) != (convention is None):
         missing = "--convention" if convention is None else "--dh"
         raise InvalidInput(

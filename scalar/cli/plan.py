@@ -133,6 +133,8 @@ def plan(
         message = f"no sensor has a noise of {noise:g} mm; are these metres? write millimetres"
         raise InvalidInput(Fault("--noise", message))
     view = View(*_range(limits), fan * DEG, incidence * DEG)
+    if after is not None and after.is_dir():
+        after /= "diagnosis.json"
     calibration = calibration_near(near, after, arm)
     if after is not None:
         from scalar.cli.plan_after import check_belongs, plan_after

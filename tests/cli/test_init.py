@@ -219,6 +219,9 @@ def test_a_wrong_robot_or_sensor_is_refused(tmp_path):
     refused(run("init", folder, "--robot", "ur5e"), "--sensor", "missing", *KINDS)
     refused(run("init", folder, "--robot", "ur5e", "--sensor", "camera"), "camera", *KINDS)
     refused(run("init", folder, "--dh", "t.csv", "--sensor", "probe"), "--convention")
+    refused(
+        run("init", folder, "--dh", "a.urdf", "--convention", "modified-dh", "--sensor", "probe"), "--urdf"
+    )
     refused(run("init", folder, "--robot", "ur5e", "--tip", "x", "--sensor", "probe"), "--urdf")
     refused(run("init", folder, "--urdf", tmp_path / "none.urdf", "--sensor", "probe"), "none.urdf")
     assert not folder.exists()

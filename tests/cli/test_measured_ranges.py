@@ -51,6 +51,20 @@ def test_how_a_posture_was_chosen_is_said_where_it_lies_outside(sound, tmp_path)
 
 
 @pytest.mark.parametrize("command", ["predict", "correct"])
+@pytest.mark.parametrize(("temperature", "is_said"), [(300.0, True), (25.0, False)])
+def test_a_temperature_beyond_what_was_measured_is_said(command, temperature, is_said, sound, tmp_path):
+    """An effect that follows the temperature was measured from 18 to 30 degrees: 300 degrees are said, with that range, and 25 are not."""
+    calibration = tmp_path / "calibration.json"
+    content = json.loads((sound / "out/calibration.json").read_text())
+    content["summary"]["measured_columns"] = {"temperature": [18.0, 30.0]}
+    calibration.write_text(json.dumps(content))
+    rows = pd.DataFrame(measured(sound)[:3], columns=JOINTS).assign(temperature=temperature)
+    rows.rename_axis("pose").to_csv(tmp_path / "joints.csv")
+    result = run(command, calibration, tmp_path / "joints.csv", "-o", tmp_path / "out.csv")
+    assert ("3 poses have a temperature outside of what was measured (18 to 30" in result.output) == is_said
+
+
+@pytest.mark.parametrize("command", ["predict", "correct"])
 def test_poses_within_the_measured_ranges_are_not_mentioned(command, sound, tmp_path):
     """At measured poses, and with a calibration that states no ranges, nothing is said of ranges."""
     q = measured(sound)

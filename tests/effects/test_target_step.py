@@ -8,6 +8,8 @@ import pytest
 from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
 from scalar.effects.target_drift import TargetDrift
+from scalar.estimation.calibrate import calibrate
+from scalar.export.rigid_part import rigid_part
 from scalar.geometry.se3 import exp_so3
 from tests.random_scene import make_scene
 
@@ -33,6 +35,22 @@ def test_a_knocked_tracker_is_a_step_and_no_drift(first, seed):
         3e-4 * np.hypot(1.0, 0.5), rel=0.5
     )  # at the base, about which the turn is taken
     assert "column session" in effect.advice[0] and "warm up" not in effect.advice[0]
+
+
+def test_a_step_moves_no_later_pose_of_the_arm():
+    """Poses that are no part of the campaign are predicted as without the step, and no exported geometry has it; within the campaign it acts."""
+    dataset = knocked(30, 3e-4, 7)
+    effect = TargetDrift("step", order=30.0)
+    calibration = calibrate(dataset, effects=(effect,))
+    (stepped,) = calibration.model.effects
+    still = replace(calibration, model=replace(calibration.model, effects=()))
+    np.testing.assert_array_equal(calibration.predict(dataset.q), still.predict(dataset.q))
+    order = np.arange(dataset.n_poses)
+    moved = calibration.predict(dataset.q, order=order) - still.predict(dataset.q, order=order)
+    assert not moved[:30].any() and np.abs(moved[30:, :3, 3]).max() > 1e-4
+    rigid = rigid_part(calibration.model, {})
+    assert stepped.coefficients.any() and not rigid.included and not rigid.left_out
+    np.testing.assert_array_equal(rigid.robot.T_base_0, calibration.model.robot.T_base_0)
 
 
 def test_no_step_is_found_where_the_tracker_stands_still():

@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from scalar.data.dataset import Dataset
+from scalar.estimation.setup.mirror_image import or_wrong_signs
 from scalar.geometry.robot import GEOMETRY, Robot, link_end
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import standard_table
@@ -224,7 +225,7 @@ def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
                 file,
                 f"the frame of {file} is left-handed",
                 "with y counted the other way",
-                f"change the sign of one column of {file}, or exchange two",
+                f"change the sign of one column of {file}, or exchange two{or_wrong_signs(dataset.robot)}",
                 replace(dataset, points=dataset.points * np.array([1.0, -1.0, 1.0])),
             )
     for labels_go_along in (False, True) if dataset.planes else (False,):
