@@ -40,19 +40,22 @@ def repetitions(answers: Sequence[tuple[str, Mapping[str, Any]]]) -> list[int]:
     """Return for each answer (name, target) the number of answers that one cause would explain better; one if each may have its own.
 
     Changes at a moment may each have their own cause if there are at most ``MOST_ACCIDENTS`` of a kind and each is at another place; other effects
-    if each is at another place.
+    if each is at another place. A change at a moment and one that lasts are at one place where both are of one kind: a tracker that drifts and is
+    knocked as well.
     """
     result = []
     for name, target in answers:
+        of_kind = [other for kind, other in answers if kind == name]
+        places = [_place(other) for other in of_kind]
         if "at" not in target:
-            result.append(sum(other == (name, target) for other in answers))
+            result.append(places.count(_place(target)))
             continue
-        places = [
-            {k: v for k, v in other.items() if k != "at"}
-            for kind, other in answers
-            if kind == name and "at" in other
-        ]
         again = any(place in places[:i] for i, place in enumerate(places))
-        many = again or len(places) > MOST_ACCIDENTS
+        many = again or sum("at" in other for other in of_kind) > MOST_ACCIDENTS
         result.append(len(places) if many else 1)
     return result
+
+
+def _place(target: Mapping[str, Any]) -> dict[str, Any]:
+    """Return where an effect acts, whenever that is."""
+    return {key: value for key, value in target.items() if key != "at"}
