@@ -174,6 +174,23 @@ def test_a_mirrored_scan_is_a_sensor_turned_from_its_stated_place(sound):
     assert "the scanner sits turned by 180 degrees" in suspicion["sentence"]
 
 
+@pytest.mark.parametrize(("degrees", "is_said"), [(180, True), (30, False)])
+def test_a_last_joint_whose_zero_is_half_a_turn_off_shows_in_the_targets_place(tracked, degrees, is_said):
+    """No residual shows it, and the target's place is taken over; but it then sits on the other side of the last axis. A mount that is drawn thirty
+    degrees wrong is not said.
+    """
+    T = calibrate(tracked).model.T_flange_sensor.copy()
+    T[:2, 3] = 0.05, 0.02  # well off the axis
+    T_flange_target, q = T, tracked.q
+    frames = tracked.robot.flange(q) @ T_flange_target
+    points = frames[:, :3, 3] + np.random.default_rng(3).normal(0.0, 1e-4, (tracked.n_poses, 3))
+    stated = replace(tracked, points=points, sensor=replace(tracked.sensor, T_flange_sensor=T_flange_target))
+    turned = with_columns(stated, q6=q[:, 5] + degrees * DEG)
+    said = [s["sentence"] for s in calibrate(turned).summary["setup"]]
+    assert any("on another side" in sentence for sentence in said) == is_said
+    assert not calibrate(stated).summary["setup"]
+
+
 @pytest.mark.parametrize("robot", ["vs060", "ur10e", "panda", "puma560"])
 def test_a_sound_setup_is_left_in_peace(robot):
     """With natural errors of an arm, rough planes and a rough sensor pose, nothing is suspected."""

@@ -26,6 +26,10 @@ _LONG = 30 * MM  # the ratio of fitted to nominal length counts of links that ar
 ZERO = 5 * DEG  # a joint zero that was set by marks is wrong by a few degrees at most
 SENSOR_TURN = 45 * DEG  # from the stated pose, which may be wrong by 30 degrees
 SENSOR_SHIFT = 150 * MM  # from the stated pose
+OFF_AXIS = (
+    20 * MM
+)  # from the axis of the last joint: nearer to it, the side on which the sensor sits says nothing
+AROUND = 75 * DEG  # about that axis, from where it is stated: a mount drawn roughly is on the right side
 SIGMAS = 5.0  # standard errors that a change has to exceed: a fit may end far away in a parameter that is hardly determined
 SCALE_SPREAD = 0.2  # relative: if the ratios of fitted to nominal lengths scatter by less, they have a common factor, and a unit is wrong
 LEAST_SCALE = 1.3  # of that factor: a smaller one is not taken for a wrong unit
@@ -209,6 +213,15 @@ def _sensor(dataset: Dataset, model: Model, rotation_observed: bool) -> list[Sus
                 "one of the last joints counts the other way or has another zero"
             )
         )
+    about_axis = 0.0 if rotation_observed or found else _turned_about_last_axis(dataset, model)
+    if about_axis > AROUND:
+        last = f"joint {dataset.robot.n_joints}"
+        found.append(
+            _sensor_suspicion(
+                f"seen along the axis of {last}, the {what} sits on another side of it than nominal_pose has it, {about_axis / DEG:.0f} degrees "
+                f"round: correct nominal_pose, or the zero or sign of {last} in dataset.yaml"
+            )
+        )
     turn = log_so3(T[:3, :3].T @ model.T_flange_sensor[:3, :3])
     angle = float(np.linalg.norm(turn))
     if rotation_observed and angle > SENSOR_TURN:
@@ -224,6 +237,21 @@ def _sensor(dataset: Dataset, model: Model, rotation_observed: bool) -> list[Sus
             )
         )
     return found
+
+
+def _turned_about_last_axis(dataset: Dataset, model: Model) -> float:
+    """Return by what angle [rad] the sensor's place is turned about the axis of the last joint from its stated one; 0 if it is near that axis."""
+    T = dataset.sensor.T_flange_sensor
+    assert T is not None
+    # Positions in the frame of the last joint, whose z axis is that of the joint.
+    stated, found = (
+        (robot.T_n_flange @ pose)[:2, 3]
+        for robot, pose in ((dataset.robot, T), (model.robot, model.T_flange_sensor))
+    )
+    if min(np.linalg.norm(stated), np.linalg.norm(found)) < OFF_AXIS:
+        return 0.0
+    angle = np.arctan2(found[1], found[0]) - np.arctan2(stated[1], stated[0])
+    return float(abs(np.arctan2(np.sin(angle), np.cos(angle))))
 
 
 def _sensor_suspicion(sentence: str) -> Suspicion:
