@@ -26,6 +26,10 @@ def evaluate(calibration: Path, truth: Path, output: Path, force: bool) -> None:
 
     The errors are taken over the poses of the truth. Writes DIR/evaluation.json and prints a summary.
 
+    TRUTH is the folder `truth` of a simulated dataset, or one of your own with a table truth_poses.csv: pose,q1..qn [rad; m where a joint slides] as
+    the encoders read them, and the true frame x,y,z [m], rx,ry,rz [rotation vector in rad] of the sensor in that of the base; with the columns of
+    poses.csv that the calibrated effects need.
+
     \b
     Example:
       scalar evaluate out/calibration.json sim/truth -o out
