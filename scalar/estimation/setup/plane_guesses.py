@@ -6,10 +6,12 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
+from scalar.estimation.setup.mirror_image import or_wrong_signs
 from scalar.geometry.planes import Planes
 from scalar.sensors.plane_targets import plane_targets
 from scalar.units import MM
 
+ALONG_Y = 0.7  # component of a normal along y from which on a plane lies on one side of the arm
 FAR = 200 * MM  # twice the error of a guess from which a fit is documented to start
 
 
@@ -28,14 +30,18 @@ def far_guesses(dataset: Dataset, model: Model) -> list[tuple[str, str]]:
     guess, found = plane_targets(dataset)[1], []
     declared = {plane.name for plane in dataset.planes if plane.distance_std is not None}
     turns, distances = planes.relative_to(guess.normals)
-    for name, turn, fitted, guessed in zip(planes.names, turns, distances, guess.distances, strict=True):
+    for name, normal, turn, fitted, guessed in zip(
+        planes.names, guess.normals, turns, distances, guess.distances, strict=True
+    ):
         if name in declared or name.split("@")[0] in declared:
             continue
+        # The mirror image of an arm is that at the plane of x and z, in which it stands with all joints at zero.
+        mirrored = abs(fitted + guessed) < FAR and abs(normal[1]) > ALONG_Y
         if abs(fitted - guessed) > FAR + max(abs(fitted), abs(guessed)) * np.sin(turn):
             sentence = (
                 f"the guess of plane {name} is far off: dataset.yaml has the distance {guessed / MM:.0f} mm, and the data put it at "
                 f"{fitted / MM:.0f} mm; the plane was found all the same, but look whether "
                 "the number, its sign or the plane's name is a mistake"
-            )
+            ) + (or_wrong_signs(dataset.robot) if mirrored else "")
             found.append((name, sentence))
     return found
