@@ -132,8 +132,10 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
         kept, errors = found, with_all
     if all(errors[k] > settings.worth_correcting * without[k] for k in (LIMITS, MEASURED)):
         kept, errors = (), without
-    kept = tuple(i for i in kept if not (i < len(effects) and _is_late(effects[i], after, unsure)))
-    errors = wide.errors(kept)
+    late = [i for i in kept if i < len(effects) and _is_late(effects[i], after, unsure)]
+    if late:
+        kept = tuple(i for i in kept if i not in late)
+        errors = wide.errors(kept)
     chosen = after if kept == found else plausibly_refitted(after, [everything[i] for i in kept])
     # The comparison above is linear about the optimum with all effects, and a refit may end elsewhere.
     if chosen is after:

@@ -44,7 +44,7 @@ def test_a_correction_that_may_err_far_more_than_the_arm_is_not_shipped(
     rms = held_out_errors(scaled).rms
     monkeypatch.setattr(
         "scalar.diagnosis.shipped_fit.focused_choice",
-        lambda state: replace(
+        lambda state, _: replace(
             focused_choice(state), errors_as_chosen=(error * rms,) * 3, std_without=std_without * rms
         ),
     )

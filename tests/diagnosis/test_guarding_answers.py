@@ -79,7 +79,7 @@ def chosen(monkeypatch, errors, plausible=True):
     wide = SimpleNamespace(errors=lambda kept: errors.get(kept, (10.0, 10.0, 10.0)), std=lambda kept: 1.0)
     monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
     monkeypatch.setattr(focused_choice, "_nuisances", lambda _: [])
-    effects = (SimpleNamespace(generalised=lambda _: None),) * 2
+    effects = (SimpleNamespace(generalised=lambda _: None, flexible=False, key="scale"),) * 2
     fewer = SimpleNamespace(is_plausible=plausible)
     after: Any = SimpleNamespace(
         effects=effects, dataset=None, settings=DEFAULTS, refitted=lambda _: fewer, is_plausible=True
@@ -114,7 +114,9 @@ def weighted(monkeypatch, std: float, difference: float) -> shipped_fit.ShippedF
     monkeypatch.setattr(shipped_fit, "prediction_changes", changes)
     monkeypatch.setattr(shipped_fit, "priors_for_whitened_rows", lambda found: found)
     monkeypatch.setattr(
-        shipped_fit, "focused_choice", lambda found: SimpleNamespace(state=found, left_out=(), as_found=True)
+        shipped_fit,
+        "focused_choice",
+        lambda found, _: SimpleNamespace(state=found, left_out=(), as_found=True),
     )
     monkeypatch.setattr(shipped_fit, "held_out_errors", lambda *_: SimpleNamespace(rms=1.0))
     return shipped_fit.shipped_fit(state(effects=()), state(effects=()), np.eye(3)[None])

@@ -1,5 +1,7 @@
 """The joints that all count the other way in the mirror image of an arm."""
 
+import copy
+
 import numpy as np
 import pytest
 
@@ -33,7 +35,7 @@ def test_measurements_in_a_mirror_look_like_wrong_signs_of_these_joints(name):
 
 def test_an_arm_without_a_plane_of_symmetry_has_none():
     """An arm whose axes are askew by odd angles is not its own mirror image, and nothing is added to a remedy."""
-    mapping = robot_mapping("vs060")
+    mapping = copy.deepcopy(robot_mapping("vs060"))
     for k, joint in enumerate(mapping["joints"]):
         joint["alpha"] = joint["alpha"] + 0.1 * (k + 1)
         joint["d"] = joint["d"] + 0.02 * k
