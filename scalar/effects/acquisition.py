@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +17,15 @@ if TYPE_CHECKING:
 ENOUGH_MOVES = 0.8  # least share of poses whose last move is known: with fewer, effects of moves are not looked for (chosen)
 
 ALWAYS = -np.inf  # order of acquisition at which an effect begins that acts all the time
+
+
+def knock_std(units: Sequence[str]) -> Array:
+    """Return the prior standard deviations of a sudden shift and turn: two centimetres and three degrees, since a knock may move a thing far.
+
+    Args:
+        units: Of the coefficients, metres (``m``) or radians.
+    """
+    return np.array([0.02 if unit == "m" else 0.05 for unit in units])
 
 
 def moving_joints(dataset: Dataset) -> list[int]:

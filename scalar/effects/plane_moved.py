@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.acquisition import ALWAYS, on_plane, order_and_time, plane_centre, used_planes
+from scalar.effects.acquisition import ALWAYS, knock_std, on_plane, order_and_time, plane_centre, used_planes
 from scalar.effects.command_words import planes_named, start_named
 from scalar.effects.effect import Effect
 from scalar.effects.picture import Axis, Map, Profile, View, variable_axis
@@ -74,7 +74,7 @@ class PlaneMoved(PointEffect):
     @property
     def prior_std(self) -> Array:
         """Return two centimetres and three degrees, since a knock may move a plane far."""
-        return np.array([0.02 if unit == "m" else 0.05 for unit in self.coefficient_units])
+        return knock_std(self.coefficient_units)
 
     def profile(self, order: Array) -> Array:
         """Return how much of the change has happened at each order ``(N,)``."""

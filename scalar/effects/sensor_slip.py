@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.acquisition import ALWAYS
+from scalar.effects.acquisition import ALWAYS, knock_std
 from scalar.effects.command_words import start_named
 from scalar.effects.effect import Effect
 from scalar.effects.picture import Axis, Map, Profile, View, largest, variable_axis
@@ -65,7 +65,7 @@ class SensorSlip(SensorEffect):
     @property
     def prior_std(self) -> Array:
         """Return two centimetres and three degrees, since a knock may move a sensor far."""
-        return np.array([0.02 if unit == "m" else 0.05 for unit in self.coefficient_units])
+        return knock_std(self.coefficient_units)
 
     def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
         """Return unit motions of the sensor for poses after the slip, and zeros for those before."""

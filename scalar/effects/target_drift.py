@@ -10,7 +10,7 @@ import numpy as np
 
 from scalar.data.formats import TARGET_MOTION
 from scalar.data.poses import Poses
-from scalar.effects.acquisition import ALWAYS, missing_column, order_and_time
+from scalar.effects.acquisition import ALWAYS, knock_std, missing_column, order_and_time
 from scalar.effects.command_words import start_named
 from scalar.effects.effect import Effect
 from scalar.effects.picture import CURVE_POINTS, Axis, Map, Profile, View, largest, variable_axis
@@ -76,7 +76,7 @@ class TargetDrift(BaseEffect):
         """Return two centimetres and three degrees for a step, since a knock may move a tracker far."""
         if self.by != STEP:
             return super().prior_std
-        return np.array([0.02 if unit == "m" else 0.05 for unit in self.coefficient_units])
+        return knock_std(self.coefficient_units)
 
     @property
     def coefficient_names(self) -> list[str]:

@@ -16,20 +16,11 @@ from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.diagnosis import diagnose
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.calibrate import calibrate
-from scalar.estimation.setup.alternatives import (
-    alternatives,
-    read_as_modified,
-    read_as_standard,
-    with_sign_changed,
-    with_zero_moved,
-)
+from scalar.estimation.setup.alternatives import alternatives
 from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.robot import Robot
-from scalar.geometry.standard_dh import stated_mapping
 from scalar.units import DEG, MM
-from tests import kinematics
 from tests.random_scene import make_scene
-from tests.robot_configs import robot_mapping
 
 
 @pytest.fixture(scope="module")
@@ -174,23 +165,6 @@ def test_a_mirrored_scan_is_a_sensor_turned_from_its_stated_place(sound):
     assert "the scanner sits turned by 180 degrees" in suspicion["sentence"]
 
 
-@pytest.mark.parametrize(("degrees", "is_said"), [(180, True), (30, False)])
-def test_a_last_joint_whose_zero_is_half_a_turn_off_shows_in_the_targets_place(tracked, degrees, is_said):
-    """No residual shows it, and the target's place is taken over; but it then sits on the other side of the last axis. A mount that is drawn thirty
-    degrees wrong is not said.
-    """
-    T = calibrate(tracked).model.T_flange_sensor.copy()
-    T[:2, 3] = 0.05, 0.02  # well off the axis
-    T_flange_target, q = T, tracked.q
-    frames = tracked.robot.flange(q) @ T_flange_target
-    points = frames[:, :3, 3] + np.random.default_rng(3).normal(0.0, 1e-4, (tracked.n_poses, 3))
-    stated = replace(tracked, points=points, sensor=replace(tracked.sensor, T_flange_sensor=T_flange_target))
-    turned = with_columns(stated, q6=q[:, 5] + degrees * DEG)
-    said = [s["sentence"] for s in calibrate(turned).summary["setup"]]
-    assert any("on another side" in sentence for sentence in said) == is_said
-    assert not calibrate(stated).summary["setup"]
-
-
 @pytest.mark.parametrize("robot", ["vs060", "ur10e", "panda", "puma560"])
 def test_a_sound_setup_is_left_in_peace(robot):
     """With natural errors of an arm, rough planes and a rough sensor pose, nothing is suspected."""
@@ -212,56 +186,6 @@ def test_a_diagnosis_names_a_zero_that_its_fit_follows(tracked):
     """A tracker's fit leaves nothing of a zero that is a quarter turn off: the diagnosis names the zero all the same."""
     with pytest.raises(WrongSetup, match="the zero of joint 3 is off by -90"):
         diagnose(with_columns(tracked, q3=tracked.q[:, 2] + 90 * DEG))
-
-
-@pytest.mark.parametrize("joint", range(6))
-def test_a_changed_sign_is_undone_by_the_table(joint):
-    """The table of an arm whose joint counts the other way gives the same flange at the negated angle."""
-    robot = Robot.from_mapping(robot_mapping("vs060"))
-    q = np.random.default_rng(1).uniform(-2, 2, (8, 6))
-    other = q.copy()
-    other[:, joint] *= -1
-    np.testing.assert_allclose(with_sign_changed(robot, joint).flange(other), robot.flange(q), atol=1e-12)
-    moved = q.copy()
-    moved[:, joint] -= 0.3
-    np.testing.assert_allclose(with_zero_moved(robot, joint, 0.3).flange(moved), robot.flange(q), atol=1e-12)
-
-
-def test_a_table_read_one_way_and_back_is_the_same():
-    """Standard and modified DH are two readings of one table: one undoes the other."""
-    modified = Robot.from_mapping(robot_mapping("vs060"))
-    standard = read_as_standard(modified)
-    for robot, there, back in (
-        (modified, read_as_standard, read_as_modified),
-        (standard, read_as_modified, read_as_standard),
-    ):
-        assert there(robot).standard_dh != robot.standard_dh == back(there(robot)).standard_dh
-        again = back(there(robot))
-        np.testing.assert_allclose(again.geometry, robot.geometry, atol=1e-12)
-        np.testing.assert_allclose(again.T_n_flange, robot.T_n_flange, atol=1e-12)
-
-
-@pytest.mark.parametrize("joint", range(6))
-def test_a_corrected_standard_table_stays_standard(joint):
-    """If any joint of a standard-DH table counts the other way, the corrected table is in standard DH too."""
-    joints = [
-        {"a": 0.1 * (i + 1), "alpha": 0.3 * i - 0.7, "d": 0.2 - 0.1 * i, "theta": 0.1 * i} for i in range(6)
-    ]
-    robot = Robot.from_mapping({"name": "arm", "convention": "standard-dh", "joints": joints})
-    written = stated_mapping(with_sign_changed(robot, joint))
-    assert written["convention"] == "standard-dh"
-    q = np.random.default_rng(2).uniform(-2, 2, (8, 6))
-    other = q.copy()
-    other[:, joint] *= -1
-    rows = [[row[key] for key in ("theta", "d", "a", "alpha")] for row in written["joints"]]
-    by_formula = (
-        kinematics.transform(written["base"])
-        @ kinematics.standard_chain(rows, other)
-        @ kinematics.transform(written["flange"])
-    )
-    np.testing.assert_allclose(by_formula, robot.flange(q), atol=1e-12)
-    near = [[row[key] for key in ("a", "d")] for row in joints]
-    np.testing.assert_allclose(np.abs([[row[2], row[1]] for row in rows]), np.abs(near), atol=1e-12)
 
 
 def test_alternatives_differ_from_what_is_stated(sound):

@@ -12,14 +12,12 @@ import numpy as np
 
 from scalar.effects.title import joints_in_words
 from scalar.geometry.robot import Robot
-from scalar.geometry.se3 import Array
+from scalar.geometry.se3 import Array, nearest_rotation
 
 _SAMPLES, _SEED = 20, 0
 _MIRROR = np.array([1.0, -1.0, 1.0])
-_ON_FLANGE = (
-    (0.1, 0.0, 0.1),
-    (0.0, 0.1, 0.1),
-)  # [m], in one of two planes through the flange's axis: the plane of symmetry, perhaps
+# Points of the flange [m] in two planes through its axis; one of these is the plane of symmetry where there is any.
+_ON_FLANGE = ((0.1, 0.0, 0.1), (0.0, 0.1, 0.1))
 _SAME = 1e-6  # of the spread of the points: by how much mirror images may differ through rounding
 
 
@@ -56,8 +54,7 @@ def _points(robot: Robot, q: Array, point: tuple[float, float, float]) -> Array:
 
 
 def _are_the_same(points: Array, others: Array) -> bool:
-    """Return whether a rotation and a shift take points ``(N, 3)`` to others (Kabsch's algorithm)."""
+    """Return whether a rotation and a shift take points ``(N, 3)`` to others."""
     a, b = points - points.mean(axis=0), others - others.mean(axis=0)
-    U, _, Vt = np.linalg.svd(b.T @ a)
-    R = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
+    R = nearest_rotation(b.T @ a)
     return bool(np.linalg.norm(b - a @ R.T) < _SAME * np.linalg.norm(b))

@@ -26,9 +26,7 @@ _LONG = 30 * MM  # the ratio of fitted to nominal length counts of links that ar
 ZERO = 5 * DEG  # a joint zero that was set by marks is wrong by a few degrees at most
 SENSOR_TURN = 45 * DEG  # from the stated pose, which may be wrong by 30 degrees
 SENSOR_SHIFT = 150 * MM  # from the stated pose
-OFF_AXIS = (
-    20 * MM
-)  # from the axis of the last joint: nearer to it, the side on which the sensor sits says nothing
+OFF_AXIS = 20 * MM  # from the axis of the last joint: nearer to it, the side of the sensor says nothing
 AROUND = 75 * DEG  # about that axis, from where it is stated: a mount drawn roughly is on the right side
 SIGMAS = 5.0  # standard errors that a change has to exceed: a fit may end far away in a parameter that is hardly determined
 SCALE_SPREAD = 0.2  # relative: if the ratios of fitted to nominal lengths scatter by less, they have a common factor, and a unit is wrong
