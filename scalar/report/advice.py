@@ -132,7 +132,7 @@ def _in_controller(diagnosis: Diagnosis) -> list[Item]:
         return [Item("In the controller", (UNKNOWN_CAUSE,))]
     asked = [finding.effect.in_controller for finding in by_importance(diagnosis.findings)]
     geometry = f"{GEOMETRY}."
-    if diagnosis.calibration_after.model.effects:
+    if any(effect.acts_on_arm for effect in diagnosis.calibration_after.model.effects):
         better, errs = better_in_controller(diagnosis)
         geometry = GEOMETRY_AND_EFFECTS.format(better=better, errs=errs)
     return [Item("In the controller", (geometry, *dict.fromkeys(filter(None, asked))))]

@@ -11,6 +11,7 @@ from scalar.effects.target_drift import TargetDrift
 from scalar.estimation.calibrate import calibrate
 from scalar.export.rigid_part import rigid_part
 from scalar.geometry.se3 import exp_so3
+from scalar.report.advice import GEOMETRY, advice
 from tests.random_scene import make_scene
 
 
@@ -35,6 +36,10 @@ def test_a_knocked_tracker_is_a_step_and_no_drift(first, seed):
         3e-4 * np.hypot(1.0, 0.5), rel=0.5
     )  # at the base, about which the turn is taken
     assert "column session" in effect.advice[0] and "warm up" not in effect.advice[0]
+    (in_controller,) = [
+        item for item in advice(diagnosis, diagnosis.to_mapping()) if item.about == "In the controller"
+    ]
+    assert in_controller.sentences[0] == f"{GEOMETRY}."  # no effect is left out there
 
 
 def test_a_step_moves_no_later_pose_of_the_arm():
