@@ -52,6 +52,18 @@ def test_a_length_with_the_wrong_sign_is_named(sensor, kind, joint):
     np.testing.assert_array_equal(suspicion.robot.geometry, sound.robot.geometry)
 
 
+@pytest.mark.parametrize(("kind", "joint", "by"), [("a", 2, 20.0), ("a", 3, -20.0), ("d", 5, 25.0)])
+def test_a_length_that_alone_is_far_from_the_table_is_said(tracked, kind, joint, by):
+    """A length mistyped by two centimetres is stated by the calibration, and the table is asked about it; the sound table is not."""
+    geometry = tracked.robot.geometry.copy()
+    geometry[GEOMETRY.index(kind), joint - 1] += by * MM
+    told = calibrate(replace(tracked, robot=tracked.robot.with_geometry(geometry))).summary["setup"]
+    assert [(s["what"], s["where"]) for s in told] == [("robot", f"{kind}_{joint}")]
+    comes_out = float(re.search(r"comes out ([\d.]+) mm", told[0]["sentence"]).group(1))
+    assert comes_out == pytest.approx(abs(by), abs=5)  # the arm itself differs from its table by up to 4 mm
+    assert not calibrate(tracked).summary["setup"]
+
+
 def test_a_slipped_digit_is_named(tracked):
     """A length that was typed ten times too long is named with both numbers, and the corrected table is the right one."""
     geometry = tracked.robot.geometry.copy()

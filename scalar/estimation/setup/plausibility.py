@@ -22,6 +22,8 @@ from scalar.units import DEG, MM
 
 LINK_SHARE = 0.02  # of the arm's length: real links differ from their table by a millimetre or two, and reference frames by a few more
 LEAST_LINK = 10 * MM  # the limit for a link is at least this, however short the arm
+LEAST_SLIP = 5 * MM  # a length that is farther from the table may be mistyped, if the others are near it
+SLIP = 5.0  # times the median change of the other lengths: with a larger one, a length is said to be mistyped
 _LONG = 30 * MM  # the ratio of fitted to nominal length counts of links that are longer than this
 ZERO = 5 * DEG  # a joint zero that was set by marks is wrong by a few degrees at most
 SENSOR_TURN = 45 * DEG  # from the stated pose, which may be wrong by 30 degrees
@@ -142,9 +144,10 @@ def _lengths(dataset: Dataset, model: Model, std: Array, fixed_length: str | Non
     zeros = np.outer([GEOMETRY[k] == "d" for k in rows], dataset.robot.slides)
     change[zeros] = 0.0  # the zero of a travel depends on the reference run, and may be anywhere
     limit = max(LEAST_LINK, LINK_SHARE * float(np.abs(nominal[rows]).sum()))
-    off = (np.abs(change) > limit) & (np.abs(change) > SIGMAS * np.nan_to_num(errors[rows]))
+    clear = np.abs(change) > SIGMAS * np.nan_to_num(errors[rows])
+    off = (np.abs(change) > limit) & clear
     if not off.any():
-        return []
+        return _mistyped_length(dataset, nominal[rows], change, clear)
     long = np.isfinite(errors[rows]) & (np.abs(nominal[rows]) > _LONG)
     ratios = fitted[rows][long] / nominal[rows][long]
     typical = float(np.median(ratios)) if len(ratios) else 1.0
@@ -175,6 +178,34 @@ def _lengths(dataset: Dataset, model: Model, std: Array, fixed_length: str | Non
             name,
             f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints: is {which} wrong there, {elsewhere}or is "
             "this another robot than the one that was measured?",
+        )
+    ]
+
+
+def _mistyped_length(dataset: Dataset, nominal: Array, change: Array, clear: Array) -> list[Suspicion]:
+    """Return a suspicion if one length alone is far from the table, though not farther than frames of other makers' tables may be.
+
+    Args:
+        dataset: What was measured.
+        nominal: ``(rows, joints)``, lengths of the table [m].
+        change: The same shape: how far each comes out from it [m]; 0 where the data do not show it.
+        clear: The same shape: whether the change exceeds its standard error by far.
+    """
+    k, j = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
+    others = np.abs(np.delete(change.ravel(), k * change.shape[1] + j))
+    others = others[others > 0]
+    typical = float(np.median(others)) if len(others) > 1 else np.inf
+    if not clear[k, j] or abs(change[k, j]) < max(LEAST_SLIP, SLIP * typical):
+        return []
+    lengths = [kind for kind in GEOMETRY if kind in LENGTHS]
+    name = as_stated(f"{lengths[k]}_{j + 1}", dataset.robot)
+    return [
+        Suspicion(
+            "robot",
+            name,
+            f"{name} comes out {abs(change[k, j]) / MM:.1f} mm {'longer' if change[k, j] * nominal[k, j] >= 0 else 'shorter'} than the table of "
+            f"joints has it ({nominal[k, j] / MM:.6g} mm), where half of the other lengths differ by less than {max(typical, 0.1 * MM) / MM:.1f} mm: "
+            "is it mistyped there, or is the table that of another version of this robot? The calibration states what the measurements show",
         )
     ]
 
