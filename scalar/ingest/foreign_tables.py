@@ -35,7 +35,7 @@ def read_raw(path: Path, text: Mapping[str, Any], variable: str | None) -> RawTa
 
     Args:
         path: the file.
-        text: the block ``text`` of the mapping: separator, decimal, header, skip_lines, encoding, missing, sheet.
+        text: the block ``text`` of the mapping: separator, decimal, thousands, header, skip_lines, encoding, missing, sheet.
         variable: name of the matrix in a ``.mat`` file; None for the only one.
 
     Raises:

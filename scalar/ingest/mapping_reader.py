@@ -89,6 +89,9 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
         if text.get("separator", ",") == "," and text.get("decimal") == "," and (not place or "text" in own):
             message = "a comma is the separator already; set text.separator as well, e.g. ';'"
             given.fault((*place, "text", "decimal"), message)
+        if text.get("thousands") == text.get("decimal", ".") and (not place or "text" in own):
+            message = f"'{text['thousands']}' is the decimal sign already; set text.decimal as well, e.g. ','"
+            given.fault((*place, "text", "thousands"), message)
     if given.faults or description.faults:
         raise InvalidInput([*description.faults, *given.faults])
     return mapping

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from scalar.data.located_table import MAX_SHOWN, NUMBER, did_you_mean, shorten, too_many_columns
+from scalar.data.located_table import MAX_SHOWN, did_you_mean, shorten, too_many_columns
 from scalar.errors import Fault, InvalidInput
+from scalar.ingest.written_numbers import Written, is_row_of_units
 
 Reference = str | int
 """A column of a file by its name, or by its number, the first being 1."""
@@ -40,7 +41,7 @@ class RawTable:
         names: names of the columns; None if they have only numbers.
         cells: the cells of each column, ``(N,)``: text as objects, or float64 from a matrix.
         lines: ``(N,)`` int, the line or matrix row of each row.
-        decimal: the decimal sign of text.
+        written: how text writes its numbers.
         missing: texts, in lower case, which mean that nothing was measured.
         number: the last whole number in the file's name, which the column ``@file_number`` holds in every row; None if there is none.
         rows_per_pose: how many successive rows belong to each pose, which the columns ``@pose`` and ``@row_of_pose`` count; None if nothing says so.
@@ -50,7 +51,7 @@ class RawTable:
     names: tuple[str, ...] | None
     cells: tuple[np.ndarray, ...]
     lines: np.ndarray
-    decimal: str = "."
+    written: Written = Written()
     missing: frozenset[str] = MISSING
     number: int | None = None
     rows_per_pose: int | None = None
@@ -108,21 +109,17 @@ class RawTable:
         wrong = []
         for i in np.flatnonzero(~missing):
             cell = cells[i]
-            plain = cell.replace(",", ".") if self.decimal == "," and "." not in cell else cell
-            if NUMBER.fullmatch(plain) and (self.decimal == "." or "." not in cell):
-                values[i] = float(plain)
-            else:
+            value = self.written.number(cell)
+            if value is None:
                 wrong.append(i)
-        other = "," if self.decimal == "." else "."
+            else:
+                values[i] = value
         if len(wrong) > _MAX_WRONG and len(wrong) == np.sum(~missing):
             shown, of_all = wrong[:1], f"none of the {len(wrong)} cells is a number, the first being "
         else:
             shown, of_all = wrong[:_MAX_WRONG], "not a number "
         for i in shown:
-            if self.decimal == "." and NUMBER.fullmatch(str(cells[i]).replace(",", ".")):
-                hint = "if this is a decimal comma, write decimal: ',' under text in the mapping"
-            else:
-                hint = f"the mapping says decimal: '{self.decimal}'" if other in cells[i] else "correct it"
+            hint = self.written.hint(str(cells[i]))
             message = f"{of_all}({shorten(cells[i])}); {hint}, or add it to text.missing and use drop_without"
             faults.append(Fault(self.file, message, int(self.lines[i]), self.label(reference)))
         if len(wrong) > _MAX_WRONG and len(shown) > 1:
@@ -238,6 +235,10 @@ def table_of_rows(
             raise InvalidInput(Fault(file, message, skip + 1))
     if not rows:
         raise InvalidInput(Fault(file, "there are no rows of data; give a file with some"))
+    written = Written(text.get("decimal", "."), text.get("thousands", ""))
+    missing = MISSING | {mark.strip().lower() for mark in text.get("missing", [])}
+    if names is not None and len(rows) > 1 and is_row_of_units(rows[0][1], rows[1][1], written, missing):
+        rows.pop(0)
     width = len(names) if names is not None else len(rows[0][1])
     if width > MOST_COLUMNS:
         raise InvalidInput(Fault(file, too_many_columns(width, MOST_COLUMNS), skip + 1))
@@ -266,6 +267,5 @@ def table_of_rows(
         column = np.empty(len(rows), dtype=object)
         column[:] = [cells[j] for _, cells in rows]
         columns.append(column)
-    missing = MISSING | {mark.strip().lower() for mark in text.get("missing", [])}
     lines = np.array([line for line, _ in rows], dtype=np.int64)
-    return RawTable(file, names, tuple(columns), lines, text.get("decimal", "."), missing)
+    return RawTable(file, names, tuple(columns), lines, written, missing)

@@ -40,7 +40,7 @@ def points_of_rows(table: RawTable, where: RowProfiles) -> RawTable:
         InvalidInput: There are no values, or nothing states their x.
     """
     headers = table.names or tuple(str(k + 1) for k in range(len(table.cells)))
-    numbers = [header.replace(",", ".") if table.decimal == "," else header for header in headers]
+    numbers = [header.replace(",", ".") if table.written.decimal == "," else header for header in headers]
     if where.first_column is not None:
         values = list(range(table.find(where.first_column), len(headers)))
     else:

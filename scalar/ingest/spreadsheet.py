@@ -50,7 +50,9 @@ def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable
         message = f"the sheet {shorten(wanted)} holds no table; there is also {', '.join(others)}: name the sheet that is meant as text.sheet"
         raise InvalidInput(Fault(file, message))
     width = max((k + 1 for _, cells in rows for k, cell in enumerate(cells) if cell), default=0)
-    return table_of_rows(file, [(line, cells[:width]) for line, cells in rows], {**text, "decimal": "."})
+    return table_of_rows(
+        file, [(line, cells[:width]) for line, cells in rows], {**text, "decimal": ".", "thousands": ""}
+    )
 
 
 def _cell(value: Any) -> str:

@@ -12,7 +12,7 @@ from tests.ingest.foreign_tables import cells, header, refused, run, tracker_map
     [
         (3, 1, "abc", ("a.csv, row 5, column J2", "abc")),
         (3, 1, "1.5", ("a.csv, row 5, column J2", "decimal: ','")),
-        (3, 1, "1.234,5", ("a.csv, row 5, column J2",)),
+        (3, 1, "1.234,5", ("a.csv, row 5, column J2", 'thousands: "."')),
         (0, 0, "1e999", ("a.csv, row 2, column J1", "finite")),
         (0, 8, "", ("a.csv, row 2, column tracker Z", "empty")),
         (4, 3, "90000", ("a.csv, row 6, column J4", "suspect")),

@@ -1,0 +1,71 @@
+"""Numbers as foreign tables write them: with a decimal comma, with signs between thousands; and the row of units that may stand below the names."""
+
+import re
+from dataclasses import dataclass
+
+from scalar.data.located_table import NUMBER
+
+_UNIT = re.compile(r"[\[(]?[^\W\d_]{0,4}[°º'\"/%²³·^.*\-]{0,2}[^\W\d_]{0,4}[\])]?")
+"""A cell of a row of units: a few letters and signs, perhaps in brackets, and no digit."""
+
+
+@dataclass(frozen=True)
+class Written:
+    """How a table writes its numbers.
+
+    Attributes:
+        decimal: The decimal sign, ``.`` or ``,``.
+        thousands: The sign between groups of three digits, ``.``, ``,``, ``'`` or a blank; empty if there is none.
+    """
+
+    decimal: str = "."
+    thousands: str = ""
+
+    def number(self, cell: str) -> float | None:
+        """Return the number in a cell, or None if it is none as this table writes them."""
+        plain = cell.replace("\N{NO-BREAK SPACE}", " ").replace("\N{NARROW NO-BREAK SPACE}", " ")
+        if self.thousands and re.fullmatch(_grouped(self.thousands, self.decimal), plain):
+            plain = plain.replace(self.thousands, "")
+        if self.decimal == ",":
+            if "." in plain:
+                return None
+            plain = plain.replace(",", ".")
+        return float(plain) if NUMBER.fullmatch(plain) else None
+
+    def hint(self, cell: str) -> str:
+        """Return what the user should do about a cell that is no number."""
+        other = "," if self.decimal == "." else "."
+        for sign in (other, "'", " "):
+            if sign != self.thousands and Written(self.decimal, sign).number(cell) is not None:
+                as_decimal = ""
+                if sign == other and Written(other).number(cell) is not None:
+                    as_decimal = f"; if it is the decimal sign, write decimal: '{other}'"
+                return f"if '{sign}' separates thousands, write thousands: \"{sign}\" under text in the mapping{as_decimal}"
+        if self.decimal == "." and Written(",").number(cell) is not None:
+            return "if this is a decimal comma, write decimal: ',' under text in the mapping"
+        if self.decimal in cell and Written(other, self.decimal).number(cell) is not None:
+            return f"if '{self.decimal}' separates thousands, write decimal: '{other}' and thousands: '{self.decimal}' under text in the mapping"
+        return f"the mapping says decimal: '{self.decimal}'" if other in cell else "correct it"
+
+
+def _grouped(thousands: str, decimal: str) -> str:
+    """Return the pattern of a number with signs between all groups of three digits, of which there are two at least."""
+    return rf"[-+]?\d{{1,3}}({re.escape(thousands)}\d{{3}})+({re.escape(decimal)}\d*)?"
+
+
+def is_row_of_units(cells: list[str], below: list[str], written: Written, missing: frozenset[str]) -> bool:
+    """Return whether a row states the units of the columns: short words without a digit where the row below it has numbers.
+
+    Args:
+        cells: The first row below the names of the columns.
+        below: The row after it.
+        written: How the table writes numbers.
+        missing: Texts, in lower case, which mean that nothing was measured; they are no units.
+    """
+    if not any(cells) or any(cell and cell.lower() in missing for cell in cells):
+        return False
+    if not all(_UNIT.fullmatch(cell) for cell in cells):
+        return False
+    numbers = [written.number(cell) is not None for cell in below]
+    named = [bool(cell) and is_number for cell, is_number in zip(cells, numbers, strict=False)]
+    return 2 * sum(named) > sum(map(bool, cells))

@@ -1,0 +1,88 @@
+"""Thousands that are grouped, a row of units and empty rows are read as a person reads them; what may mean two things is asked."""
+
+import numpy as np
+import pytest
+
+from scalar.ingest.written_numbers import Written, is_row_of_units
+from tests.ingest.foreign_tables import cells, imported, numbers, refused, run, tracker_mapping, write_table
+
+
+@pytest.mark.parametrize(
+    ("decimal", "thousands", "cell", "value"),
+    [
+        (",", ".", "-1.234,5", -1234.5),
+        (",", ".", "1.234.567", 1234567.0),
+        (",", ".", "234,5", 234.5),
+        (",", ".", "1.5", None),
+        (".", ",", "1,234.5", 1234.5),
+        (".", "'", "1'234.5", 1234.5),
+        (",", " ", "1\N{NARROW NO-BREAK SPACE}234,5", 1234.5),
+        (".", "", "1,234.5", None),
+        (",", "", "1.234,5", None),
+        (".", ",", "12,34.5", None),
+    ],
+)
+def test_a_number_is_what_a_person_reads(decimal, thousands, cell, value):
+    """Groups have three digits; anything else is no number."""
+    assert Written(decimal, thousands).number(cell) == value
+
+
+@pytest.mark.parametrize(
+    ("decimal", "cell", "words"),
+    [
+        (",", "1.234,5", ['thousands: "."']),
+        (".", "1.234,5", ["decimal: ','", "thousands: '.'"]),
+        (".", "1,234", ['thousands: ","', "decimal: ','"]),
+        (".", "12,34", ["decimal: ','"]),
+        (".", "abc", ["correct it"]),
+    ],
+)
+def test_a_cell_that_is_no_number_is_met_with_what_to_write(decimal, cell, words):
+    """A comma before three digits may be either, and both are named."""
+    assert all(word in Written(decimal).hint(cell) for word in words)
+
+
+@pytest.mark.parametrize(
+    ("row", "expected"),
+    [
+        (["deg", "[mm]", "°C", "m/s"], True),
+        (["°", "mm", "", "-"], True),
+        (["nan", "nan", "nan", "nan"], False),
+        (["", "", "", ""], False),
+        (["1", "mm", "mm", "mm"], False),
+        (["degrees of arc", "mm", "mm", "mm"], False),
+    ],
+)
+def test_a_row_of_units_has_short_words_where_numbers_follow(row, expected):
+    """A row without a measurement is none, nor is one above words."""
+    missing = frozenset({"", "nan"})
+    assert is_row_of_units(row, ["1", "2,5", "3", "4"], Written(","), missing) == expected
+    assert not is_row_of_units(row, ["a", "b", "c", "d"], Written(","), missing)
+
+
+def test_a_table_with_units_thousands_and_empty_rows_gives_the_same_numbers(tmp_path):
+    """It is what a spreadsheet writes; without ``thousands`` in the mapping, the key is named."""
+    rows = cells()
+    for row in rows:
+        for j in range(6, 9):
+            whole, part = row[j].split(",")
+            row[j] = f"{int(whole):,}".replace(",", ".") + f",{part}" if abs(int(whole)) > 0 else row[j]
+    rows.insert(0, ["deg"] * 6 + ["mm"] * 3)
+    rows.insert(4, [""] * 9)
+    mapping, path = tracker_mapping(), write_table(tmp_path / "a.csv", rows)
+    refused(tmp_path, run(tmp_path, mapping, path), "row 3, column tracker", 'thousands: "."')
+    mapping["text"]["thousands"] = "."
+    points = imported(tmp_path, mapping, path).points
+    np.testing.assert_allclose(points, numbers()[:, 6:] / 1000, rtol=0, atol=1e-12)
+
+
+def test_one_sign_cannot_have_two_meanings(tmp_path):
+    """The sign between thousands is not the decimal sign."""
+    mapping = tracker_mapping()
+    mapping["text"]["thousands"] = ","
+    refused(
+        tmp_path,
+        run(tmp_path, mapping, write_table(tmp_path / "a.csv", cells())),
+        "text.thousands",
+        "decimal sign",
+    )
