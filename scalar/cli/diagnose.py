@@ -152,6 +152,9 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
             f"    most like {words.quoted(words.title(like['name'], like['target']))}, a name with {like['confidence']:.0%} confidence"
             for like in entry.get("most_like", ())
         ]
+        if entry["name"] == "unattributed":
+            described = [f.effect.described_as for f in diagnosis.findings if f.effect.flexible]
+            lines += [f"    described by {description}, which proves no cause" for description in described]
         if entry["confounded_with"]:
             near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
             more = [f"{len(near) - 3} more"] if len(near) > 3 else []

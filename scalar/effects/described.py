@@ -132,6 +132,11 @@ class Described(ABC):
         """Return what the sign of the coefficients means, a clause, if they are shown without it; empty where they are shown as they are."""
         return ""
 
+    @property
+    def described_as(self) -> str:
+        """Return what a flexible term changes, a noun clause; empty for an effect with a name."""
+        return ""
+
     def table(self, std: Sequence[float | None]) -> Table | None:
         """Return the coefficients as a table, with their standard errors ``(k,)``; None if they mean nothing to a reader."""
         sign = self.sign_in_words

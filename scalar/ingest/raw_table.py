@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -51,7 +51,7 @@ class RawTable:
     names: tuple[str, ...] | None
     cells: tuple[np.ndarray, ...]
     lines: np.ndarray
-    written: Written = Written()
+    written: Written = field(default_factory=Written)
     missing: frozenset[str] = MISSING
     number: int | None = None
     rows_per_pose: int | None = None

@@ -103,7 +103,7 @@ def noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
         else words.title(entry["name"], {}, diagnosis.depends_on),
         "text": clause if diagnosis.component_is_no_noise else f"{clause}, which no correction removes",
         "is_noise": True,
-        "flexible": False,
+        "described_as": "",
         "size": noise_size(diagnosis),
         "p_value": words.chance(best.p_value),
         "option": "",  # a random error is nothing that a calibration frees

@@ -199,7 +199,7 @@ def _card(
         "title": f"structure most like {words.quoted(effect.title)}" if finding.doubtful else effect.title,
         "text": DOUBTFUL if finding.doubtful else effect.sentence,
         "is_noise": False,
-        "flexible": effect.flexible,
+        "described_as": effect.described_as,
         "option": named_effects([effect]),
         "size": effect.size(pictures),
         "p_value": words.chance(finding.p_value),

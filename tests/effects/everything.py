@@ -9,6 +9,7 @@ from scalar.effects.acquisition import plane_centre
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.growth import UnattributedGrowth
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.link import UnattributedLink
 from scalar.effects.flexible.sensor import UnattributedSensor
@@ -106,6 +107,8 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         UnattributedSway(Variable("order", half, half), 3.2, turns=False),
         UnattributedWander(Variable("time", 0.0, 1e4), "rx"),
         UnattributedWander(Variable("order", half, half), "z"),
+        UnattributedGrowth(2, Variable("temperature", 25.0, 5.0)),
+        UnattributedGrowth(5, Variable("order", half, half)),
         UnattributedLink(4, "q4"),
         UnattributedLink(3, GRAVITY),
         UnattributedSensor(Variable(GRAVITY, 0.0, 1.0)),

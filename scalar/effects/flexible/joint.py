@@ -15,6 +15,7 @@ from scalar.effects.flexible.variable import Variable
 from scalar.effects.joint_pictures import joint_curve, joint_profile
 from scalar.effects.picture import CURVE_POINTS, Map, Profile, View, variable_axis
 from scalar.effects.places import SingleJointEffect
+from scalar.effects.wording import columns_in_words
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -60,6 +61,16 @@ class UnattributedJoint(Unattributed, SingleJointEffect):
     def depends_on(self) -> list[str]:
         """Return the names of the variables."""
         return [v.name for v in self.variables]
+
+    @property
+    def described_as(self) -> str:
+        """Return that it is an error of the joint's angle or travel, and its shape."""
+        what = "travel" if self.slides else "angle"
+        return f"an error of the {what} of joint {self.joint} that {self._shape_in_words}"
+
+    @property
+    def _shape_in_words(self) -> str:
+        return f"varies smoothly with {columns_in_words(self.depends_on)}"
 
     @property
     def key(self) -> str:

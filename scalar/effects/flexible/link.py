@@ -12,6 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.flexible.unattributed import NAME, Unattributed
 from scalar.effects.flexible.variable import GRAVITY
 from scalar.effects.places import LinkEffect
+from scalar.effects.wording import columns_in_words
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.se3 import Array
 
@@ -36,6 +37,11 @@ class UnattributedLink(Unattributed, LinkEffect):
     def depends_on(self) -> list[str]:
         """Return what drives the error: a joint's angle, or gravity."""
         return [self.by]
+
+    @property
+    def described_as(self) -> str:
+        """Return that it is a change of the link's geometry, and what it varies with."""
+        return f"a change of the geometry of link {self.joint} with {columns_in_words([self.by])}"
 
     @property
     def key(self) -> str:

@@ -13,6 +13,7 @@ from scalar.data.poses import Poses
 from scalar.effects.flexible.unattributed import NAME, Unattributed
 from scalar.effects.flexible.variable import GRAVITY, Variable
 from scalar.effects.places import SensorEffect
+from scalar.effects.wording import columns_in_words
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -44,6 +45,11 @@ class MovedSensor(Unattributed, SensorEffect):
     def depends_on(self) -> list[str]:
         """Return the column, or the direction of gravity."""
         return [self.variable.name]
+
+    @property
+    def described_as(self) -> str:
+        """Return that what is measured moves on the flange, and along what."""
+        return f"a motion of what sits on the flange with {columns_in_words(self.depends_on)}"
 
     @property
     def coefficient_names(self) -> list[str]:

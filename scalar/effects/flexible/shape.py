@@ -8,9 +8,10 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from scalar.data.poses import Poses
+from scalar.data.poses import Poses, is_joint
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.variable import Variable
+from scalar.effects.wording import angle, columns_in_words, length, number
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -35,6 +36,28 @@ class UnattributedShape(UnattributedJoint):
     width: float = 1.0
 
     place: ClassVar[str] = "shape"
+
+    @property
+    def _shape_in_words(self) -> str:
+        along = columns_in_words(self.depends_on)
+        words = {
+            "line": "is proportional to",
+            "square": "varies with the square of",
+            "cube": "varies with the cube of",
+        }
+        if self.shape in words:
+            return f"{words[self.shape]} {along}"
+        if self.shape == "product":
+            return f"is proportional to the product of {along}"
+        return f"has a {self.shape} near {self._place_in_words}"
+
+    @property
+    def _place_in_words(self) -> str:
+        variable = self.variables[0]
+        at = variable.centre + self.at * variable.half
+        if is_joint(variable.name):
+            return length(at) if self.slides else angle(at, 3)
+        return f"order {at:.0f}" if variable.name == "order" else f"{variable.name} {number(at)}"
 
     @property
     def key(self) -> str:

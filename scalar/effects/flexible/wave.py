@@ -11,6 +11,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.variable import Variable
+from scalar.effects.wording import number
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -32,6 +33,10 @@ class UnattributedWave(UnattributedJoint):
     waves: int = N_WAVES
 
     place: ClassVar[str] = "wave"
+
+    @property
+    def _shape_in_words(self) -> str:
+        return f"has {number(self.order)} periods a turn"
 
     @property
     def key(self) -> str:
