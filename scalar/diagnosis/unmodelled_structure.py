@@ -174,7 +174,11 @@ def _with_replacement(
         # Several terms together are tried only with the best term as the first of them, because each attempt refits everything several times. They
         # are not tried in place of a spectrum of many orders.
         together_from = None
-        if imitated is not None and own.dof <= settings.most_coefficients_imitated:
+        if (
+            imitated is not None
+            and imitated.partial_imitators(state.dataset)
+            and own.dof <= settings.most_coefficients_imitated
+        ):
             together_from = max(entries, key=lambda entry: entry.evidence, default=None)
         for entry in entries:
             # If the named effect has more coefficients, further flexible terms may join the first one, which then has to explain only its share.
@@ -263,7 +267,7 @@ def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
     for i, effect in enumerate(effects):
         if effect.erring_joint is not None:
             by_joint.setdefault(effect.erring_joint, []).append(i)
-        if effect.is_change_in_time:
+        if effect.is_change_in_time or effect.follows:
             in_time.append(i)
     yield from (indices for indices in [*by_joint.values(), in_time] if len(indices) > 1)
     yield from ([i] for i, effect in enumerate(effects) if not effect.flexible)

@@ -12,6 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import ALWAYS, knock_std, on_plane, order_and_time, plane_centre, used_planes
 from scalar.effects.command_words import planes_named, start_named
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.arm_step import arm_steps
 from scalar.effects.picture import Axis, Map, Profile, View, variable_axis
 from scalar.effects.places import PointEffect
 from scalar.effects.plane_axes import coordinates_by_sensor_axes
@@ -195,6 +196,10 @@ class PlaneMoved(PointEffect):
     def same_place(self, other: Effect) -> bool:
         """Return whether the other moves the same plane, at any time."""
         return isinstance(other, PlaneMoved) and self.plane == other.plane
+
+    def imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return changes of a link, or of the whole arm, at that moment."""
+        return list(arm_steps(dataset, self.order))
 
     @property
     def is_change_in_time(self) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import missing_column
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.arm_step import arm_steps
 from scalar.effects.growth import growing_lengths, growth_picture
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.places import LinkEffect
@@ -179,6 +180,10 @@ class RestartedWarmUp(LinkEffect):
                 "the record has no stop after which the arm could warm up again: neither a gap in the time nor, without a time, sessions"
             )
         return [found[len(found) // 2]]
+
+    def imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return changes of a link, or of the whole arm, at several moments of the campaign."""
+        return list(arm_steps(dataset))
 
     @property
     def is_change_in_time(self) -> bool:

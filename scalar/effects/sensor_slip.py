@@ -12,6 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import ALWAYS, knock_std
 from scalar.effects.command_words import start_named
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.arm_step import arm_steps
 from scalar.effects.picture import Axis, Map, Profile, View, largest, variable_axis
 from scalar.effects.places import SensorEffect
 from scalar.geometry.robot import Robot
@@ -116,6 +117,10 @@ class SensorSlip(SensorEffect):
     def since(self, poses: Poses) -> Array | None:
         """Return at which poses the sensor has slipped ``(N,)``."""
         return poses.order >= self.order
+
+    def imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return changes of a link, or of the whole arm, at that moment."""
+        return [step for step in arm_steps(dataset, self.order) if step.joints != (dataset.robot.n_joints,)]
 
     @property
     def is_change_in_time(self) -> bool:
