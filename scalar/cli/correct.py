@@ -93,6 +93,7 @@ def correct(
         lines_on_large_changes,
         lines_on_measured_columns,
         lines_on_measured_ranges,
+        lines_on_setup,
         lines_on_small_degrees,
     )
     from scalar.data.io.csv_reader import cells_as_written
@@ -173,9 +174,14 @@ def correct(
     near = sensitivity(model, poses, found.q)
     for line in [
         *unsure,
+        *([] if frames_wanted else lines_on_setup(calibrated)),
         *(lines_on_left_out(refused) if leave_out else []),
         *warnings_on_written(robot, ids, found, near),
-        *([] if frames_wanted else lines_on_large_changes(robot, ids, poses.q, found.q)),
+        *(
+            []
+            if frames_wanted
+            else lines_on_large_changes(robot, ids, poses.q, found.q, is_near_singular(near))
+        ),
         *(outside := lines_on_measured_ranges(calibrated, found.q)),
         *lines_on_measured_columns(calibrated, table),
         *([_CHOSEN] if outside and not with_joints else []),

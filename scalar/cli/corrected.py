@@ -8,7 +8,7 @@ from math import pi
 from pathlib import Path
 from typing import Any
 
-from scalar.cli.terminal import say
+from scalar.errors import Fault
 
 CORRECTED = "corrected-dataset.yaml"
 _ROUNDING = 1e-12  # m or rad: what conversions between conventions leave
@@ -40,11 +40,11 @@ def corrected_description(dataset: Path, output: Path) -> Iterator[None]:
             dump_yaml(
                 {**described, "robot": corrected_block(described["robot"], stated_mapping(robot))}, path
             )
-            say(
-                f"scalar: {path} is dataset.yaml with the table of joints corrected for the first of the suspicions below; "
-                "if it is right, look at the limits of the joints that it changes, and put it in the place of dataset.yaml",
-                err=True,
+            offer = (
+                f"written: dataset.yaml with the table of joints corrected{' for the first of these suspicions' if len(refusal.faults) > 1 else ''}; "
+                "if it is right, look at the limits of the joints that it changes, and put it in the place of dataset.yaml"
             )
+            refusal.faults = (*refusal.faults, Fault(str(path), offer))
         raise
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 MOST_SHOWN = 10
 """Most poses that are listed one by one."""
 _FEW_ROWS = 3  # chosen: so few poses may all be near zero
+_OF_THE_TABLE = ("robot", "joint_zero", "length_unit")  # what a calibration may doubt in the table of joints
 _LARGE_TURN, _LARGE_TRAVEL = 1 * DEG, 10 * MM
 """Chosen: ten times what the errors of an arm usually take away from singularities."""
 _MOST_JOINTS = 3  # named in the line on measured ranges, those with the most poses outside first
@@ -73,7 +74,19 @@ def lines_on_small_degrees(robot: Robot, q: Array, unit: str) -> list[str]:
     ]
 
 
-def lines_on_large_changes(robot: Robot, ids: Array, nominal: Array, corrected: Array) -> list[str]:
+def lines_on_setup(calibration: Calibration) -> list[str]:
+    """Return a line for each doubt of the calibration about its table of joints, by which the joint angles of a program are understood."""
+    return [
+        f"  check the table of joints first: {doubt['sentence']}. This program is understood by that table: if the controller has the right "
+        "number, the corrections are wrong by as much"
+        for doubt in calibration.summary.get("setup", ())
+        if doubt["what"] in _OF_THE_TABLE
+    ]
+
+
+def lines_on_large_changes(
+    robot: Robot, ids: Array, nominal: Array, corrected: Array, near_singular: Array
+) -> list[str]:
     """Return one line on the joint positions that a correction changes by more than a degree or 10 mm; none if it changes none by as much.
 
     Args:
@@ -81,6 +94,7 @@ def lines_on_large_changes(robot: Robot, ids: Array, nominal: Array, corrected: 
         ids: ``(N,)``, numbers of the poses.
         nominal: ``(N, n)`` [rad; m of a joint that slides], as given.
         corrected: ``(N, n)``, to be commanded.
+        near_singular: ``(N,)`` bool, which poses are near a singularity.
     """
     import numpy as np
 
@@ -98,10 +112,10 @@ def lines_on_large_changes(robot: Robot, ids: Array, nominal: Array, corrected: 
 
     named = ", ".join(words(i) for i in large[:_MOST_JOINTS])
     more = f" and {len(large) - _MOST_JOINTS} more" if len(large) > _MOST_JOINTS else ""
-    return [
-        f"  look at these before they run: the correction moves a joint far in {named}{more}; near a singularity a small correction of the sensor "
-        "takes a large turn of a joint"
-    ]
+    why = "; near a singularity a small correction of the sensor takes a large turn of a joint"
+    if not near_singular[large].all():
+        why = ", and not only near singularities: is the calibration that of this robot, and was the program made with the same table of joints?"
+    return [f"  look at these before they run: the correction moves a joint far in {named}{more}{why}"]
 
 
 def lines_on_measured_columns(calibration: Calibration, table: pd.DataFrame) -> list[str]:

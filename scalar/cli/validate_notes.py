@@ -1,4 +1,4 @@
-"""Lines of ``scalar validate`` on what is no fault and looks like one: joints beyond their limits or without motion, heavy loads, copies."""
+"""Lines of ``scalar validate`` on what is no fault and looks like one: joints beyond their limits or without motion, wrong units, copies."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import numpy as np
 
 from scalar.data.copies import copies_in_words
 from scalar.data.covariates import misspelt_columns
-from scalar.data.formats import PAYLOAD
 from scalar.data.motion import faults_without_motion, still_in_words, still_joints
+from scalar.data.record_units import units_suspected
 from scalar.units import DEG, unit_of_joint
 
 if TYPE_CHECKING:
@@ -26,7 +26,6 @@ WARNING = "warning:"
 _SEVERAL = 10  # poses from which their angles are looked at
 _TWO_TURNS_AS_DEGREES = 4.0 * math.pi * DEG  # rad
 _BEYOND = 1e-3  # rad or m: limits and angles may be rounded by as much
-_HEAVY = 1000.0  # kg; chosen: hardly any arm carries more, and most payloads in grams are larger
 
 
 def notes_on(content: Content, layout: MeasuredTable | None) -> list[str]:
@@ -41,7 +40,7 @@ def notes_on(content: Content, layout: MeasuredTable | None) -> list[str]:
     still = _without_motion(q, points, layout)
     lines = still or _small_angles(poses, joints)
     lines += _beyond_limits(q, poses.columns["pose"], joints)
-    lines += _heavy_payloads(poses)
+    lines += [f"  {WARNING} poses.csv: {told}" for told in units_suspected(poses.columns)]
     lines += [f"  {WARNING} poses.csv: {told}" for told in misspelt_columns(list(poses.columns), len(joints))]
     return lines + (_copies(poses, points) if points is not None and not still else [])
 
@@ -84,18 +83,6 @@ def _beyond_limits(q: np.ndarray, ids: np.ndarray, joints: Sequence[Mapping[str,
             f"{excess[worst] / size:.1f} {unit} (pose {ids[worst]:.0f}); check {check}"
         )
     return lines
-
-
-def _heavy_payloads(poses: Table) -> list[str]:
-    """Return a warning if a payload is heavier than what arms carry."""
-    masses = poses.columns.get(PAYLOAD[0])
-    if masses is None or not len(masses) or float(masses.max()) <= _HEAVY:
-        return []
-    count, heaviest = int(np.count_nonzero(masses > _HEAVY)), float(masses.max())
-    return [
-        f"  {WARNING} {PAYLOAD[0]} of poses.csv is as large as {heaviest:g} kg, and more than {_HEAVY:g} kg in {count} of {len(masses)} poses; "
-        "are these grams? write kilograms"
-    ]
 
 
 def _small_angles(poses: Table, joints: Sequence[Mapping[str, Any]]) -> list[str]:

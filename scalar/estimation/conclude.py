@@ -22,7 +22,8 @@ from scalar.estimation.reporting import reporting, sensor_mapping
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, FitSettings
-from scalar.estimation.setup.plausibility import implausible
+from scalar.estimation.setup.plausibility import LENGTH_UNIT, implausible
+from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import as_stated
 from scalar.sensors.pose_noise import ROTATION_NOISE
@@ -101,23 +102,25 @@ def conclude(
     std = np.full(len(names), np.nan)
     std[found.free] = np.sqrt(np.diag(covariance))
     residual = residuals.rms(model)
+    suspicions = implausible(
+        dataset,
+        model,
+        std,
+        rotation_observed=residuals.measurement.observes_orientation,
+        residual=residual,
+        misfit_ratio=None if to_stated is None else lack.ratio * to_stated,
+        rotation_noise=max(
+            (n.value for n in residuals.measurement.estimated_noise if n.name == ROTATION_NOISE),
+            default=0.0,
+        ),
+        fixed_length=next(
+            (h.name for h in prepared.identifiability.fixed if h.reason == NO_LENGTH_KNOWN), None
+        ),
+    )
+    if units := tuple(suspicion for suspicion in suspicions if suspicion.what == LENGTH_UNIT):
+        raise WrongSetup(units)
     summary["setup"] = [
-        {**suspicion.to_mapping(), "sentence": suspicion.sentence}
-        for suspicion in implausible(
-            dataset,
-            model,
-            std,
-            rotation_observed=residuals.measurement.observes_orientation,
-            residual=residual,
-            misfit_ratio=None if to_stated is None else lack.ratio * to_stated,
-            rotation_noise=max(
-                (n.value for n in residuals.measurement.estimated_noise if n.name == ROTATION_NOISE),
-                default=0.0,
-            ),
-            fixed_length=next(
-                (h.name for h in prepared.identifiability.fixed if h.reason == NO_LENGTH_KNOWN), None
-            ),
-        )
+        {**suspicion.to_mapping(), "sentence": suspicion.sentence} for suspicion in suspicions
     ]
     return Calibration(
         model=model,

@@ -68,13 +68,13 @@ def explain(
     if _is_scale(names, direction, values):
         reason = NO_LENGTH_KNOWN
     elif cause == "still":
-        which = " and ".join(str(i) for i in still)
+        which = f"joint{'s' if len(still) > 1 else ''} {_listed([str(i) for i in still])} never move{'' if len(still) > 1 else 's'}"
         consequence = (
             f"only its combination with {_listed(moves_with)} is determined"
             if others
             else "no residual depends on it"
         )
-        reason = f"joint {which} never moves in these data, so {consequence}"
+        reason = f"{which} in these data, so {consequence}"
     elif joint - 1 in prismatic and cause == "structural" and name.split("_")[0] in ("a", "d"):
         reason = (
             f"joint {joint} slides, so the direction of its axis matters and its place does not: "

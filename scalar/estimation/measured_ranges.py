@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scalar.data.poses import is_joint
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -25,8 +26,9 @@ _MARGIN = 0.1  # chosen: of a joint's range; what lies nearer to it than this co
 
 
 def ranges_of_columns(dataset: Dataset, effects: Sequence[Effect]) -> dict[str, list[float]]:
-    """Return the range of each column of poses.csv that effects follow (``Effect.follows``): a temperature, for example."""
-    names = dict.fromkeys(name for effect in effects for name in effect.follows if name in dataset.poses)
+    """Return the range of each column of poses.csv, other than joints and order, that effects follow or vary with: a temperature, for example."""
+    columns = dict.fromkeys(name for effect in effects for name in (*effect.follows, *effect.depends_on))
+    names = [name for name in columns if name in dataset.poses and name != "order" and not is_joint(name)]
     values = {name: dataset.poses[name].to_numpy(dtype=float) for name in names}
     return {name: [float(of_poses.min()), float(of_poses.max())] for name, of_poses in values.items()}
 

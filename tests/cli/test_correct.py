@@ -92,6 +92,10 @@ def test_joints_that_a_correction_moves_far_are_named():
     q = np.zeros((5, 6))
     moved = q.copy()
     moved[1, 2], moved[3, 5], moved[4, 0] = np.radians([2.0, -7.5, 0.5])
-    (line,) = lines_on_large_changes(robot, np.arange(10, 15), q, moved)
+    near = np.ones(5, dtype=bool)
+    (line,) = lines_on_large_changes(robot, np.arange(10, 15), q, moved, ~near)
+    assert "same table of joints" in line
+    (line,) = lines_on_large_changes(robot, np.arange(10, 15), q, moved, near)
+    assert "near a singularity" in line
     assert "pose 13 (joint 6 by 7.5 deg), pose 11 (joint 3 by 2.0 deg);" in line
-    assert lines_on_large_changes(robot, np.arange(5), q, moved / 20) == []
+    assert lines_on_large_changes(robot, np.arange(5), q, moved / 20, near) == []

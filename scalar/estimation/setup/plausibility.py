@@ -6,6 +6,7 @@ import numpy as np
 
 from scalar.data.covariates import misspelt_columns
 from scalar.data.dataset import Dataset
+from scalar.data.record_units import units_suspected
 from scalar.data.rounding import rounded_angles, rounded_points
 from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
@@ -20,6 +21,7 @@ from scalar.geometry.standard_dh import as_stated
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
+LENGTH_UNIT = "length_unit"  # as a suspicion names a wrong unit of all lengths
 LINK_SHARE = 0.02  # of the arm's length: real links differ from their table by a millimetre or two, and reference frames by a few more
 LEAST_LINK = 10 * MM  # the limit for a link is at least this, however short the arm
 LEAST_SLIP = 5 * MM  # a length that is farther from the table may be mistyped, if the others are near it
@@ -99,6 +101,10 @@ def implausible(
         Suspicion("column", "poses.csv", told)
         for told in misspelt_columns(list(dataset.poses.columns), dataset.robot.n_joints)
     ]
+    found += [
+        Suspicion("column", "poses.csv", f"poses.csv: {told}")
+        for told in units_suspected({name: dataset.poses[name].to_numpy() for name in dataset.poses})
+    ]
     if copies := copied_poses(dataset):
         found.append(Suspicion("copies", "poses.csv", copies))
     return tuple(found)
@@ -160,7 +166,7 @@ def _lengths(dataset: Dataset, model: Model, std: Array, fixed_length: str | Non
     if common:
         return [
             Suspicion(
-                "length_unit",
+                LENGTH_UNIT,
                 kind_of(dataset).format.measured_in,
                 f"all links come out {typical:.3g} times as long as dataset.yaml has them: look at the unit of the measurements "
                 "and of the table of joints (millimetres, inches, metres)",
