@@ -42,6 +42,7 @@ use rule gather_numbers as gather_fresh_numbers with:
         planes=resource("published_plane_errors.csv"),
         curves=resource("published_curves.csv"),
         claims=resource("published_claims.csv"),
+        followup=resource("published_followup.csv"),
         judged=resource("judged_claims.csv"),
         trials=[f"{TRIALS_DIR}/summaries/{path.name}" for path in TRIALS_REPORTED],
         stratified=[local(path) for path in STRATIFIED_REPORTED],

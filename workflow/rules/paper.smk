@@ -213,6 +213,7 @@ rule gather_numbers:
         planes=resource("published_plane_errors.csv"),
         curves=resource("published_curves.csv"),
         claims=resource("published_claims.csv"),
+        followup=resource("published_followup.csv"),
         judged=resource("judged_claims.csv"),
         trials=[local(path) for path in TRIALS_REPORTED],
         stratified=[local(path) for path in STRATIFIED_REPORTED],

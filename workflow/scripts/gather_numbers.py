@@ -11,7 +11,7 @@ with logged(snakemake.log):
     from study.paper import committed
     from study.paper.measured_rivals import counts
     from study.paper.numbers import gather
-    from study.paper.parts import compared, conventions, settings, setup, stated
+    from study.paper.parts import compared, conventions, measured_later, settings, setup, stated
     from study.paper.trials import reported_stratified, reported_trials, with_ratios
 
     WORST = "worst_after_over_before"
@@ -26,6 +26,7 @@ with logged(snakemake.log):
     parts["published"] = stated(
         *map(read_table, (given.headline, given.planes, given.curves, given.claims, given.judged))
     )
+    parts["followup"] = measured_later(read_table(given.followup))
     if given.trials:
         names = snakemake.params.trials
         parts["trials"] = reported_trials(dict(zip(names, map(read_table, given.trials), strict=True)))

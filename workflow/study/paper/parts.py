@@ -182,6 +182,16 @@ def stated(
     }
 
 
+def measured_later(followup: pd.DataFrame) -> dict[str, dict[str, float]]:
+    """Return the errors of a real arm that the authors of the original paper published later: ``{error: {"before": value, "after": value}}``.
+
+    Args:
+        followup: published_followup.csv.
+    """
+    states: Any = followup.set_index("state")[["position_mean_mm", "position_max_mm"]]
+    return states.to_dict()
+
+
 def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
     """Return ratios between numbers of the parts; the names of ratios have no unit.
 

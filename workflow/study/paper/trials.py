@@ -178,6 +178,7 @@ STRATIFIED_RATES = (
     "missed",
     "wrong",
     "wrong_sure",
+    "wrong_noise",
     "fair",
     "worse",
     "much_worse",
