@@ -34,7 +34,7 @@ WORDS = {"none": "nothing", "unattributed": "unattributed", "failed": "no answer
 KINDS = (  # column of power.csv, words, colour, hatch: distinguished in grey as well
     ("right", "named right, target included", PROPOSED, ""),
     ("listed", "another name, the right one listed beside it", COLOURS["another name"], "///"),
-    ("elsewhere", "right name, wrong target or moment", COLOURS["wrong target"], "..."),
+    ("elsewhere", "right name, wrong target", COLOURS["wrong target"], "..."),
     ("wrong", "wrong name", COLOURS["wrong name"], "xxx"),
     ("unattributed", "unattributed", COLOURS["unattributed"], "\\\\\\"),
     ("unobservable", "declared unobservable", COLOURS["unobservable"], ""),
