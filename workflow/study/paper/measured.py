@@ -19,9 +19,10 @@ def measured_counts(sets: Mapping[str, Any]) -> dict[str, Any]:
         sets: The sets of the summary of measured arms.
 
     Returns:
-        ``sets``, ``unattributed`` (the verdict), ``named`` (with a name that is sure), and what ``_unseen`` returns for all of them; ``motoman``, the
-        same for the Motomans; ``control_ahead``, the sets in which the control has the smallest error on held-out poses, by a factor of more than ``WORSE``;
-        ``control_share``, the least and the greatest share of the gain on held-out poses that the control reaches too, over the sets of the iiwa.
+        ``sets``, ``unattributed`` (the verdict), ``named`` (with a name that is sure), and what ``_unseen`` returns for all of them;
+        ``motoman``, the same for the Motomans; ``control_ahead``, the sets in which the control has the smallest error on held-out poses, by a
+        factor of more than ``WORSE``; ``control_share``, the least and the greatest share of the gain on held-out poses that the control reaches
+        too, over the sets of the iiwa.
     """
     shares = [share for found in _of(sets, "iiwa").values() if (share := _control_share(found)) is not None]
     return {
