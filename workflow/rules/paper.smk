@@ -60,7 +60,12 @@ LEANING_SUMMARY = PAPER / "summaries/leaning_walls/numbers.json"
 if LEANING_SUMMARY.exists():
     PAPER_NUMBERS["leaning_walls"] = local(LEANING_SUMMARY)
 
+TRACKED_SUMMARY = PAPER / "summaries/tracked_trials/numbers.json"
+if TRACKED_SUMMARY.exists():
+    PAPER_NUMBERS["tracked_trials"] = local(TRACKED_SUMMARY)
+
 BENCHMARK_SUMMARY = PAPER / "summaries/benchmark/numbers.json"
+BENCHMARK_TABLE = ROOT / "benchmarks/diagnosis/results.csv"
 if BENCHMARK_SUMMARY.exists():
     PAPER_NUMBERS["benchmark"] = local(BENCHMARK_SUMMARY)
 
@@ -208,13 +213,20 @@ rule gather_numbers:
         planes=resource("published_plane_errors.csv"),
         curves=resource("published_curves.csv"),
         claims=resource("published_claims.csv"),
+        followup=resource("published_followup.csv"),
         judged=resource("judged_claims.csv"),
         trials=[local(path) for path in TRIALS_REPORTED],
         stratified=[local(path) for path in STRATIFIED_REPORTED],
         exams=[local(path) for path in EXAM_RECORDS],
         ratios=local(STRATIFIED_SUMMARIES / "ratios.csv") if STRATIFIED_REPORTED else [],
+        conditions=local(STRATIFIED_SUMMARIES / "conditions.csv") if STRATIFIED_REPORTED else [],
+        confidence=local(STRATIFIED_SUMMARIES / "confidence.csv") if STRATIFIED_REPORTED else [],
+        separation=local(PLANNING_SUMMARIES / "separation.csv") if "separation" in PAPER_NUMBERS else [],
+        correlation=f"{HEADLINE}/correlation.csv" if "headline/correlation.svg" in PAPER_FIGURES else [],
+        rivals=local(BENCHMARK_TABLE) if "benchmark" in PAPER_NUMBERS else [],
         modules=modules(
             "study.paper.numbers",
+            "study.paper.committed",
             "study.paper.measured_rivals",
             "study.paper.parts",
             "study.paper.trials",

@@ -8,9 +8,10 @@ with logged(snakemake.log):
 
     from scalar.data.io.atomic import write_json
     from study.common.tables import read_table
+    from study.paper import committed
     from study.paper.measured_rivals import counts
     from study.paper.numbers import gather
-    from study.paper.parts import compared, conventions, settings, setup, stated
+    from study.paper.parts import compared, conventions, measured_later, settings, setup, stated
     from study.paper.trials import reported_stratified, reported_trials, with_ratios
 
     WORST = "worst_after_over_before"
@@ -25,6 +26,7 @@ with logged(snakemake.log):
     parts["published"] = stated(
         *map(read_table, (given.headline, given.planes, given.curves, given.claims, given.judged))
     )
+    parts["followup"] = measured_later(read_table(given.followup))
     if given.trials:
         names = snakemake.params.trials
         parts["trials"] = reported_trials(dict(zip(names, map(read_table, given.trials), strict=True)))
@@ -36,9 +38,17 @@ with logged(snakemake.log):
             {"all": reported_stratified(table)["all"], WORST: exam[WORST]}
             for table, exam in zip(earlier, exams, strict=True)
         ]
+        parts["stratified"]["conditions"] = committed.conditions(read_table(given.conditions))
+        parts["stratified"]["confidence"] = committed.confidence(read_table(given.confidence))
         parts["stratified"]["earlier_larger"] = sum(
             exam[WORST] > parts["stratified"][WORST] for exam in exams
         )
+    if given.separation:
+        parts["separation"]["separable"] |= committed.separated(read_table(given.separation))
+    if given.correlation:
+        parts["correlations"] = committed.strong_correlations(read_table(given.correlation))
+    if given.rivals:
+        parts["benchmark"]["with_moment"] = committed.with_moment(read_table(given.rivals))
     if "measured_rivals" in parts:
         parts["measured_rivals"] |= counts(parts["measured_rivals"]["sets"])
     parts["compared"] = compared(parts)

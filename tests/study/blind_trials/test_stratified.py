@@ -15,7 +15,9 @@ from study.blind_trials.stratified_score import FAIR, trial_score
 from study.blind_trials.stratified_summaries import (
     RATES,
     ROWS,
+    condition_counts,
     confidence_bins,
+    kind_of_injected,
     rate_table,
     ratios,
     summarise_trials,
@@ -233,6 +235,26 @@ def test_answers_are_counted_by_what_they_state():
     top = bins.query("of == 'effect' and to == 1.0").iloc[0]
     assert (top["answers"], top["right"]) == (2, 1)
     assert bins["answers"].sum() == 4
+
+
+def test_sets_are_counted_by_how_many_effects_they_have(design):
+    """The kind of a set follows from its level of the design, and every factor counts each set once, whatever the sizes of its effects."""
+    kinds = {"three": "3", "four": "4", "five": "5", "one": "1", "cause": "unknown", "shape": "unknown"}
+    trials = design.trials(120)
+    for trial in trials:
+        names = [{"name": entry["effect"]} for entry in trial.injected]
+        assert kind_of_injected(names) == kinds.get(trial.conditions["injected"], "none")
+    rows = [
+        trial.conditions
+        | {"injected": json.dumps([{"name": e["effect"], "size": k} for e in trial.injected])}
+        | {rate: k % 2 == 0 for rate in ("clean", "wrong", "wrong_sure", "worse")}
+        for k, trial in enumerate(trials)
+    ]
+    counts = condition_counts(pd.DataFrame(rows))
+    assert list(counts["factor"].unique()) == list(FACTORS)
+    assert (counts.groupby("factor")["sets"].sum() == 120).all()
+    assert (counts.groupby("factor")["clean"].sum() == 60).all()
+    assert set(counts.query("factor == 'injected'")["level"]) == {"none", *kinds.values()}
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from study.measured.gears import agreement, gear_errors
 from study.measured.models import BEFORE, compare, on_a_fresh_split, on_shuffled_angles
-from study.paper.parts import measured_counts
+from study.paper.measured import measured_counts
 from study.plots.measured import draw_errors, draw_gears
 
 from scalar import diagnose
@@ -151,22 +151,55 @@ def test_the_tables_say_what_the_summaries_say():
         assert all(len(checksum) == 64 for checksum in found["files_sha256"].values())
 
 
+def of_one_set(before, after, verdict="effect", sure=0, held_out=(0.4, 0.2, 0.3), scatter=0.05):
+    """Return the entry of a set, with errors on held-out poses of the geometry, of the correction and of the control."""
+    geometry, corrected, control = held_out
+    return {
+        "verdict": verdict,
+        "sure": sure,
+        "models": {
+            "geometry": {"held_out_rms_mm": geometry},
+            "geometry_and_effects": {"held_out_rms_mm": corrected},
+        },
+        "checks": {"shuffled": {"held_out_rms_mm": control}},
+        "unseen": {
+            "before_rms_mm": before,
+            "before_rms_spread_mm": scatter / 2,
+            "after_rms_mm": after,
+            "after_rms_spread_mm": scatter,
+        },
+    }
+
+
 def test_counts_of_measured_sets():
     """A set whose error stays is not corrected, one whose error grows is harmed, and one without errors on unseen poses counts as neither."""
-    pairs = ((0.4, 0.1), (0.4, 0.4), (0.4, 0.5), (None, None))
     sets = {
-        str(i): {
-            "verdict": verdict,
-            "sure": i % 2,
-            "unseen": {"before_rms_mm": before, "after_rms_mm": after},
-        }
-        for i, ((before, after), verdict) in enumerate(
-            zip(pairs, ("effect", "unattributed", "unattributed", "effect"), strict=True)
-        )
+        "iiwa": of_one_set(0.4, 0.1, sure=1),
+        "ma1440": of_one_set(0.4, 0.4, "unattributed", held_out=(0.4, 0.4, 0.3)),
+        "ma2010": of_one_set(0.4, 0.5, "unattributed", sure=2),
+        "irb": of_one_set(None, None),
+        "irb_2": of_one_set(0.4, 0.3, scatter=0.2),
     }
-    assert measured_counts(sets) == {
-        "sets": 4, "unattributed": 2, "named": 2, "unseen": 3, "corrected": 1, "not_corrected": 1, "harmful": 1
+    found = measured_counts(sets)
+    assert {key: found[key] for key in ("sets", "unattributed", "named", "unseen", "corrected", "not_corrected", "harmful")} == {
+        "sets": 5, "unattributed": 2, "named": 2, "unseen": 4, "corrected": 2, "not_corrected": 1, "harmful": 1
     }  # fmt: skip
+    assert found["clearly_corrected"] == 1, (
+        "an error that falls by less than its scatter over the parts is not clearly smaller"
+    )
+    assert (found["motoman"]["unseen"], found["motoman"]["harmful"]) == (2, 1)
+
+
+def test_the_control_is_compared_with_geometry_and_correction():
+    """The control is ahead only if it has the smallest of three errors, and its share of the gain is defined only where there is a gain."""
+    sets = {
+        "iiwa_a": of_one_set(0.4, 0.1, held_out=(1.0, 0.2, 0.4)),
+        "iiwa_b": of_one_set(0.4, 0.1, held_out=(1.0, 0.5, 0.9)),
+        "iiwa_c": of_one_set(0.4, 0.4, held_out=(1.0, 1.0, 0.9)),
+    }
+    found = measured_counts(sets)
+    assert found["control_ahead"] == ["iiwa_c"]
+    assert found["control_share"] == {"least": pytest.approx(0.2), "greatest": pytest.approx(0.75)}
 
 
 def number(n):

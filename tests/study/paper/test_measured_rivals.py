@@ -8,6 +8,7 @@ def half(diagnosis, process=1.0, network=1.0, within=1.0):
     """Return the errors of one half, in units of what geometry leaves."""
     return {
         "geometry_mm": 1.0,
+        "stated_mm": 2.0 * diagnosis,
         "diagnosis_mm": diagnosis,
         "gaussian_process_mm": process,
         "network_mm": network,
@@ -34,4 +35,6 @@ def test_halves_are_counted_by_a_stated_factor():
         "harmful": 1,
         "harmful_within": 0,
         "learned_harmful": 1,
+        "learned_nothing": 2,
+        "stated_mm": {"least": 1.0, "greatest": 2.0 * (WORSE + 0.01)},
     }

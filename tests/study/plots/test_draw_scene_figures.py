@@ -57,7 +57,7 @@ def test_strong_correlations_have_their_number():
 def test_the_map_has_units_and_states():
     """The map names each state and its unit, and says if there is no calibration at all."""
     text = words(draw_workspace(errors(), 5))
-    for word in ("before", "found", "predicted", "[mm]", "[µm]", "5 simulated workcells"):
+    for word in ("before", "found", "predicted", "[mm]", "[µm]", "5 repetitions"):
         assert word in text
     assert "no fit" in words(draw_workspace(errors().head(0), 0))
 

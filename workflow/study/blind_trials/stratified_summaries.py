@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -31,6 +31,7 @@ RATES = (
     "much_worse", "failed",
 )  # fmt: skip
 RATIOS = ("after_over_floor", "after_over_before", "after_over_told", "told_over_floor")
+CONDITION_RATES = ("clean", "wrong", "wrong_sure", "worse")  # that are counted for each level of each factor
 QUANTILES = (0.5, 0.95, 1.0)
 BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 1.0)  # edges of the bins of the stated confidence
 WEAK = 5.0  # standard errors in a calibration that is told the causes: an effect with fewer is hardly distinguished from chance among all candidates
@@ -133,6 +134,31 @@ def named_answers(sets: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["row", "poses", "name", "of", "confidence", "right"])
 
 
+def condition_counts(judged: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each level of each factor of the design: the number of sets, and in how many of them each of ``CONDITION_RATES`` holds.
+
+    The factor ``injected`` has a level for each kind of injected effects, as ``kind_of_injected`` names it.
+
+    Args:
+        judged: As ``scored`` returns it.
+    """
+    table: Any = judged.assign(injected=[kind_of_injected(json.loads(text)) for text in judged["injected"]])
+    rows = [
+        {"factor": factor, "level": level, "sets": len(group)}
+        | {rate: int(group[rate].sum()) for rate in CONDITION_RATES}
+        for factor in FACTORS
+        for level, group in table.groupby(factor, sort=False)
+    ]
+    return pd.DataFrame(rows)
+
+
+def kind_of_injected(injected: Sequence[Mapping[str, Any]]) -> str:
+    """Return ``none``, the number of injected effects of the catalogue, or ``unknown`` for a cause that has no name in it."""
+    if any(effect["name"] == "unknown" for effect in injected):
+        return "unknown"
+    return str(len(injected)) if injected else "none"
+
+
 def truth_in(row: Mapping[Any, Any]) -> dict[str, Any]:
     """Return the truth of a set, as ``acceptable`` takes it, from its row."""
     return {key: json.loads(row[f"{key}_truth"]) for key in ("scanner", "surface")} | {
@@ -179,12 +205,6 @@ def summarise_trials(
         design: Content of the config from which the sets were drawn.
     """
     judged: Any = scored(sets)
-    by_condition = [
-        {"factor": factor, "level": level, "sets": len(group)}
-        | {rate: int(group[rate].sum()) for rate in ("clean", "wrong", "wrong_sure", "worse")}
-        for factor in FACTORS
-        for level, group in judged.groupby(factor, sort=False)
-    ]
     columns: Any = sets
     seconds = {key: float(columns[key].sum()) for key in ("simulate_s", "diagnose_s")}
     numbers = {
@@ -202,5 +222,5 @@ def summarise_trials(
         "table": rate_table(judged),
         "ratios": ratios(judged),
         "confidence": confidence_bins(named_answers(sets)),
-        "conditions": pd.DataFrame(by_condition),
+        "conditions": condition_counts(judged),
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isclose
 from typing import Any
 
 from study.blind_trials.stratified_score import WORSE
@@ -10,12 +11,13 @@ from study.blind_trials.stratified_score import WORSE
 LEARNERS = ("gaussian_process", "network")
 
 
-def counts(sets: Mapping[str, Any]) -> dict[str, int]:
+def counts(sets: Mapping[str, Any]) -> dict[str, Any]:
     """Return the number of halves, and of those in which predictions at unseen poses are better or worse by a factor of more than ``WORSE``.
 
     ``ahead``: the diagnosis has a smaller error than every learner; ``behind``: a larger one than the best learner; ``harmful`` and
     ``learned_harmful``: the diagnosis, or a learner, has a larger error than geometry alone; ``*_within``: at poses within
-    the ranges of the joints that were learned from.
+    the ranges of the joints that were learned from. ``learned_nothing``: every learner leaves the error of the geometry as it is.
+    ``stated_mm``: the least and the greatest error within the joint limits that the diagnosis of a half states.
 
     Args:
         sets: ``sets`` of the summary that benchmarks/diagnosis/measured.py writes.
@@ -40,4 +42,11 @@ def counts(sets: Mapping[str, Any]) -> dict[str, int]:
         "learned_harmful": count(
             lambda half: any(half[f"{name}_mm"] > WORSE * half["geometry_mm"] for name in LEARNERS)
         ),
+        "learned_nothing": count(
+            lambda half: all(isclose(half[f"{name}_mm"], half["geometry_mm"]) for name in LEARNERS)
+        ),
+        "stated_mm": {
+            "least": min(half["stated_mm"] for half in halves),
+            "greatest": max(half["stated_mm"] for half in halves),
+        },
     }

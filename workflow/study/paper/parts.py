@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import asin, exp, hypot, isclose, log
+from math import asin, exp, hypot, log
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from study.blind_trials.stratified_score import MUCH_WORSE, WORSE
 from study.common.methods import INITIAL, PROPOSED
 from study.common.scene_config import is_wall
 from study.common.statistics import BAND, QUANTITIES
+from study.paper.measured import measured_counts
 from study.published_curves.curves import LEFT_OUT
 from study.sweeps.numbers import NEAR_BOUND
 
@@ -181,6 +182,16 @@ def stated(
     }
 
 
+def measured_later(followup: pd.DataFrame) -> dict[str, dict[str, float]]:
+    """Return the errors of a real arm that the authors of the original paper published later: ``{error: {"before": value, "after": value}}``.
+
+    Args:
+        followup: published_followup.csv.
+    """
+    states: Any = followup.set_index("state")[["position_mean_mm", "position_max_mm"]]
+    return states.to_dict()
+
+
 def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
     """Return ratios between numbers of the parts; the names of ratios have no unit.
 
@@ -207,6 +218,8 @@ def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
     if "published_curves" in parts:
         chosen = [e for e in parts["published_curves"]["left_out"] if e["reason"] == LEFT_OUT]
         found["left_out"] = {e["sweep"]: int(e["value"]) for e in chosen}
+        recovery = parts["published_curves"]["recovery"]
+        found["recovery"] = {"curves": recovery["sets"] * len(recovery["by_candidate"])}
         found["sizes"] = _sizes(parts["published_curves"]["candidates"])
         found["workcells"] = _workcells(parts["published_curves"], found["published_over_proposed"])
     found["measured"] = measured_counts(parts.get("measured", {}).get("sets", {}))
@@ -224,32 +237,6 @@ def compared(parts: Mapping[str, Any]) -> dict[str, Any]:
         worse = case["ways"]["robot_first"]["one_pass"]["worse_than_at_once"]["position_mean"]
         found["sequential"] = {"one_pass_wins": 1.0 - worse}
     return found
-
-
-def measured_counts(sets: Mapping[str, Any]) -> dict[str, Any]:
-    """Return in how many measured sets what holds: the verdicts, the errors on unseen poses without and with the correction, and the names.
-
-    Args:
-        sets: The sets of the summary of measured arms.
-
-    Returns:
-        ``sets``, ``unattributed`` (the verdict), ``named`` (with a name that is sure), ``unseen`` (with errors on unseen poses), and of these
-        ``corrected`` (the error on unseen poses falls), ``not_corrected`` (it stays: the geometry alone is shipped), ``harmful`` (it grows).
-    """
-    pairs = [
-        (found["unseen"]["before_rms_mm"], found["unseen"]["after_rms_mm"])
-        for found in sets.values()
-        if found.get("unseen", {}).get("before_rms_mm") is not None
-    ]
-    return {
-        "sets": len(sets),
-        "unattributed": sum(found["verdict"] == "unattributed" for found in sets.values()),
-        "named": sum(found.get("sure", 0) > 0 for found in sets.values()),
-        "unseen": len(pairs),
-        "corrected": sum(after < before and not isclose(before, after) for before, after in pairs),
-        "not_corrected": sum(isclose(before, after) for before, after in pairs),
-        "harmful": sum(after > before and not isclose(before, after) for before, after in pairs),
-    }
 
 
 def _sizes(candidates: Mapping[str, Any]) -> dict[str, Any]:

@@ -25,6 +25,7 @@ from study.plots.style import (
     PROPOSED,
     PROPOSED_DARK,
     PROPOSED_LIGHT,
+    decimal_ticks,
     new_figure,
     styled,
 )
@@ -201,6 +202,7 @@ def draw_errors_after(errors: pd.DataFrame, size: float = 1.0) -> Figure:
         bar: Any = {"color": LINE, "markersize": 9, "markeredgewidth": 1.8, "linestyle": "none"}
         ax.plot(control, place, "|", label="matched control: the same scene without the effect", **bar)
         ax.set_xscale("log")
+        decimal_ticks(ax.xaxis)
         ax.set_xlabel("mean position error over 10,000 poses, base aligned [mm]")
         ratio = rows["after_over_control"].to_numpy(dtype=float)
         right = ax.secondary_yaxis("right")

@@ -18,19 +18,18 @@ from study.plots.style import (
     LOOKS,
     PAGE_IN,
     PROPOSED,
-    PROPOSED_LIGHT,
     new_figure,
     styled,
 )
 
 COLOURS_OF = {
     "right": PROPOSED,
-    "unattributed": PROPOSED_LIGHT,
+    "unattributed": COLOURS["unattributed"],
     "wrong": COLOURS["wrong name"],
     "refused": FAINT,
     "crashed": LINE,
 }
-HATCHES = {"right": "", "unattributed": "..", "wrong": "///", "refused": "", "crashed": ""}
+HATCHES = {"right": "", "unattributed": "\\\\\\", "wrong": "///", "refused": "", "crashed": ""}
 LABELS = {
     "right": "right answer",
     "unattributed": "found, not named",
@@ -51,7 +50,7 @@ def draw_edges(rows: Any, summary: Any) -> Figure:
     names = [name for name in AXES if name in set(summary["axis"])]
     bands = int(np.ceil(len(names) / _COLUMNS))
     with styled():
-        figure = new_figure(PAGE_IN, 0.5 + 2.5 * bands)
+        figure = new_figure(PAGE_IN, 0.5 + 2.2 * bands)
         grid = figure.subplots(
             2 * bands, _COLUMNS, height_ratios=[1.6, 1.0] * bands, squeeze=False, sharey=False
         )

@@ -11,7 +11,17 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from study.plots.style import BAND, LINE, LOOKS, PUBLISHED, QUANTITY_LABELS, new_figure, numeral, styled
+from study.plots.style import (
+    BAND,
+    LINE,
+    LOOKS,
+    PUBLISHED,
+    QUANTITY_LABELS,
+    decimal_ticks,
+    new_figure,
+    numeral,
+    styled,
+)
 
 _HALF_WIDTH = 0.11  # half the width over which the dots of one column are spread
 _CROSS, _RAW, _ALIGNED = -0.5, -0.17, 0.19
@@ -39,6 +49,7 @@ def draw_errors(errors: pd.DataFrame, summary: pd.DataFrame, published: pd.DataF
                         _column(ax, i + offset, errors, summary, (method, alignment, quantity))
                 _published(ax, methods, stated[quantity])
                 ax.set_yscale("log")
+                decimal_ticks(ax.yaxis)
                 ax.set_ylabel(QUANTITY_LABELS[quantity])
                 ax.set_xticks(range(len(methods)), [_tick(method, summary) for method in methods])
                 ax.tick_params(axis="x", length=0, labelsize=8)

@@ -70,7 +70,7 @@ def draw_gears(gears: pd.DataFrame) -> Figure:
     shown: Any = gears[gears["set"].isin(campaigns)]
     joints = sorted(shown["joint"].unique())
     with styled():
-        figure = new_figure(7.4, 0.9 + 1.0 * max(len(joints), 1))
+        figure = new_figure(7.4, 0.9 + 0.78 * max(len(joints), 1))
         axes = figure.subplots(max(len(joints), 1), 1, sharex=True, squeeze=False)[:, 0]
         for ax, joint in zip(axes, joints, strict=False):
             for name, (label, colour, line) in zip(campaigns, CAMPAIGNS, strict=False):

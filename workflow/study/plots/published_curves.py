@@ -18,6 +18,7 @@ from study.plots.style import (
     PROPOSED,
     PUBLISHED,
     QUANTITY_LABELS,
+    decimal_ticks,
     new_figure,
     numeral,
     spaced_labels,
@@ -94,6 +95,7 @@ def _panel(ax: Axes, table: Any, names: list[str], sweep: str) -> None:
         ax.plot(x, mine["median"], line, color=colour, linewidth=1.6)
     ax.plot(x, stated["published"], "o", color=PUBLISHED, markersize=4.5, markeredgecolor="white")
     ax.set_yscale("log")
+    decimal_ticks(ax.yaxis)
     ax.set_xscale("linear" if sweep == "plane_tilt" else "log")
     at = x if sweep == "plane_tilt" else np.log(x)
     places = (at - at.min()) / (np.ptp(at) or 1.0)

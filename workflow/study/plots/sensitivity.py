@@ -27,7 +27,7 @@ def draw_sensitivity(table: pd.DataFrame, most: int = 30) -> Figure:
     shown: Any = table[table[changed].sum(axis=1) > 0].head(most)[::-1]
     sets = shown["sets"].to_numpy(dtype=float)
     with styled():
-        figure = new_figure(7.2, 1.2 + 0.19 * max(len(shown), 1))
+        figure = new_figure(7.2, 1.2 + 0.15 * max(len(shown), 1))
         ax = figure.subplots()
         place = np.arange(len(shown))
         for sign, direction in ((-1, "halved"), (1, "doubled")):

@@ -18,6 +18,7 @@ from study.plots.style import (
     LOOKS,
     PUBLISHED,
     QUANTITY_LABELS,
+    decimal_ticks,
     new_figure,
     numeral,
     spaced_labels,
@@ -116,6 +117,7 @@ def draw_panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity:
             zorder=5,
         )
     ax.set_yscale("log")
+    decimal_ticks(ax.yaxis)
     ax.set_ylabel(QUANTITY_LABELS[quantity])
     bottom, top = ax.get_ylim()
     ax.set_ylim(max(bottom, floor), top)

@@ -114,7 +114,7 @@ def _errors(ax: Axes, errors: pd.DataFrame, numbers: dict[str, Any]) -> None:
     groups = [
         ("poses held out,\nRMS residual", [held["before"], held["after"], held["noise"]]),
         (
-            f"{numbers['errors_over']:,} random poses,\nmean position error".replace(",", "\u202f"),
+            f"{numbers['errors_over']:,} random poses,\nmean position error",
             [by_when.loc[when, "position_mean_mm"] for when in ("before", "after", "control")],
         ),
     ]

@@ -63,9 +63,7 @@ def draw_workspace(errors: pd.DataFrame, seeds: int) -> Figure:
                 shown, ax=list(column), location="bottom", aspect=28, extend="both", pad=0.02
             )
             bar.set_label(f"position error, root mean square [{unit}]")
-        figure.suptitle(
-            f"root mean square over {seeds} simulated workcells; + is the robot's base", fontsize=9
-        )
+        figure.suptitle(f"root mean square over {seeds} repetitions; + is the robot's base", fontsize=9)
     return figure
 
 

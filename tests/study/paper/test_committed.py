@@ -1,0 +1,73 @@
+"""What the paper counts in tables agrees with other tables and summaries of the same results, which count in another way."""
+
+import json
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from study.common.tables import read_table
+from study.paper import committed
+
+from scalar.effects.registry import known
+
+ROOT = Path(__file__).parents[3]
+SUMMARIES = ROOT / "paper/summaries"
+
+
+def test_each_factor_counts_every_set_of_the_exam_once():
+    """The levels of each factor together have the sets, and the answers of each kind, that the table of rates has for all sets."""
+    table = read_table(SUMMARIES / "stratified/table.csv").query("row == 'all'").set_index("rate")
+    for levels in committed.conditions(read_table(SUMMARIES / "stratified/conditions.csv")).values():
+        rows = pd.DataFrame(levels.values())
+        assert rows["sets"].sum() == table.loc["clean", "sets"]
+        for rate in ("clean", "wrong", "wrong_sure", "worse"):
+            assert rows[rate].sum() == table.loc[rate, "count"]
+
+
+def test_sets_without_a_name_are_those_of_the_two_rows():
+    """Sets with an unknown cause are as many, with as many clean ones, as the table of rates has in its two rows of such causes."""
+    table = read_table(SUMMARIES / "stratified/table.csv")
+    rows = table[table["row"].isin(("unknown cause", "shape also tried")) & (table["rate"] == "clean")]
+    found = committed.conditions(read_table(SUMMARIES / "stratified/conditions.csv"))["injected"]["unknown"]
+    assert (found["sets"], found["clean"]) == (rows["sets"].sum(), rows["count"].sum())
+
+
+def test_sure_answers_are_those_from_the_threshold_on():
+    """Bins from the threshold on are sure; the mean confidence of the others is weighted by their answers."""
+    bins = [
+        ("effect", 0.0, 0.5, 3, 0.2, 1),
+        ("effect", 0.5, 0.8, 1, 0.6, 1),
+        ("effect", 0.8, 1.0, 9, 0.9, 7),
+        ("component", 0.0, 0.5, 0, None, 0),
+    ]
+    found = committed.confidence(
+        pd.DataFrame(bins, columns=["of", "from", "to", "answers", "mean_stated", "right"])
+    )
+    assert found["effect"] == {"sure": 9, "sure_and_wrong": 2, "unsure": 4, "unsure_and_right": 2, "unsure_stated": pytest.approx(0.3)}  # fmt: skip
+    assert found["component"]["unsure_stated"] is None
+
+
+def test_pairs_that_can_be_separated_are_those_of_the_summary():
+    """The table of pairs has as many that can be separated as the summary, and no more of them are named alone than are distinguished."""
+    summary = json.loads((SUMMARIES / "planning/separation.json").read_text(encoding="utf-8"))["separable"]
+    found = committed.separated(read_table(SUMMARIES / "planning/separation.csv"))
+    assert found["pairs"] == summary["pairs"]
+    assert 0 <= found["named_alone"] <= summary["diagnosed_planned"]["count"]
+    assert 0 <= found["named_alone_at_random"] <= summary["diagnosed_random"]["count"]
+
+
+def test_strong_correlations_have_no_sign_and_occur_once():
+    """Each pair of parameters with a correlation of either sign beyond the threshold occurs once, under the earlier of its names."""
+    rows = [("a", 1.0, -0.9, 0.1), ("b", -0.9, 1.0, 0.75), ("c", 0.1, 0.75, 1.0)]
+    table = pd.DataFrame(rows, columns=["parameter", "a", "b", "c"])
+    assert committed.strong_correlations(table) == {"a": {"b": 0.9}, "b": {"c": 0.75}}
+
+
+def test_effects_that_begin_at_a_moment_state_it():
+    """In the sets of the comparison with rivals, the effects that are counted, and no others, have a moment in their target."""
+    table = read_table(ROOT / "benchmarks/diagnosis/results.csv")
+    effects = [
+        (n, e) for n, text in zip(table["number"], table["injected"], strict=True) for e in json.loads(text)
+    ]
+    assert {e["name"] for _, e in effects if "at" in e["target"]} <= set(committed.MOMENTS) <= set(known())
+    assert committed.with_moment(table) == len({n for n, e in effects if "at" in e["target"]})

@@ -1,0 +1,94 @@
+"""Count in tables of results what the paper quotes of them: sets, right answers, correlations, pairs of causes, and changes at a moment."""
+
+from __future__ import annotations
+
+import json
+from itertools import combinations
+from typing import Any
+
+import pandas as pd
+
+from scalar.planning.separation import ANSWERED
+from study.blind_trials.score import SURE
+
+STRONG = 0.7
+"""Least absolute value of a correlation that has a key of its own."""
+MOMENTS = ("plane_moved", "sensor_slip")
+"""Effects that begin at a moment, for which the lasso and stability selection have no columns."""
+
+
+def conditions(table: pd.DataFrame) -> dict[str, dict[str, dict[str, int]]]:
+    """Return ``{factor: {level: {sets, clean, wrong, wrong_sure, worse}}}``.
+
+    Args:
+        table: conditions.csv of the stratified trials.
+    """
+    found: dict[str, dict[str, dict[str, int]]] = {}
+    for row in table.to_dict("records"):
+        counts = {str(key): int(value) for key, value in row.items() if str(key) not in ("factor", "level")}
+        found.setdefault(str(row["factor"]), {})[str(row["level"])] = counts
+    return found
+
+
+def confidence(table: pd.DataFrame) -> dict[str, dict[str, Any]]:
+    """Return, for effects and variance components, how many answers have a confidence of ``SURE`` or more, or less, and how many are right.
+
+    Args:
+        table: confidence.csv of the stratified trials.
+
+    Returns:
+        ``{of: {sure, sure_and_wrong, unsure, unsure_and_right, unsure_stated}}``; the last is the mean confidence of the answers that are not sure.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for of, rows in table.groupby("of", sort=False):
+        every: Any = rows
+        sure, unsure = every[every["from"] >= SURE], every[every["from"] < SURE]
+        n = int(unsure["answers"].sum())
+        stated = float((unsure["answers"] * unsure["mean_stated"].fillna(0.0)).sum())
+        found[str(of)] = {
+            "sure": int(sure["answers"].sum()),
+            "sure_and_wrong": int((sure["answers"] - sure["right"]).sum()),
+            "unsure": n,
+            "unsure_and_right": int(unsure["right"].sum()),
+            "unsure_stated": stated / n if n else None,
+        }
+    return found
+
+
+def separated(table: pd.DataFrame) -> dict[str, int]:
+    """Return for how many pairs that the planned poses may separate the injected effect is then named alone.
+
+    Args:
+        table: separation.csv of the planned poses. Pairs that the diagnosed poses separate already do not count.
+    """
+    every: Any = table
+    pairs = every[every["separable"].eq(True) & (every["now"] < ANSWERED**0.5)]
+    return {
+        "pairs": len(pairs),
+        "named_alone": int(pairs["right_then"].eq(True).sum()),
+        "named_alone_at_random": int(pairs["right_then_at_random"].eq(True).sum()),
+    }
+
+
+def strong_correlations(table: pd.DataFrame) -> dict[str, dict[str, float]]:
+    """Return ``{parameter: {later parameter: absolute value}}`` of all correlations of at least ``STRONG``.
+
+    Args:
+        table: correlation.csv of the headline, a square with the parameters' names in its first column.
+    """
+    square: Any = table.set_index("parameter").abs()
+    found: dict[str, dict[str, float]] = {}
+    for a, b in combinations(square.index, 2):
+        if square.loc[a, b] >= STRONG:
+            found.setdefault(str(a), {})[str(b)] = float(square.loc[a, b])
+    return found
+
+
+def with_moment(table: pd.DataFrame) -> int:
+    """Return in how many sets of the comparison with rivals one of the effects ``MOMENTS`` was injected.
+
+    Args:
+        table: Rows of sets and contestants, with columns ``number`` and ``injected``.
+    """
+    sets: Any = table.drop_duplicates("number")
+    return sum(any(effect["name"] in MOMENTS for effect in json.loads(text)) for text in sets["injected"])
