@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.diagnosis.brief_changes import between_brief_changes
 from scalar.diagnosis.candidate_columns import CandidateSet, named_candidates
 from scalar.diagnosis.common_causes import with_common_causes
 from scalar.diagnosis.fitted_state import FittedState, refit
@@ -109,24 +110,34 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
     """
     progress("cleaning")
     cleaned = _cleaned(dataset, settings)
-    named = _with_named_effects(dataset, cleaned, settings, progress)
-    for _ in range(settings.selection.max_cleanings):
-        cleaned_again = clean_given_effects(
-            cleaned, named.after.residuals.pose_distances(named.after.model), settings.estimation.gross_errors
-        )
-        if cleaned_again is cleaned:
-            break
-        cleaned = cleaned_again
+    cleanings = settings.selection.max_cleanings
+    while True:
         named = _with_named_effects(dataset, cleaned, settings, progress)
-    progress("looking for unmodelled structure")
-    flexible_candidates = flexible_candidate_sets(named.after.dataset)
-    after = with_flexible_terms(named.after, named.candidates, flexible_candidates)
-    progress("fitting joints that need many orders")
-    after = with_spectrum(after, named.candidates)
+        if cleanings and (again := _cleaned_given(cleaned, named.after)) is not cleaned:
+            cleaned, cleanings = again, cleanings - 1
+            continue
+        progress("looking for unmodelled structure")
+        flexible_candidates = flexible_candidate_sets(named.after.dataset)
+        after = with_flexible_terms(named.after, named.candidates, flexible_candidates)
+        progress("fitting joints that need many orders")
+        after = with_spectrum(after, named.candidates)
+        if not cleanings or (again := _cleaned_given(cleaned, after)) is cleaned:
+            break
+        cleaned, cleanings = again, cleanings - 1
     if not after.is_plausible:  # each step looks at its own change; this is the last look at all of them
         after = named.after if named.after.is_plausible else named.before
     _refuse_gross_errors_left(dataset, after)
     return replace(named, after=after, flexible_candidates=flexible_candidates)
+
+
+def _cleaned_given(cleaned: Cleaned, state: FittedState) -> Cleaned:
+    """Return the cleaned dataset without the poses that prove to be gross errors given the effects of a state; the same object if there are none."""
+    return clean_given_effects(
+        cleaned,
+        state.residuals.pose_distances(state.model),
+        between_brief_changes(state),
+        state.settings.estimation.gross_errors,
+    )
 
 
 def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:

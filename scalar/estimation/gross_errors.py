@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.effects.acquisition import order_and_time
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.line_breakdown import share_of_broken_lines
 from scalar.estimation.outlying_points import without_outlying_points
@@ -20,11 +21,11 @@ from scalar.estimation.pose_consistency import (
     coarsely_consistent,
     finely_consistent,
     in_runs,
-    outlier_limit,
 )
 from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorSettings
 from scalar.estimation.trimmed_start import with_estimated_pose
 from scalar.geometry.se3 import Array
+from scalar.sensors.robust_scale import robust_std
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,22 +144,44 @@ def _consistent_without_labels(dataset: Dataset, keep: Array, settings: Estimati
 
 
 def clean_given_effects(
-    cleaned: Cleaned, distance: Array, settings: GrossErrorSettings = DEFAULTS.gross_errors
+    cleaned: Cleaned,
+    distance: Array,
+    brief: Array | None = None,
+    settings: GrossErrorSettings = DEFAULTS.gross_errors,
 ) -> Cleaned:
     """Return the cleaned dataset without poses that prove to be gross errors once effects are modelled; the same object if there are none.
 
     As long as the model lacks an effect (an arm that sags, a plane that moved), all residuals are enlarged, and a gross error may hide among
-    them. If more than ``settings.most_late`` of the poses stand out, the effects are not trusted yet, and no pose is set aside.
+    them. If more than ``settings.most_late`` of the poses stand out, the effects are not trusted yet, and no pose is set aside. Poses whose
+    neighbours stand out as well are no gross errors: something that the model still lacks acts there.
 
     Args:
         cleaned: As ``clean`` returned it.
         distance: ``(N,)`` [m], root mean square distance of every pose that remains, effects applied.
+        brief: ``(N,)`` bool, the poses between two changes that the effects have within a few poses; None if there are none.
         settings: Thresholds.
     """
     dataset = cleaned.dataset
-    off = distance >= outlier_limit(distance, settings)
+    off = distance >= max(settings.least_late_error, settings.late_sigmas * robust_std(distance))
     off &= ~in_runs(dataset, off, settings)
+    off &= ~_among_similar(dataset, distance, off, settings)
+    if brief is not None:
+        off |= brief
     if not off.any() or off.sum() > settings.most_late * dataset.n_poses:
         return cleaned
     late = tuple(int(pose) for pose in dataset.pose_ids[off])
     return replace(cleaned, dataset=dataset.subset(~off), outlier_poses=cleaned.outlier_poses + late)
+
+
+def _among_similar(dataset: Dataset, distance: Array, off: Array, settings: GrossErrorSettings) -> Array:
+    """Return which of the poses that are off ``(N,)`` bool have neighbours that are off as well, along a joint or in the order of acquisition."""
+    found = np.zeros_like(off)
+    coordinates = [*dataset.q.T, order_and_time(dataset)[0]]
+    usual = settings.similar_ratio * float(np.median(distance))
+    for i in np.flatnonzero(off):
+        for x in coordinates:
+            apart = np.abs(x - x[i])
+            apart[i] = np.inf
+            nearest = np.argsort(apart, kind="stable")[: settings.similar_poses]
+            found[i] |= float(np.median(distance[nearest])) > usual
+    return found

@@ -57,6 +57,22 @@ class GrossErrorSettings:
         "chosen: linear accuracy of an uncalibrated arm is better than 0.65 mm (ABB IRB 1600: Slamani, Nubiola and Bonev, "
         "Industrial Robot 39, 2012), so that the errors of an arm are never set aside",
     )  # fmt: skip
+    late_sigmas: float = setting(
+        5.0, "robust standard deviations", "with effects modelled, a pose farther than this off the fit is set aside, if similar poses are not",
+        "chosen: the largest of 3,000 normal distances is 3.6, and what the model lacks shows at similar poses too",
+    )  # fmt: skip
+    least_late_error: float = setting(
+        0.2 * MM, "m", "a pose nearer than this to the fit is never set aside, even once effects are modelled",
+        "chosen: twice the repeatability of a large arm (ISO 9283 values of data sheets are 0.02 to 0.1 mm)",
+    )  # fmt: skip
+    similar_poses: int = setting(
+        6, "poses", "this many neighbours of a pose along each joint, and in the order of acquisition, are looked at before it is set aside late",
+        "chosen: fewer are all off by chance, more reach beyond what a narrow structure moves",
+    )  # fmt: skip
+    similar_ratio: float = setting(
+        2.0, "1", "a pose stays if the median distance of these neighbours is larger than that of all poses by more than this factor",
+        "chosen: three of six normal distances exceed it once in thirty thousand",
+    )  # fmt: skip
     coarse_pose_error: float = setting(
         20.0 * MM, "m", "a pose nearer than this is kept while the arm is still nominal",
         "chosen: a nominal arm and a rough sensor pose cause errors of several millimetres",

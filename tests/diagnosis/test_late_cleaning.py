@@ -17,7 +17,7 @@ MODULE = sys.modules["scalar.diagnosis.explained"]
 def removing_one_pose(calls):
     """Return a cleaning that sets aside the first of the remaining poses whenever it is called, and adds its id to ``calls``."""
 
-    def clean_given_effects(cleaned, distance, settings):
+    def clean_given_effects(cleaned, distance, brief, settings):
         dataset = cleaned.dataset
         assert len(distance) == dataset.n_poses
         calls.append(int(dataset.pose_ids[0]))

@@ -1,0 +1,36 @@
+"""Poses between two changes of one kind that follow each other within a few poses: gross errors, and no two changes.
+
+A tracker that is knocked and knocked back two poses later describes two wrong poses as well as a gross error of each does, and every right pose
+between them is then corrected by what never was.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.geometry.robot import BoolArray
+
+
+def between_brief_changes(state: FittedState) -> BoolArray:
+    """Return which poses of a state ``(N,)`` bool lie between two of its changes that act at one place, fewer than a run of poses apart.
+
+    A run has ``settings.estimation.gross_errors.contiguous_run`` poses.
+    """
+    dataset, most = state.dataset, state.settings.estimation.gross_errors.contiguous_run
+    found = np.zeros(dataset.n_poses, dtype=bool)
+    order = dataset.known_poses.order
+    changes = [
+        (effect, order >= effect.target["at"]["order"]) for effect in state.effects if "at" in effect.target
+    ]
+    for (one, since), (other, later) in itertools.combinations(changes, 2):
+        between = since != later
+        if "plane" in one.target:
+            between &= dataset.plane_index == [plane.name for plane in dataset.planes].index(
+                one.target["plane"]
+            )
+        if one.same_place(other) and 0 < np.count_nonzero(between) < most:
+            found |= between
+    return found
