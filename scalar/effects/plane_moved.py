@@ -12,7 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import ALWAYS, knock_std, on_plane, order_and_time, plane_centre, used_planes
 from scalar.effects.command_words import planes_named, start_named
 from scalar.effects.effect import Effect
-from scalar.effects.flexible.arm_step import arm_steps
+from scalar.effects.flexible.rivals_of_changes import rivals_of_change
 from scalar.effects.picture import Axis, Map, Profile, View, variable_axis
 from scalar.effects.places import PointEffect
 from scalar.effects.plane_axes import coordinates_by_sensor_axes
@@ -198,8 +198,8 @@ class PlaneMoved(PointEffect):
         return isinstance(other, PlaneMoved) and self.plane == other.plane
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return changes of a link, or of the whole arm, at that moment."""
-        return list(arm_steps(dataset, self.order))
+        """Return changes of a link, of the whole arm, or of its load, at that moment."""
+        return rivals_of_change(dataset, self.order)
 
     @property
     def is_change_in_time(self) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import missing_column
 from scalar.effects.effect import Effect
-from scalar.effects.flexible.arm_step import arm_steps
+from scalar.effects.flexible.rivals_of_changes import rivals_of_change
 from scalar.effects.growth import growing_lengths, growth_picture
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.places import LinkEffect
@@ -182,8 +182,8 @@ class RestartedWarmUp(LinkEffect):
         return [found[len(found) // 2]]
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return changes of a link, or of the whole arm, at several moments of the campaign."""
-        return list(arm_steps(dataset))
+        """Return changes of a link, of the whole arm, or of its load, at several moments of the campaign."""
+        return rivals_of_change(dataset)
 
     @property
     def is_change_in_time(self) -> bool:

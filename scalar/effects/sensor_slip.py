@@ -12,7 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import ALWAYS, knock_std
 from scalar.effects.command_words import start_named
 from scalar.effects.effect import Effect
-from scalar.effects.flexible.arm_step import arm_steps
+from scalar.effects.flexible.rivals_of_changes import rivals_of_change
 from scalar.effects.picture import Axis, Map, Profile, View, largest, variable_axis
 from scalar.effects.places import SensorEffect
 from scalar.geometry.robot import Robot
@@ -119,8 +119,12 @@ class SensorSlip(SensorEffect):
         return poses.order >= self.order
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return changes of a link, or of the whole arm, at that moment."""
-        return [step for step in arm_steps(dataset, self.order) if step.joints != (dataset.robot.n_joints,)]
+        """Return changes of a link, of the whole arm, or of its load, at that moment."""
+        return [
+            e
+            for e in rivals_of_change(dataset, self.order)
+            if getattr(e, "joints", None) != (dataset.robot.n_joints,)
+        ]
 
     @property
     def is_change_in_time(self) -> bool:

@@ -13,7 +13,7 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import ALWAYS, knock_std, missing_column, order_and_time
 from scalar.effects.command_words import start_named
 from scalar.effects.effect import Effect
-from scalar.effects.flexible.arm_step import arm_steps
+from scalar.effects.flexible.rivals_of_changes import rivals_of_change
 from scalar.effects.picture import CURVE_POINTS, Axis, Map, Profile, View, largest, variable_axis
 from scalar.effects.places import BaseEffect
 from scalar.geometry.robot import Robot
@@ -213,8 +213,8 @@ class TargetDrift(BaseEffect):
         return isinstance(other, TargetDrift)
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return changes of a link, or of the whole arm, at the moment of the step, or at several moments of the campaign."""
-        return [step for step in arm_steps(dataset, self.order) if step.joints != (1,)]
+        """Return changes of a link, of the whole arm, or of its load, at the moment of the step, or at several moments of the campaign."""
+        return [e for e in rivals_of_change(dataset, self.order) if getattr(e, "joints", None) != (1,)]
 
     @property
     def is_change_in_time(self) -> bool:

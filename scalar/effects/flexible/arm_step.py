@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -78,10 +78,7 @@ class UnattributedArmStep(Unattributed, LinkEffect):
 
     def variations(self, scale: float) -> list[Self]:
         """Return a step a little earlier and later."""
-        shift = scale / PLACES
-        return [
-            replace(self, at=float(np.clip(self.at + a * shift, -1, 1))) for a in (-1.0, -0.5, 0.0, 0.5, 1.0)
-        ]
+        return [replace(self, at=at) for at in places_of_steps(self.at, scale)]
 
     @property
     def described_as(self) -> str:
@@ -132,18 +129,34 @@ class UnattributedArmStep(Unattributed, LinkEffect):
         return cls(joints, Variable.from_mapping(mapping["clock"]), float(mapping["at"]))
 
 
-def arm_steps(dataset: Dataset, order: float | None = None) -> Iterator[UnattributedArmStep]:
-    """Yield steps of each link and of the whole arm.
+def places_of_steps(at: float, scale: float) -> list[float]:
+    """Return a place, and places a little earlier and later, in units of half the measured range."""
+    shift = scale / PLACES
+    return [float(np.clip(at + a * shift, -1, 1)) for a in (-1.0, -0.5, 0.0, 0.5, 1.0)]
+
+
+def clock_of_steps(dataset: Dataset, order: float | None) -> tuple[Variable, list[float]]:
+    """Return the order of acquisition as a variable, and the places of steps in it.
 
     Args:
         dataset: On which they act.
-        order: Where the step is; None for several places in the campaign.
+        order: The order of the first pose after the step; None for several places in the campaign.
     """
     clock = Variable.observed("order", order_and_time(dataset)[0])
-    places = (
-        np.linspace(-1, 1, PLACES + 2)[1:-1] if order is None else [(order - 0.5 - clock.centre) / clock.half]
-    )
+    if order is None:
+        return clock, [float(at) for at in np.linspace(-1, 1, PLACES + 2)[1:-1]]
+    return clock, [(order - 0.5 - clock.centre) / clock.half]
+
+
+def arm_steps(dataset: Dataset, order: float | None = None) -> list[UnattributedArmStep]:
+    """Return steps of each link and of the whole arm.
+
+    Args:
+        dataset: On which they act.
+        order: As for ``clock_of_steps``.
+    """
+    clock, places = clock_of_steps(dataset, order)
     every = tuple(range(1, dataset.robot.n_joints + 1))
-    for at in places:
-        for joints in (*((j,) for j in every), every):
-            yield UnattributedArmStep(joints, clock, float(at))
+    return [
+        UnattributedArmStep(joints, clock, at) for at in places for joints in (*((j,) for j in every), every)
+    ]

@@ -1,0 +1,142 @@
+"""Joints that give way by another amount from some pose on: a load that the flange carried from there on, or carried before."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.acquisition import turning_joints
+from scalar.effects.flexible.arm_step import places_of_steps
+from scalar.effects.flexible.unattributed import NAME, Unattributed
+from scalar.effects.flexible.variable import Variable
+from scalar.effects.places import JointEffect
+from scalar.effects.title import joints_in_words
+from scalar.geometry.robot import Robot
+from scalar.geometry.se3 import Array, cross
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+_STILL = 1e-3  # m: a lever that varies by less shows no load
+_MOST_LOADED = 2  # joints with the longest levers, which are also tried without the others
+
+
+@dataclass(frozen=True, eq=False)
+class UnattributedLoadStep(Unattributed, JointEffect):
+    """Joints err in proportion to the torque of a weight at the flange, from a pose on.
+
+    It is the rival of a tracker or a sensor that was knocked: an arm that takes up a load without a record of it sags, at most poses downwards.
+
+    Attributes:
+        joints: From 1, one coefficient each: the error at the longest lever that the weight can have about the joint.
+        clock: The order of acquisition.
+        at: Place of the step, in units of half the measured range of the order.
+    """
+
+    joints: tuple[int, ...]
+    clock: Variable
+    at: float
+
+    place: ClassVar[str] = "load step"
+
+    @property
+    def depends_on(self) -> list[str]:
+        """Return the order of acquisition."""
+        return [self.clock.name]
+
+    @property
+    def key(self) -> str:
+        """Name, joints and place."""
+        return f"{NAME}_load_step_{'_'.join(map(str, self.joints))}_{self.at:.3f}"
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """The error of each joint for each metre of lever."""
+        return [f"joint{j}_rad" for j in self.joints]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Radians, for a lever of one metre."""
+        return ["rad"] * len(self.joints)
+
+    def joint_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the lever [m] of a weight at the flange about each joint, after the step."""
+        levers = levers_at_flange(robot, poses.q) * self.since(poses)[:, None]
+        B = np.zeros((*levers.shape, len(self.joints)))
+        for k, joint in enumerate(self.joints):
+            B[:, joint - 1, k] = levers[:, joint - 1]
+        return B
+
+    def since(self, poses: Poses) -> Array:
+        """Return at which poses the load has changed ``(N,)``."""
+        return self.clock.unit(poses) >= self.at
+
+    def variations(self, scale: float) -> list[Self]:
+        """Return a step a little earlier and later."""
+        return [replace(self, at=at) for at in places_of_steps(self.at, scale)]
+
+    @property
+    def _order(self) -> float:
+        return float(np.ceil(self.clock.centre + self.at * self.clock.half))
+
+    @property
+    def described_as(self) -> str:
+        """Return which joints give way, and from which pose on."""
+        return f"{joints_in_words(self.joints)} giving way by another amount from about order {self._order:.0f} on, as under another load"
+
+    @property
+    def advice(self) -> list[str]:
+        """Return that the load should be recorded."""
+        return [
+            f"Look whether the flange carried something else near order {self._order:.0f} (a part, a tool, a cable). If so, record it in poses.csv: the "
+            "column payload [kg], 0 where there was none."
+        ]
+
+    def not_transferable(self, dataset: Dataset) -> str | None:
+        """Return that the step belongs to one campaign."""
+        return "the load changed in the course of one campaign"
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return place, joints, clock and when."""
+        return {
+            "place": self.place,
+            "joints": list(self.joints),
+            "clock": self.clock.to_mapping(),
+            "at": self.at,
+        }
+
+    @classmethod
+    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the term of ``to_mapping``."""
+        joints = tuple(int(j) for j in mapping["joints"])
+        return cls(joints, Variable.from_mapping(mapping["clock"]), float(mapping["at"]))
+
+
+def levers_at_flange(robot: Robot, q: Array) -> Array:
+    """Return the horizontal lever of a weight at the flange about each joint's axis ``(N, n)`` [m], with its sign; zero about a joint that slides.
+
+    Args:
+        robot: Nominal.
+        q: ``(N, n)`` [rad, m].
+    """
+    frames = robot.frames(q)
+    flange = frames[:, -1] @ robot.T_n_flange
+    arms = flange[:, None, :3, 3] - frames[:, 1:, :3, 3]
+    down = np.broadcast_to(robot.down, arms.shape)
+    levers = np.einsum("njx,njx->nj", cross(arms, down), frames[:, 1:, :3, 2])
+    levers[:, list(robot.prismatic)] = 0.0
+    return levers
+
+
+def load_steps(dataset: Dataset, clock: Variable, at: float) -> list[UnattributedLoadStep]:
+    """Return steps of the load at a place: of all joints that bear it, and of the few that bear most of it."""
+    levers = np.ptp(levers_at_flange(dataset.robot, dataset.q), axis=0)
+    loaded = [j for j in turning_joints(dataset) if levers[j - 1] > _STILL]
+    most = tuple(sorted(sorted(loaded, key=lambda j: -levers[j - 1])[:_MOST_LOADED]))
+    return [
+        UnattributedLoadStep(joints, clock, at) for joints in dict.fromkeys((tuple(loaded), most)) if joints
+    ]

@@ -1,0 +1,23 @@
+"""What may be mistaken for a tracker, a sensor or a plane that was knocked, and for warmth: a change of the arm, or of its load, at one moment."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scalar.effects.effect import Effect
+from scalar.effects.flexible.arm_step import arm_steps, clock_of_steps
+from scalar.effects.flexible.load_step import load_steps
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+
+def rivals_of_change(dataset: Dataset, order: float | None = None) -> list[Effect]:
+    """Return steps of each link, of the whole arm, and of the load on the flange.
+
+    Args:
+        dataset: On which they act.
+        order: The order of the first pose after the change; None for several moments of the campaign.
+    """
+    clock, places = clock_of_steps(dataset, order)
+    return [*arm_steps(dataset, order), *(step for at in places for step in load_steps(dataset, clock, at))]
