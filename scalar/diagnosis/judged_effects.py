@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+from scipy.special import expit
+
 from scalar.diagnosis.akaike_rivals import akaike_weight, compared_by_akaike, name_and_target
 from scalar.diagnosis.candidate_columns import CandidateColumns
 from scalar.diagnosis.conditional_scores import background_without, rivals, rivals_of_strongest_part
@@ -92,6 +95,7 @@ def _finding(
         among_imitators = compared_by_akaike(own, ranking, background_without(scored, [i])[0])
         weight_among_imitators = akaike_weight(own, among_imitators)
         confounded = _confounded(own, among_imitators, settings)
+        weight_among_imitators = min(weight_among_imitators, _weight_among_alike(own, among_imitators))
     nearest = [s for s in its_rivals if s.other_parts is None][:NEAREST_RIVALS]
     without_fold = fold_odds(i, [s.effect for s in nearest], folds)
     least_odds = [
@@ -147,6 +151,16 @@ def _in_place_alone(entry: Scored, beside: Sequence[Scored]) -> Scored:
 def _evidence_beside(entry: Scored, beside: Sequence[Scored]) -> float:
     """Return the log evidence [nats] that a candidate has beside all effects of the state; zero if there it explains nothing."""
     return max((s.evidence for s in beside if s.effect.same_place(entry.effect)), default=0.0)
+
+
+def _weight_among_alike(own: Scored, ranking: Sequence[Scored]) -> float:
+    """Return the probability of an effect among those of its own kind and number of coefficients at other places, if each is as likely beforehand."""
+    evidence: dict[str, float] = {}
+    for s in ranking:
+        alike = s.effect.name == own.effect.name and s.dof == own.dof and not s.effect.same_place(own.effect)
+        if alike and s.other_parts is None:
+            evidence.setdefault(name_and_target(s.effect), s.evidence)
+    return float(expit(own.evidence - np.logaddexp.reduce(list(evidence.values())))) if evidence else 1.0
 
 
 def _confounded(own: Scored, ranking: Sequence[Scored], settings: Settings) -> list[Effect]:

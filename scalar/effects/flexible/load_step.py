@@ -92,7 +92,7 @@ class UnattributedLoadStep(Unattributed, JointEffect):
     def advice(self) -> list[str]:
         """Return that the load should be recorded."""
         return [
-            f"Look whether the flange carried something else near order {self._order:.0f} (a part, a tool, a cable). If so, record it in poses.csv: the "
+            f"Look whether the flange carried something else near order {self._order:.0f} (a part, a tool). If so, record it in poses.csv: the "
             "column payload [kg], 0 where there was none."
         ]
 
