@@ -16,6 +16,7 @@ from scalar.effects.flexible.link import UnattributedLink
 from scalar.effects.flexible.sensor import UnattributedSensor
 from scalar.effects.flexible.shape import UnattributedShape
 from scalar.effects.flexible.sway import UnattributedSway
+from scalar.effects.flexible.tilt import tilts
 from scalar.effects.flexible.variable import GRAVITY, Variable
 from scalar.effects.flexible.wander import COMPONENTS, UnattributedWander
 from scalar.effects.flexible.wave import N_WAVES, WAVE_STEP, UnattributedWave
@@ -51,6 +52,7 @@ def flexible_terms(dataset: Dataset) -> list[Effect]:
         for by in (f"q{j}", GRAVITY)
         if by == GRAVITY or j in moving
     ]
+    found += tilts(dataset)
     found.append(UnattributedSensor(Variable(GRAVITY, 0.0, 1.0), kind_of(dataset).shows_turns(dataset)))
     found += [shape for j in moving for shape in _shapes(j, angles[j], slides[j])]
     found += [wave for j in turning_joints(dataset) for wave in waves_of(dataset, j, 1)]

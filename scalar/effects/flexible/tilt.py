@@ -1,0 +1,116 @@
+"""A joint whose axis tilts under the weight that it bears: its bearing gives way, or has play, across the axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.effect import GRAVITY
+from scalar.effects.flexible.unattributed import NAME, Unattributed
+from scalar.effects.places import LinkEffect
+from scalar.geometry.robot import GEOMETRY, Robot
+from scalar.geometry.se3 import Array, cross
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+_TURNED_OVER = 0.1  # of the largest moment: below it, play is crossed gradually
+
+
+@dataclass(frozen=True, eq=False)
+class UnattributedTilt(Unattributed, LinkEffect):
+    """The axis of a joint tilts in the direction of the moment of the weight across it, in proportion to it, and by the play of its bearing.
+
+    It is the rival of a base that gives way, and of joints that give way about their axes. The masses of the links are not known: one kilogram at
+    the end of each link after the joint is taken.
+
+    Attributes:
+        joint: From 1.
+    """
+
+    joint: int
+
+    place: ClassVar[str] = "tilt"
+
+    @property
+    def depends_on(self) -> list[str]:
+        """Return the direction of gravity."""
+        return [GRAVITY]
+
+    @property
+    def key(self) -> str:
+        """Name and joint."""
+        return f"{NAME}_tilt{self.joint}"
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """The tilt at the largest moment, and the half width of the play."""
+        return ["elastic_rad", "play_rad"]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Radians."""
+        return ["rad", "rad"]
+
+    def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
+        """Return the tilt about the axes x (as alpha) and y (as beta) of the joint's frame before it turns."""
+        moments = moments_across(robot, poses.q, self.joint)
+        size = np.linalg.norm(moments, axis=1, keepdims=True)
+        largest = max(float(size.max()), 1e-300)
+        tilts = np.stack([moments / largest, moments / (size + _TURNED_OVER * largest)], axis=2)
+        basis = np.zeros((len(poses), len(GEOMETRY), robot.n_joints, 2))
+        for axis, kind in enumerate(("alpha", "beta")):
+            basis[:, GEOMETRY.index(kind), self.joint - 1] = tilts[:, axis]
+        return basis
+
+    @property
+    def described_as(self) -> str:
+        """Return which axis tilts."""
+        return f"a tilt of the axis of joint {self.joint} under the weight that it bears"
+
+    @property
+    def advice(self) -> list[str]:
+        """Return that the bearing should be looked at."""
+        return [
+            f"Have the bearing of joint {self.joint} checked: its axis tilts under the weight that it bears."
+        ]
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return place and joint."""
+        return {"place": self.place, "joint": self.joint}
+
+    @classmethod
+    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the term of ``to_mapping``."""
+        return cls(int(mapping["joint"]))
+
+
+def moments_across(robot: Robot, q: Array, joint: int) -> Array:
+    """Return the moment of one kilogram at the end of each link after a joint, across its axis ``(N, 2)``, over the weight [m].
+
+    Args:
+        robot: Nominal.
+        q: ``(N, n)`` [rad, m].
+        joint: From 1.
+
+    Returns:
+        The components along x of the frame before the joint, and along y, which with x and the joint's axis is right-handed.
+    """
+    frames = robot.frames(q)
+    flange = frames[:, -1] @ robot.T_n_flange
+    ends = np.concatenate([frames[:, joint + 1 :, :3, 3], flange[:, None, :3, 3]], axis=1)
+    arms = ends - frames[:, joint, None, :3, 3]
+    moment = cross(arms, np.broadcast_to(robot.down, arms.shape)).sum(axis=1)
+    x, z = frames[:, joint - 1, :3, 0], frames[:, joint, :3, 2]
+    return np.stack([np.sum(moment * x, axis=1), np.sum(moment * cross(z, x), axis=1)], axis=1)
+
+
+def tilts(dataset: Dataset) -> list[UnattributedTilt]:
+    """Return a tilt of every joint that turns but the first, whose tilt is that of the base."""
+    return [
+        UnattributedTilt(j) for j in range(2, dataset.robot.n_joints + 1) if not dataset.robot.slides[j - 1]
+    ]
