@@ -168,7 +168,7 @@ def test_nothing_is_set_aside_late_that_may_be_an_effect():
     dataset = make_scene(kind="probe", seed=2, poses_per_plane=60).dataset
     run = np.flatnonzero(dataset.plane_index == 1)[20:23]
     long_run = np.flatnonzero(dataset.plane_index == 1)[20:40]
-    for off, by in (([], 0.0), ([17], 5e-4), (np.arange(0, 180, 5), 3e-3), (long_run, 3e-3)):
+    for off, by in (([], 0.0), ([17], 2e-4), (np.arange(0, 180, 5), 3e-3), (long_run, 3e-3)):
         first, again = late(dataset, off, by)
         assert again is first
     assert len(late(dataset, run)[1].outlier_poses) == 3

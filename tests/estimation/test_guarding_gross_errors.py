@@ -174,7 +174,7 @@ def test_what_stands_out_late_is_few():
     distance = np.full(60, 0.1 * MM)
     distance[30] = 5 * MM
     strict = replace(GROSS, most_late=GROSS.most_late / 2)
-    assert clean_given_effects(cleaned, distance, strict) is cleaned  # type: ignore[arg-type]
+    assert clean_given_effects(cleaned, distance, settings=strict) is cleaned  # type: ignore[arg-type]
 
 
 def test_a_third_of_the_poses_must_not_be_set_aside_where_a_fifth_may(labelled):

@@ -9,10 +9,10 @@ import numpy as np
 
 from scalar.effects.acquisition import moving_joints, order_and_time, turning_joints
 from scalar.effects.effect import Effect
-from scalar.effects.flexible.arm_step import arm_steps
 from scalar.effects.flexible.growth import UnattributedGrowth
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.link import UnattributedLink
+from scalar.effects.flexible.rivals_of_changes import is_of_whole_arm, rivals_of_change
 from scalar.effects.flexible.sensor import UnattributedSensor
 from scalar.effects.flexible.shape import UnattributedShape
 from scalar.effects.flexible.sway import UnattributedSway
@@ -78,7 +78,7 @@ def _in_time(dataset: Dataset, moving: list[int]) -> list[Effect]:
     if "temperature" in drivers:
         grows_with.append(Variable.observed("temperature", drivers["temperature"]))
     found += [UnattributedGrowth(j, v) for j in range(1, dataset.robot.n_joints + 1) for v in grows_with]
-    found += [step for step in arm_steps(dataset) if len(step.joints) == 1]
+    found += [step for step in rivals_of_change(dataset) if not is_of_whole_arm(step)]
     for j in moving:
         slides = bool(dataset.robot.slides[j - 1])
         found.append(UnattributedShape(j, (clock,), "line", slides=slides))

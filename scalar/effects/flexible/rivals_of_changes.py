@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scalar.effects.effect import Effect
-from scalar.effects.flexible.arm_step import arm_steps, clock_of_steps
+from scalar.effects.flexible.arm_step import UnattributedArmStep, arm_steps, clock_of_steps
 from scalar.effects.flexible.load_step import load_steps
 
 if TYPE_CHECKING:
@@ -21,3 +21,8 @@ def rivals_of_change(dataset: Dataset, order: float | None = None) -> list[Effec
     """
     clock, places = clock_of_steps(dataset, order)
     return [*arm_steps(dataset, order), *(step for at in places for step in load_steps(dataset, clock, at))]
+
+
+def is_of_whole_arm(effect: Effect) -> bool:
+    """Return whether it changes the geometry of more than one link: so many coefficients are tried only in the place of a named change."""
+    return isinstance(effect, UnattributedArmStep) and len(effect.joints) > 1
