@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 ENOUGH_MOVES = 0.8  # least share of poses whose last move is known: with fewer, effects of moves are not looked for (chosen)
 
+LEVEL = 0.01  # rad or m: positions of a joint that differ by less count as one (chosen)
+LEAST_LEVELS = 10  # positions of a joint from which curves over them are looked for (chosen: one more than the coefficients of a smooth curve)
+
 ALWAYS = -np.inf  # order of acquisition at which an effect begins that acts all the time
 
 
@@ -36,6 +39,17 @@ def moving_joints(dataset: Dataset) -> list[int]:
 def turning_joints(dataset: Dataset) -> list[int]:
     """Return the revolute joints, from 1, that move in the dataset."""
     return [j for j in moving_joints(dataset) if not dataset.robot.slides[j - 1]]
+
+
+def swept_joints(dataset: Dataset) -> list[int]:
+    """Return the joints, from 1, that take so many positions that a curve over them is determined between them.
+
+    On a grid a joint takes a few positions. An error at each of them is a fact, but waves of many orders run through them, and differ in between.
+    """
+    levels = [
+        len(np.unique(np.round(dataset.q[:, j - 1] / LEVEL))) for j in range(1, dataset.robot.n_joints + 1)
+    ]
+    return [j for j in moving_joints(dataset) if levels[j - 1] >= LEAST_LEVELS]
 
 
 def steps_are_known(dataset: Dataset) -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.acquisition import turning_joints
+from scalar.effects.acquisition import swept_joints, turning_joints
 from scalar.effects.command_words import orders_named, turning_named
 from scalar.effects.effect import Effect, Table
 from scalar.effects.flexible.proposals import curves_of, waves_of
@@ -84,7 +84,8 @@ class JointHarmonic(Series):
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
         """Return every order of every joint that turns alone, and all orders of each."""
-        moving, every = turning_joints(dataset), cls.every_order
+        swept, every = set(swept_joints(dataset)), cls.every_order
+        moving = [j for j in turning_joints(dataset) if j in swept]
         alone: list[Effect] = [cls(j, (k,)) for j in moving for k in every]
         return alone + [cls(j, every) for j in moving]
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scalar.effects.acquisition import moving_joints, order_and_time, turning_joints
+from scalar.effects.acquisition import moving_joints, order_and_time, swept_joints, turning_joints
 from scalar.effects.effect import Effect
 from scalar.effects.flexible.growth import UnattributedGrowth
 from scalar.effects.flexible.joint import UnattributedJoint
@@ -42,8 +42,9 @@ def flexible_terms(dataset: Dataset) -> list[Effect]:
     angles = {j: Variable.observed(f"q{j}", dataset.q[:, j - 1]) for j in moving}
     pairs = [(j, a, b) for j in moving for a, b in itertools.combinations(moving, 2)]
     slides = {j: bool(dataset.robot.slides[j - 1]) for j in moving}
+    swept = [j for j in moving if j in swept_joints(dataset)]
     found: list[Effect] = [
-        UnattributedJoint(j, (angles[v],), slides=slides[j]) for j in moving for v in moving
+        UnattributedJoint(j, (angles[v],), slides=slides[j]) for j in moving for v in swept
     ]
     found += [UnattributedJoint(j, (angles[a], angles[b]), slides=slides[j]) for j, a, b in pairs]
     found += [
@@ -54,8 +55,8 @@ def flexible_terms(dataset: Dataset) -> list[Effect]:
     ]
     found += tilts(dataset)
     found.append(UnattributedSensor(Variable(GRAVITY, 0.0, 1.0), kind_of(dataset).shows_turns(dataset)))
-    found += [shape for j in moving for shape in _shapes(j, angles[j], slides[j])]
-    found += [wave for j in turning_joints(dataset) for wave in waves_of(dataset, j, 1)]
+    found += [shape for j in swept for shape in _shapes(j, angles[j], slides[j])]
+    found += [wave for j in turning_joints(dataset) if j in swept for wave in waves_of(dataset, j, 1)]
     found += [UnattributedShape(j, (angles[a], angles[b]), "product", slides=slides[j]) for j, a, b in pairs]
     return found + _in_time(dataset, moving)
 
