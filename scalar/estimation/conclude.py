@@ -22,7 +22,8 @@ from scalar.estimation.reporting import reporting, sensor_mapping
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, FitSettings
-from scalar.estimation.setup.plausibility import LENGTH_UNIT, implausible
+from scalar.estimation.setup.lengths import LENGTH_UNIT
+from scalar.estimation.setup.plausibility import implausible
 from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import as_stated

@@ -231,7 +231,8 @@ def _column(
         hint = did_you_mean(unit, list(units))
         given.fault((*path, "unit"), f"unknown ({shorten(unit)}); {hint}write one of {', '.join(units)}")
     for key in ("sign", "offset", "plus"):
-        if key in entry and not JOINT.fullmatch(name):
+        mirrored = key == "sign" and name in ("x", "y", "z")
+        if key in entry and not (JOINT.fullmatch(name) or mirrored):
             given.fault((*path, key), "only joints have one; remove this key")
     if "names" in entry and name not in TEXT_COLUMNS:
         given.fault((*path, "names"), f"only {', '.join(TEXT_COLUMNS)} have names; remove this key")

@@ -10,7 +10,7 @@ import numpy as np
 
 from scalar.data.located_table import MAX_SHOWN, did_you_mean, shorten, too_many_columns
 from scalar.errors import Fault, InvalidInput
-from scalar.ingest.written_numbers import Written, is_row_of_units
+from scalar.ingest.written_numbers import Written, is_row_of_units, moment_of
 
 Reference = str | int
 """A column of a file by its name, or by its number, the first being 1."""
@@ -128,7 +128,9 @@ class RawTable:
         return values, missing
 
     def seconds(self, reference: Reference, faults: list[Fault]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the column of times [s] as ``numbers`` does; times of day such as ``09:04:30`` are counted in seconds from the first row's midnight.
+        """Return the column of times [s] as ``numbers`` does; times of day (``09:04:30``), with their date or not, are counted from midnight.
+
+        Dates are read as ISO 8601 has them, year first, and the midnight is that before the earliest row.
 
         A time of day more than half a day before that of the row above belongs to the next day.
         """
@@ -143,9 +145,16 @@ class RawTable:
                 values = np.full(len(cells), np.nan)
                 values[~missing] = times + 2 * _HALF_A_DAY * days
                 return values, missing
+            moments = [moment_of(str(cell)) for cell in cells[~missing]]
+            if moments and all(moment is not None for moment in moments):
+                first = min(moment for moment in moments if moment is not None)
+                midnight = first - first % (2 * _HALF_A_DAY)
+                values = np.full(len(cells), np.nan)
+                values[~missing] = [moment - midnight for moment in moments if moment is not None]
+                return values, missing
             dates = [i for i in np.flatnonzero(~missing) if _DATE.match(str(cells[i]))]
             if dates:
-                message = f"a date ({shorten(cells[dates[0]])}), and dates are not read; write seconds, or times of day such as 09:04:30"
+                message = f"a date ({shorten(cells[dates[0]])}), and such dates are not read; write seconds, 09:04:30 or 2026-11-26 09:04:30"
                 faults.append(Fault(self.file, message, int(self.lines[dates[0]]), self.label(reference)))
                 return np.full(len(cells), np.nan), missing
         return self.numbers(reference, faults)

@@ -43,10 +43,12 @@ def unstated_noise_in_words(calibration: Calibration) -> str:
             f"a residual of {residual} is more than noise, because similar poses leave similar residuals ({known}); the model lacks something "
             "(gears, deflection, temperature). Run 'scalar diagnose', which looks for it"
         )
-    return (
-        f"no noise is stated, so the residual of {residual} was not tested: {known}; state sensor.noise in dataset.yaml, "
-        "and the residual is compared with it"
-    )
+    stated = calibration.sensor.get("noise")
+    why, do = "no noise is stated", "state sensor.noise in dataset.yaml"
+    if stated:
+        why = f"the stated noise of {number(stated / MM)} mm explains more than there is"
+        do = "correct sensor.noise in dataset.yaml"
+    return f"{why}, so the residual of {residual} was not tested: {known}; {do}, and the residual is compared with it"
 
 
 def _compared(calibration: Calibration) -> bool:

@@ -86,3 +86,11 @@ def test_one_sign_cannot_have_two_meanings(tmp_path):
         "text.thousands",
         "decimal sign",
     )
+
+
+def test_an_axis_that_counts_the_other_way_is_mapped(tmp_path):
+    """A mirrored axis of the tracker has the sign -1 in the mapping."""
+    mapping = tracker_mapping()
+    mapping["poses"]["columns"]["y"]["sign"] = -1
+    points = imported(tmp_path, mapping, write_table(tmp_path / "a.csv", cells())).points
+    np.testing.assert_allclose(points, numbers()[:, 6:] / 1000 * [1, -1, 1], rtol=0, atol=1e-12)

@@ -6,35 +6,27 @@ import numpy as np
 
 from scalar.data.covariates import misspelt_columns
 from scalar.data.dataset import Dataset
+from scalar.data.motion import still_in_words, still_joints
 from scalar.data.record_units import units_suspected
 from scalar.data.rounding import rounded_angles, rounded_points
 from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
 from scalar.estimation.setup.copies import copied_poses
-from scalar.estimation.setup.known_planes import base_moved_to, contradictions
+from scalar.estimation.setup.known_planes import contradictions
+from scalar.estimation.setup.lengths import SIGMAS, lengths_off
 from scalar.estimation.setup.plane_guesses import far_guesses
 from scalar.estimation.setup.scan_axes import misread_axes
 from scalar.estimation.setup.suspicion import Suspicion
-from scalar.geometry.robot import GEOMETRY, LENGTHS
+from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array, log_so3
-from scalar.geometry.standard_dh import as_stated
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
-LENGTH_UNIT = "length_unit"  # as a suspicion names a wrong unit of all lengths
-LINK_SHARE = 0.02  # of the arm's length: real links differ from their table by a millimetre or two, and reference frames by a few more
-LEAST_LINK = 10 * MM  # the limit for a link is at least this, however short the arm
-LEAST_SLIP = 5 * MM  # a length that is farther from the table may be mistyped, if the others are near it
-SLIP = 5.0  # times the median change of the other lengths: with a larger one, a length is said to be mistyped
-_LONG = 30 * MM  # the ratio of fitted to nominal length counts of links that are longer than this
 ZERO = 5 * DEG  # a joint zero that was set by marks is wrong by a few degrees at most
 SENSOR_TURN = 45 * DEG  # from the stated pose, which may be wrong by 30 degrees
 SENSOR_SHIFT = 150 * MM  # from the stated pose
 OFF_AXIS = 20 * MM  # from the axis of the last joint: nearer to it, the side of the sensor says nothing
 AROUND = 75 * DEG  # about that axis, from where it is stated: a mount drawn roughly is on the right side
-SIGMAS = 5.0  # standard errors that a change has to exceed: a fit may end far away in a parameter that is hardly determined
-SCALE_SPREAD = 0.2  # relative: if the ratios of fitted to nominal lengths scatter by less, they have a common factor, and a unit is wrong
-LEAST_SCALE = 1.3  # of that factor: a smaller one is not taken for a wrong unit
 DISAGREEMENT = 5 * DEG  # of measured orientations, from pose to pose: no tracker measures them so poorly
 QUIET = 0.5  # ratio of the residual to what the stated noise explains: with a smaller one, the noise is said to be stated wrongly
 FAR_BELOW = 0.2  # ratio of the scatter within scans to the stated noise: with a smaller one, the noise is said to be stated too large
@@ -66,7 +58,7 @@ def implausible(
     """
     found = [
         *(Suspicion("known_plane", c.plane, c.sentence) for c in contradictions(dataset, model)),
-        *_lengths(dataset, model, std, fixed_length),
+        *lengths_off(dataset, model, std, fixed_length),
         *_zeros(dataset, model, std),
         *_sensor(dataset, model, rotation_observed),
         *(Suspicion("plane_guess", name, sentence) for name, sentence in far_guesses(dataset, model)),
@@ -105,6 +97,14 @@ def implausible(
         Suspicion("column", "poses.csv", f"poses.csv: {told}")
         for told in units_suspected({name: dataset.poses[name].to_numpy() for name in dataset.poses})
     ]
+    if len(still := still_joints(dataset.q)) > 1:
+        found.append(
+            Suspicion(
+                "motion",
+                "poses.csv",
+                f"{still_in_words(still)}: how the arm errs where they stand elsewhere is not known; measure poses in which all joints move",
+            )
+        )
     if copies := copied_poses(dataset):
         found.append(Suspicion("copies", "poses.csv", copies))
     return tuple(found)
@@ -137,81 +137,6 @@ def _scatter(dataset: Dataset) -> list[Suspicion]:
             "sensor.noise",
             f"the points of half of the scans scatter {ratio:.2g} times as much about their own line as the stated noise explains, or more: "
             "the noise is stated too small, or many of the points are stray, and then the calibration may err by as much",
-        )
-    ]
-
-
-def _lengths(dataset: Dataset, model: Model, std: Array, fixed_length: str | None) -> list[Suspicion]:
-    """Return a suspicion if a length changed too much: of a unit if all lengths changed by about the same factor, else of the largest change."""
-    nominal, fitted = dataset.robot.geometry, model.robot.geometry
-    errors = std[model.blocks["geometry"]].reshape(nominal.shape)
-    rows = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
-    change = np.where(np.isfinite(errors), fitted - nominal, 0.0)[rows]
-    zeros = np.outer([GEOMETRY[k] == "d" for k in rows], dataset.robot.slides)
-    change[zeros] = 0.0  # the zero of a travel depends on the reference run, and may be anywhere
-    limit = max(LEAST_LINK, LINK_SHARE * float(np.abs(nominal[rows]).sum()))
-    clear = np.abs(change) > SIGMAS * np.nan_to_num(errors[rows])
-    off = (np.abs(change) > limit) & clear
-    if not off.any():
-        return _mistyped_length(dataset, nominal[rows], change, clear)
-    long = np.isfinite(errors[rows]) & (np.abs(nominal[rows]) > _LONG)
-    ratios = fitted[rows][long] / nominal[rows][long]
-    typical = float(np.median(ratios)) if len(ratios) else 1.0
-    common = (
-        len(ratios) > 1
-        and typical > 0
-        and max(typical, 1 / typical) > LEAST_SCALE
-        and float(np.median(np.abs(ratios - typical))) < SCALE_SPREAD * typical
-    )
-    if common:
-        return [
-            Suspicion(
-                LENGTH_UNIT,
-                kind_of(dataset).format.measured_in,
-                f"all links come out {typical:.3g} times as long as dataset.yaml has them: look at the unit of the measurements "
-                "and of the table of joints (millimetres, inches, metres)",
-            )
-        ]
-    k, j = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
-    name = as_stated(f"{GEOMETRY[rows[k]]}_{j + 1}", dataset.robot)
-    fixed = None if fixed_length is None else as_stated(fixed_length, dataset.robot)
-    which = f"{name} or {fixed}, to which all lengths are relative here," if fixed else name
-    known = base_moved_to(dataset, model) if j == 0 else ()
-    elsewhere = f"is {' or '.join(known)} not where it is declared known, " if known else ""
-    return [
-        Suspicion(
-            "robot",
-            name,
-            f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints: is {which} wrong there, {elsewhere}or is "
-            "this another robot than the one that was measured?",
-        )
-    ]
-
-
-def _mistyped_length(dataset: Dataset, nominal: Array, change: Array, clear: Array) -> list[Suspicion]:
-    """Return a suspicion if one length alone is far from the table, though not farther than frames of other makers' tables may be.
-
-    Args:
-        dataset: What was measured.
-        nominal: ``(rows, joints)``, lengths of the table [m].
-        change: The same shape: how far each comes out from it [m]; 0 where the data do not show it.
-        clear: The same shape: whether the change exceeds its standard error by far.
-    """
-    k, j = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
-    others = np.abs(np.delete(change.ravel(), k * change.shape[1] + j))
-    others = others[others > 0]
-    typical = float(np.median(others)) if len(others) > 1 else np.inf
-    if not clear[k, j] or abs(change[k, j]) < max(LEAST_SLIP, SLIP * typical):
-        return []
-    lengths = [kind for kind in GEOMETRY if kind in LENGTHS]
-    name = as_stated(f"{lengths[k]}_{j + 1}", dataset.robot)
-    return [
-        Suspicion(
-            "robot",
-            name,
-            f"{name} comes out {abs(change[k, j]) / MM:.1f} mm {'longer' if change[k, j] * nominal[k, j] >= 0 else 'shorter'} than the table of "
-            f"joints has it ({nominal[k, j] / MM:.6g} mm), where half of the other lengths differ by less than {max(typical, 0.1 * MM) / MM:.1f} mm: "
-            "is it mistyped there, or is the table that of another version of this robot? The calibration states what the measurements show",
         )
     ]
 
