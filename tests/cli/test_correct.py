@@ -1,12 +1,13 @@
 """``scalar correct`` takes the arm to the wanted frames, and refuses tables that say too little."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from scalar.cli.pose_lines import lines_on_large_changes
+from scalar.cli.pose_lines import lines_on_large_changes, lines_on_setup
 from scalar.geometry.robot import Robot
 from tests.calibrated_arms import T_SENSOR
 from tests.cli.correcting import FRAME, JOINTS, corrected, frames, predicted, run
@@ -99,3 +100,14 @@ def test_joints_that_a_correction_moves_far_are_named():
     assert "near a singularity" in line
     assert "pose 13 (joint 6 by 7.5 deg), pose 11 (joint 3 by 2.0 deg);" in line
     assert lines_on_large_changes(robot, np.arange(5), q, moved / 20, near) == []
+
+
+def test_a_doubt_about_the_table_of_joints_is_repeated_before_a_program_is_corrected():
+    """A program of joint angles is understood by that table; other doubts say nothing of it."""
+    doubts = [
+        {"what": "robot", "sentence": "a_3 comes out 20 mm shorter"},
+        {"what": "noise", "sentence": "too large"},
+    ]
+    (line,) = lines_on_setup(SimpleNamespace(summary={"setup": doubts}))  # type: ignore[arg-type]
+    assert "a_3 comes out 20 mm shorter" in line and "table of joints" in line
+    assert lines_on_setup(SimpleNamespace(summary={})) == []  # type: ignore[arg-type]
