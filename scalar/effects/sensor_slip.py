@@ -120,11 +120,7 @@ class SensorSlip(SensorEffect):
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return changes of a link, of the whole arm, or of its load, at that moment."""
-        return [
-            e
-            for e in rivals_of_change(dataset, self.order)
-            if getattr(e, "joints", None) != (dataset.robot.n_joints,)
-        ]
+        return rivals_of_change(dataset, self.order, but_link=dataset.robot.n_joints)
 
     @property
     def is_change_in_time(self) -> bool:

@@ -214,7 +214,7 @@ class TargetDrift(BaseEffect):
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return changes of a link, of the whole arm, or of its load, at the moment of the step, or at several moments of the campaign."""
-        return [e for e in rivals_of_change(dataset, self.order) if getattr(e, "joints", None) != (1,)]
+        return rivals_of_change(dataset, self.order, but_link=1)
 
     @property
     def is_change_in_time(self) -> bool:

@@ -9,12 +9,15 @@ from scalar.effects.acquisition import plane_centre
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.arm_step import UnattributedArmStep
 from scalar.effects.flexible.growth import UnattributedGrowth
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.link import UnattributedLink
+from scalar.effects.flexible.load_step import UnattributedLoadStep
 from scalar.effects.flexible.sensor import UnattributedSensor
 from scalar.effects.flexible.shape import UnattributedShape
 from scalar.effects.flexible.sway import UnattributedSway
+from scalar.effects.flexible.tilt import UnattributedTilt
 from scalar.effects.flexible.variable import GRAVITY, Variable
 from scalar.effects.flexible.wander import UnattributedWander
 from scalar.effects.flexible.wave import UnattributedWave
@@ -109,6 +112,10 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         UnattributedWander(Variable("order", half, half), "z"),
         UnattributedGrowth(2, Variable("temperature", 25.0, 5.0)),
         UnattributedGrowth(5, Variable("order", half, half)),
+        UnattributedArmStep((3,), Variable("order", half, half), 0.2),
+        UnattributedArmStep((1, 2, 3, 4, 5, 6), Variable("order", half, half), -0.4),
+        UnattributedLoadStep((2, 3, 5), Variable("order", half, half), 0.1),
+        UnattributedTilt(3),
         UnattributedLink(4, "q4"),
         UnattributedLink(3, GRAVITY),
         UnattributedSensor(Variable(GRAVITY, 0.0, 1.0)),

@@ -119,6 +119,25 @@ def test_columns_for_single_points(kind):
         compare(*model_with(dataset, (with_random_coefficients(effect, rng),), 9))
 
 
+@pytest.mark.parametrize("which", range(COUNT))
+def test_columns_at_a_pose_depend_on_that_pose_alone(which):
+    """Of other poses too: a column that is scaled by what was measured would correct a program by another amount."""
+    dataset = make_cell(poses_per_plane=6, points_per_scan=4, columns=optional_columns).dataset
+    effect = every_effect(dataset, np.random.default_rng(0))[which]
+    poses = dataset.known_poses
+    for third in range(3):
+        keep = np.arange(dataset.n_poses) % 3 == third
+        some = Poses(
+            poses.q[keep], poses.order[keep], {name: values[keep] for name, values in poses.columns.items()}
+        )
+        for columns in ("joint_basis", "geometry_basis", "base_screws", "sensor_screws"):
+            if hasattr(effect, columns):
+                of_all, of_some = (getattr(effect, columns)(dataset.robot, at) for at in (poses, some))
+                np.testing.assert_allclose(
+                    of_some, of_all[keep], rtol=1e-12, atol=1e-15, err_msg=describe(effect)
+                )
+
+
 def test_titles_of_effects_are_unique():
     """No two of the effects under test have the same title."""
     effects = every_effect(make_cell(poses_per_plane=6).dataset, np.random.default_rng(0))

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import turning_joints
-from scalar.effects.flexible.arm_step import places_of_steps
-from scalar.effects.flexible.unattributed import NAME, Unattributed
+from scalar.effects.flexible.step import UnattributedStep
+from scalar.effects.flexible.unattributed import NAME
 from scalar.effects.flexible.variable import Variable
 from scalar.effects.places import JointEffect
 from scalar.effects.title import joints_in_words
@@ -26,13 +25,13 @@ _MOST_LOADED = 2  # joints with the longest levers, which are also tried without
 
 
 @dataclass(frozen=True, eq=False)
-class UnattributedLoadStep(Unattributed, JointEffect):
+class UnattributedLoadStep(UnattributedStep, JointEffect):
     """Joints err in proportion to the torque of a weight at the flange, from a pose on.
 
     It is the rival of a tracker or a sensor that was knocked: an arm that takes up a load without a record of it sags, at most poses downwards.
 
     Attributes:
-        joints: From 1, one coefficient each: the error at the longest lever that the weight can have about the joint.
+        joints: From 1, one coefficient each: the error for each metre of lever of a weight at the flange.
         clock: The order of acquisition.
         at: Place of the step, in units of half the measured range of the order.
     """
@@ -42,11 +41,6 @@ class UnattributedLoadStep(Unattributed, JointEffect):
     at: float
 
     place: ClassVar[str] = "load step"
-
-    @property
-    def depends_on(self) -> list[str]:
-        """Return the order of acquisition."""
-        return [self.clock.name]
 
     @property
     def key(self) -> str:
@@ -71,49 +65,22 @@ class UnattributedLoadStep(Unattributed, JointEffect):
             B[:, joint - 1, k] = levers[:, joint - 1]
         return B
 
-    def since(self, poses: Poses) -> Array:
-        """Return at which poses the load has changed ``(N,)``."""
-        return self.clock.unit(poses) >= self.at
-
-    def variations(self, scale: float) -> list[Self]:
-        """Return a step a little earlier and later."""
-        return [replace(self, at=at) for at in places_of_steps(self.at, scale)]
-
-    @property
-    def _order(self) -> float:
-        return float(np.ceil(self.clock.centre + self.at * self.clock.half))
-
     @property
     def described_as(self) -> str:
         """Return which joints give way, and from which pose on."""
-        return f"{joints_in_words(self.joints)} giving way by another amount from about order {self._order:.0f} on, as under another load"
+        return f"{joints_in_words(self.joints)} giving way by another amount from about order {self.first_order} on, as under another load"
 
     @property
     def advice(self) -> list[str]:
         """Return that the load should be recorded."""
         return [
-            f"Look whether the flange carried something else near order {self._order:.0f} (a part, a tool). If so, record it in poses.csv: the "
+            f"Check whether the flange carried something else near order {self.first_order} (a part, a tool). If so, record it in poses.csv: the "
             "column payload [kg], 0 where there was none."
         ]
 
     def not_transferable(self, dataset: Dataset) -> str | None:
         """Return that the step belongs to one campaign."""
         return "the load changed in the course of one campaign"
-
-    def to_mapping(self) -> dict[str, Any]:
-        """Return place, joints, clock and when."""
-        return {
-            "place": self.place,
-            "joints": list(self.joints),
-            "clock": self.clock.to_mapping(),
-            "at": self.at,
-        }
-
-    @classmethod
-    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
-        """Return the term of ``to_mapping``."""
-        joints = tuple(int(j) for j in mapping["joints"])
-        return cls(joints, Variable.from_mapping(mapping["clock"]), float(mapping["at"]))
 
 
 def levers_at_flange(robot: Robot, q: Array) -> Array:

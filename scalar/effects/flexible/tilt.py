@@ -18,7 +18,7 @@ from scalar.geometry.se3 import Array, cross
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-_TURNED_OVER = 0.1  # of the largest moment: below it, play is crossed gradually
+_TURNED_OVER = 0.06  # of the longest moment: below it, play is crossed gradually
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class UnattributedTilt(Unattributed, LinkEffect):
 
     @property
     def coefficient_names(self) -> list[str]:
-        """The tilt at the largest moment, and the half width of the play."""
+        """The tilt at the longest moment that the links could have, and the half width of the play."""
         return ["elastic_rad", "play_rad"]
 
     @property
@@ -60,8 +60,8 @@ class UnattributedTilt(Unattributed, LinkEffect):
         """Return the tilt about the axes x (as alpha) and y (as beta) of the joint's frame before it turns."""
         moments = moments_across(robot, poses.q, self.joint)
         size = np.linalg.norm(moments, axis=1, keepdims=True)
-        largest = max(float(size.max()), 1e-300)
-        tilts = np.stack([moments / largest, moments / (size + _TURNED_OVER * largest)], axis=2)
+        bound = longest_moment(robot, self.joint)
+        tilts = np.stack([moments / bound, moments / (size + _TURNED_OVER * bound)], axis=2)
         basis = np.zeros((len(poses), len(GEOMETRY), robot.n_joints, 2))
         for axis, kind in enumerate(("alpha", "beta")):
             basis[:, GEOMETRY.index(kind), self.joint - 1] = tilts[:, axis]
@@ -107,6 +107,19 @@ def moments_across(robot: Robot, q: Array, joint: int) -> Array:
     moment = cross(arms, np.broadcast_to(robot.down, arms.shape)).sum(axis=1)
     x, z = frames[:, joint - 1, :3, 0], frames[:, joint, :3, 2]
     return np.stack([np.sum(moment * x, axis=1), np.sum(moment * cross(z, x), axis=1)], axis=1)
+
+
+def longest_moment(robot: Robot, joint: int) -> float:
+    """Return a bound of ``moments_across`` [m], of links that are stretched out: it depends on the arm alone, and not on the poses.
+
+    Args:
+        robot: Nominal.
+        joint: From 1.
+    """
+    a, d = (robot.geometry[GEOMETRY.index(kind)] for kind in ("a", "d"))
+    flange = float(np.linalg.norm(robot.T_n_flange[:3, 3]))
+    ends = np.cumsum([*np.hypot(a, d)[joint:], flange])
+    return max(float(ends.sum()), 1e-300)
 
 
 def tilts(dataset: Dataset) -> list[UnattributedTilt]:
