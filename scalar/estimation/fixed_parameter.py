@@ -68,7 +68,7 @@ def explain(
     if _is_scale(names, direction, values):
         reason = NO_LENGTH_KNOWN
     elif cause == "still":
-        which = f"joint{'s' if len(still) > 1 else ''} {_listed([str(i) for i in still])} never move{'' if len(still) > 1 else 's'}"
+        which = f"joint{'s' if len(still) > 1 else ''} {_listed(tuple(str(i) for i in still))} never move{'' if len(still) > 1 else 's'}"
         consequence = (
             f"only its combination with {_listed(moves_with)} is determined"
             if others

@@ -74,7 +74,7 @@ class UnattributedArmStep(UnattributedStep, LinkEffect):
     def _what(self) -> str:
         if len(self.joints) > 1:
             return "the geometry of the whole arm"
-        (joint,) = self.joints
+        joint = self.joints[0]
         return f"the link before joint {joint}, or of the zero of this joint,"
 
     @property
