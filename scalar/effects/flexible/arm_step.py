@@ -72,10 +72,9 @@ class UnattributedArmStep(UnattributedStep, LinkEffect):
 
     @property
     def _what(self) -> str:
-        if len(self.joints) > 1:
+        if len(self.joints) != 1:
             return "the geometry of the whole arm"
-        joint = self.joints[0]
-        return f"the link before joint {joint}, or of the zero of this joint,"
+        return f"the link before joint {self.joints[0]}, or of the zero of this joint,"
 
     @property
     def advice(self) -> list[str]:
