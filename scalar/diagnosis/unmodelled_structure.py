@@ -261,7 +261,7 @@ def _refined_again(state: FittedState, first: int, pool: CandidateSet) -> Fitted
 
 
 def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
-    """Yield the groups of effects that one flexible term could replace, as indices: all of a joint, all changes in time, each named effect alone."""
+    """Yield the groups of effects that one term could replace, as indices: all of a joint, all that change in time or with a record, each alone."""
     by_joint: dict[int, list[int]] = {}
     in_time = []
     for i, effect in enumerate(effects):

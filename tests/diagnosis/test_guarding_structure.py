@@ -59,6 +59,7 @@ def replacing(monkeypatch: Any, evidence: float, dof: int, gain: float = 0.0) ->
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(unmodelled_structure, name, stand_in)
     monkeypatch.setattr(JointHarmonic, "imitators", lambda *_: [JointScale(4)])
+    monkeypatch.setattr(JointHarmonic, "partial_imitators", lambda *_: [JointScale(4)])
     if unmodelled_structure._with_replacement(given, None, [None]) is trial:  # type: ignore[arg-type,list-item]
         done.append("replaced")
     return done

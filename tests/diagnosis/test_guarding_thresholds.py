@@ -130,10 +130,13 @@ def test_cleaning_and_selecting_in_turn_ends(monkeypatch):
     """If further poses always stand out given the effects, cleaning ends after three rounds."""
     rounds: list[Any] = []
     residuals = SimpleNamespace(pose_distances=lambda model: None)
-    after = SimpleNamespace(residuals=residuals, model=None, dataset=None, is_plausible=True)
+    after = SimpleNamespace(
+        residuals=residuals, model=None, dataset=None, is_plausible=True, settings=DEFAULTS
+    )
     start = explained.Explained(None, None, None, after, None)  # type: ignore[arg-type]
     monkeypatch.setattr(explained, "_cleaned", lambda *_: object())
     monkeypatch.setattr(explained, "_with_named_effects", lambda *_: start)
+    monkeypatch.setattr(explained, "between_brief_changes", lambda _: None)
     monkeypatch.setattr(explained, "clean_given_effects", lambda *_: rounds.append(object()) or rounds[-1])
     monkeypatch.setattr(explained, "flexible_candidate_sets", lambda _: [])
     for name in ("with_flexible_terms", "with_spectrum", "near_data_sheet"):

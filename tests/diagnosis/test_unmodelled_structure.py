@@ -23,7 +23,7 @@ OTHER = UnattributedJoint(2, (Variable("q3", 0.0, 1.5),))
 
 
 def test_one_term_may_stand_for_all_of_a_joint_or_all_that_change_in_time():
-    """The groups are all errors of one joint's angle, all changes in time, and every named effect alone; a flexible term is in none."""
+    """The groups are all errors of one joint's angle, all changes in time or with a record, and every named effect; no flexible term."""
     effects = [
         JointHarmonic(2, (3,)),
         JointScale(2),
@@ -36,7 +36,7 @@ def test_one_term_may_stand_for_all_of_a_joint_or_all_that_change_in_time():
         OWN,
     ]
     groups = list(_groups(effects))
-    assert groups[:2] == [[0, 1], [3, 4, 5]]
+    assert groups[:2] == [[0, 1], [3, 4, 5, 6]]
     assert groups[2:] == [[i] for i in range(8)]
 
 
