@@ -76,6 +76,12 @@ class FittedState:
         model = self.model if start is None else start
         return refit(self.dataset, model, self.geometry_free, effects, self.settings, self.rows)
 
+    def with_equal_weights(self) -> FittedState:
+        """Return the same state with no variance component, so that tests at it weight all poses equally; states refitted from it have their own."""
+        state = replace(self)
+        state.__dict__["variance_components"] = []  # in the place of the cached property
+        return state
+
     @property
     def effects(self) -> tuple[Effect, ...]:
         """Return the effects found so far."""
