@@ -13,6 +13,8 @@ import pytest
 from git import Repo
 from ruamel.yaml import YAML
 
+from tests.checkouts import copy_tables
+
 ROOT = Path(__file__).parents[1]
 OWNER = "github.com/someone/scalar"
 
@@ -73,6 +75,7 @@ def deployed(tmp_path: Path) -> tuple[Path, dict[str, str]]:
         shutil.copytree(ROOT / name, repository / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("Snakefile", "CITATION.cff"):
         shutil.copy(ROOT / name, repository)
+    copy_tables(repository)
     made = Repo.init(repository)
     made.git.add(all=True)
     made.git.execute(
