@@ -21,6 +21,7 @@ from scalar.estimation.pose_consistency import (
     coarsely_consistent,
     finely_consistent,
     in_runs,
+    outlier_limit,
 )
 from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorSettings
 from scalar.estimation.trimmed_start import with_estimated_pose
@@ -153,7 +154,8 @@ def clean_given_effects(
 
     As long as the model lacks an effect (an arm that sags, a plane that moved), all residuals are enlarged, and a gross error may hide among
     them. If more than ``settings.most_late`` of the poses stand out, the effects are not trusted yet, and no pose is set aside. Poses whose
-    neighbours stand out as well are no gross errors: something that the model still lacks acts there.
+    neighbours stand out as well are no gross errors: something that the model still lacks acts there. Nor are poses that stand out by less than
+    ``outlier_limit`` if more poses lie half-way to the limit than beyond it: they are the tail of one law, and a gross error stands apart.
 
     Args:
         cleaned: As ``clean`` returned it.
@@ -162,7 +164,13 @@ def clean_given_effects(
         settings: Thresholds.
     """
     dataset = cleaned.dataset
-    off = distance >= max(settings.least_late_error, settings.late_sigmas * robust_std(distance))
+    limit = max(settings.least_late_error, settings.late_sigmas * robust_std(distance))
+    off = distance >= limit
+    half_way = np.count_nonzero((distance >= limit / 2) & ~off)
+    if (
+        half_way > np.count_nonzero(off) + 1
+    ):  # the tail of one law, as of poses that are read before the arm stands
+        off = distance >= outlier_limit(distance, settings)
     off &= ~in_runs(dataset, off, settings)
     off &= ~_among_similar(dataset, distance, off, settings)
     if brief is not None:

@@ -76,6 +76,16 @@ def test_how_far_off_similar_poses_have_to_be(tracked):
     assert not is_set_aside(tracked, 1 * MM, near=6, near_by=0.15 * MM, similar_ratio=0.5)
 
 
+def test_the_tail_of_one_law_is_no_gross_error(tracked):
+    """One pose that is off is set aside beside two half-way to the limit, and kept beside three; one off by 2 mm is set aside beside both."""
+    for near, by, expected in ((2, 1.0, True), (3, 1.0, False), (2, 2.0, True), (3, 2.0, True)):
+        distance = np.full(100, USUAL)
+        distance[np.argsort(tracked.q[:, 0])[:: 100 // near][:near]] = 0.5 * MM
+        distance[POSE] = by * MM
+        found = clean_given_effects(Cleaned(tracked, (), (), 0), distance)
+        assert found.outlier_poses == ((int(tracked.pose_ids[POSE]),) if expected else ())
+
+
 def test_poses_between_two_changes_are_set_aside_however_near_they_are(tracked):
     """What an effect explains by two changes leaves no residual; the poses between them are told by a mask."""
     distance, brief = np.full(100, USUAL), np.zeros(100, dtype=bool)
