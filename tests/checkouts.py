@@ -22,15 +22,10 @@ def copy_checkout(to: Path) -> Path:
         shutil.copytree(ROOT / name, to / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("Snakefile", "CITATION.cff"):
         shutil.copy(ROOT / name, to)
-    copy_tables(to)
+    table = Path("benchmarks/diagnosis/results.csv")  # that the paper reads
+    (to / table).parent.mkdir(parents=True)
+    shutil.copy(ROOT / table, to / table)
     return to
-
-
-def copy_tables(to: Path) -> None:
-    """Copy to a folder the committed tables outside the workflow's own folders that the paper reads."""
-    for name in ("benchmarks/diagnosis/results.csv",):
-        (to / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(ROOT / name, to / name)
 
 
 def snakemake(folder: Path, *arguments: str, cores: int = 2) -> subprocess.CompletedProcess[str]:

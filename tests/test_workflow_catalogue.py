@@ -13,7 +13,7 @@ import pytest
 from git import Repo
 from ruamel.yaml import YAML
 
-from tests.checkouts import copy_tables
+from tests.checkouts import copy_checkout
 
 ROOT = Path(__file__).parents[1]
 OWNER = "github.com/someone/scalar"
@@ -71,11 +71,7 @@ def deployed(tmp_path: Path) -> tuple[Path, dict[str, str]]:
     The repository is a commit of this checkout as it stands. A commit that is in the cache is not fetched again.
     """
     repository = tmp_path / "repository"
-    for name in ("scalar", "workflow", "configs", "config", "paper"):
-        shutil.copytree(ROOT / name, repository / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("Snakefile", "CITATION.cff"):
-        shutil.copy(ROOT / name, repository)
-    copy_tables(repository)
+    shutil.copytree(ROOT / "config", copy_checkout(repository) / "config")
     made = Repo.init(repository)
     made.git.add(all=True)
     made.git.execute(

@@ -18,7 +18,7 @@ inference, 2nd edition, 2002, chapter 2), and the number of candidates does not 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -55,10 +55,17 @@ def akaike_weight(own: Scored, ranking: Sequence[Scored]) -> float:
         own: The score of the effect.
         ranking: What ``compared_by_akaike`` returns. Of several scores with the same name and target, the first counts.
     """
+    return weight_among(own, (s for s in ranking if _imitates(own, s)))
+
+
+def weight_among(own: Scored, rivals: Iterable[Scored]) -> float:
+    """Return the probability of an effect among rivals, best first, if each is as likely beforehand; 1 without any.
+
+    Of several scores with the same name and target, the first counts.
+    """
     evidence: dict[str, float] = {}
-    for s in ranking:
-        if _imitates(own, s):
-            evidence.setdefault(name_and_target(s.effect), s.evidence)
+    for s in rivals:
+        evidence.setdefault(name_and_target(s.effect), s.evidence)
     return float(expit(own.evidence - np.logaddexp.reduce(list(evidence.values())))) if evidence else 1.0
 
 

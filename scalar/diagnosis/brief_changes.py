@@ -11,6 +11,7 @@ import itertools
 import numpy as np
 
 from scalar.diagnosis.fitted_state import FittedState
+from scalar.effects.acquisition import on_plane
 from scalar.geometry.robot import BoolArray
 
 
@@ -28,9 +29,7 @@ def between_brief_changes(state: FittedState) -> BoolArray:
     for (one, since), (other, later) in itertools.combinations(changes, 2):
         between = since != later
         if "plane" in one.target:
-            between &= dataset.plane_index == [plane.name for plane in dataset.planes].index(
-                one.target["plane"]
-            )
+            between &= on_plane(dataset, one.target["plane"])
         if one.same_place(other) and 0 < np.count_nonzero(between) < most:
             found |= between
     return found

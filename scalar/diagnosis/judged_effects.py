@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-from scipy.special import expit
-
-from scalar.diagnosis.akaike_rivals import akaike_weight, compared_by_akaike, name_and_target
+from scalar.diagnosis.akaike_rivals import akaike_weight, compared_by_akaike, name_and_target, weight_among
 from scalar.diagnosis.candidate_columns import CandidateColumns
 from scalar.diagnosis.conditional_scores import background_without, rivals, rivals_of_strongest_part
 from scalar.diagnosis.confidence import confidence
@@ -155,12 +152,12 @@ def _evidence_beside(entry: Scored, beside: Sequence[Scored]) -> float:
 
 def _weight_among_alike(own: Scored, ranking: Sequence[Scored]) -> float:
     """Return the probability of an effect among those of its own kind and number of coefficients at other places, if each is as likely beforehand."""
-    evidence: dict[str, float] = {}
-    for s in ranking:
-        alike = s.effect.name == own.effect.name and s.dof == own.dof and not s.effect.same_place(own.effect)
-        if alike and s.other_parts is None:
-            evidence.setdefault(name_and_target(s.effect), s.evidence)
-    return float(expit(own.evidence - np.logaddexp.reduce(list(evidence.values())))) if evidence else 1.0
+
+    def alike(s: Scored) -> bool:
+        same_kind = s.effect.name == own.effect.name and s.dof == own.dof
+        return same_kind and s.other_parts is None and not s.effect.same_place(own.effect)
+
+    return weight_among(own, filter(alike, ranking))
 
 
 def _confounded(own: Scored, ranking: Sequence[Scored], settings: Settings) -> list[Effect]:

@@ -46,10 +46,8 @@ def swept_joints(dataset: Dataset) -> list[int]:
 
     On a grid a joint takes a few positions. An error at each of them is a fact, but waves of many orders run through them, and differ in between.
     """
-    levels = [
-        len(np.unique(np.round(dataset.q[:, j - 1] / LEVEL))) for j in range(1, dataset.robot.n_joints + 1)
-    ]
-    return [j for j in moving_joints(dataset) if levels[j - 1] >= LEAST_LEVELS]
+    levels = {j: len(np.unique(np.round(dataset.q[:, j - 1] / LEVEL))) for j in moving_joints(dataset)}
+    return [j for j, count in levels.items() if count >= LEAST_LEVELS]
 
 
 def steps_are_known(dataset: Dataset) -> bool:

@@ -76,11 +76,41 @@ def torque_about(moments: Array, axes: Array, joint: int, frame: int) -> Array:
 def typical_torque(robot: Robot, q: Array, joint: int) -> Array:
     """Return the gravity torque about a joint (from 1) of an arm with 1 kg at the end of each link, ``(N,)`` [N m]; only its sign is reliable."""
     frames = robot.frames(q)
+    return np.einsum(
+        "nix,nx->n", moments_of_ends(robot, frames, joint, robot.gravity), frames[:, joint, :3, 2]
+    )
+
+
+def moments_of_ends(robot: Robot, frames: Array, joint: int, weight: Array) -> Array:
+    """Return the moments about a joint (from 1) of a weight at the end of each link after it, the flange the last ``(N, n - joint + 1, 3)``.
+
+    Args:
+        robot: The arm.
+        frames: ``(N, n + 1, 4, 4)``, as ``Robot.frames`` returns them.
+        joint: From 1.
+        weight: ``(3,)``, in the base frame; the moments are in its unit times metres.
+    """
     flange = frames[:, -1] @ robot.T_n_flange
     ends = np.concatenate([frames[:, joint + 1 :, :3, 3], flange[:, None, :3, 3]], axis=1)
     arms = ends - frames[:, joint, None, :3, 3]
-    down = np.broadcast_to(robot.gravity, arms.shape)
-    return np.einsum("nix,nx->n", cross(arms, down), frames[:, joint, :3, 2])
+    return cross(arms, np.broadcast_to(weight, arms.shape))
+
+
+def torques_at_flange(robot: Robot, q: Array, place: Array, weight: Array) -> Array:
+    """Return the torque ``(N, n)`` about each joint's axis of a weight that the flange carries.
+
+    Args:
+        robot: The arm.
+        q: ``(N, n)`` [rad, m].
+        place: ``(N, 3)`` or ``(3,)``, where it acts, in the flange's frame [m].
+        weight: ``(3,)``, in the base frame; the torques are in its unit times metres.
+    """
+    frames = robot.frames(q)
+    flange = frames[:, -1] @ robot.T_n_flange
+    at = np.broadcast_to(place, (len(q), 3))
+    p = np.einsum("nij,nj->ni", flange[:, :3, :3], at) + flange[:, :3, 3]
+    arms = p[:, None, :] - frames[:, 1:, :3, 3]
+    return np.einsum("njx,njx->nj", cross(arms, np.broadcast_to(weight, arms.shape)), frames[:, 1:, :3, 2])
 
 
 def torque_of(robot: Robot, q: Array, joint: int, masses: Sequence[float]) -> Array:

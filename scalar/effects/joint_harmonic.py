@@ -84,7 +84,7 @@ class JointHarmonic(Series):
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
         """Return every order of every joint that turns alone, and all orders of each."""
-        swept, every = set(swept_joints(dataset)), cls.every_order
+        swept, every = swept_joints(dataset), cls.every_order
         moving = [j for j in turning_joints(dataset) if j in swept]
         alone: list[Effect] = [cls(j, (k,)) for j in moving for k in every]
         return alone + [cls(j, every) for j in moving]

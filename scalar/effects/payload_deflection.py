@@ -10,10 +10,11 @@ import numpy as np
 from scalar.data.formats import PAYLOAD
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import missing_column
+from scalar.effects.gravity import torques_at_flange
 from scalar.effects.stiffness import KnownTorques
 from scalar.effects.title import joints_in_words
 from scalar.geometry.robot import Robot
-from scalar.geometry.se3 import Array, cross
+from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -38,12 +39,7 @@ class PayloadDeflection(KnownTorques):
         """Return the torque of the payload about every joint."""
         mass, none = poses.column(PAYLOAD[0]), np.zeros(len(poses))
         place = np.stack([poses.columns.get(name, none) for name in PAYLOAD[1:]], axis=1)
-        frames = robot.frames(poses.q)
-        flange = frames[:, -1] @ robot.T_n_flange
-        p = np.einsum("nij,nj->ni", flange[:, :3, :3], place) + flange[:, :3, 3]
-        arms = p[:, None, :] - frames[:, 1:, :3, 3]
-        weight = np.broadcast_to(robot.gravity, arms.shape)
-        return mass[:, None] * np.einsum("njx,njx->nj", cross(arms, weight), frames[:, 1:, :3, 2])
+        return mass[:, None] * torques_at_flange(robot, poses.q, place, robot.gravity)
 
     @classmethod
     def unknown(cls, dataset: Dataset) -> str | None:

@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from scalar.effects.title import joints_in_words
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array
 
@@ -68,7 +69,7 @@ def explain(
     if _is_scale(names, direction, values):
         reason = NO_LENGTH_KNOWN
     elif cause == "still":
-        which = f"joint{'s' if len(still) > 1 else ''} {_listed(tuple(str(i) for i in still))} never move{'' if len(still) > 1 else 's'}"
+        which = f"{joints_in_words(still)} never move{'' if len(still) > 1 else 's'}"
         consequence = (
             f"only its combination with {_listed(moves_with)} is determined"
             if others

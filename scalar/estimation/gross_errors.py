@@ -167,9 +167,8 @@ def clean_given_effects(
     limit = max(settings.least_late_error, settings.late_sigmas * robust_std(distance))
     off = distance >= limit
     half_way = np.count_nonzero((distance >= limit / 2) & ~off)
-    if (
-        half_way > np.count_nonzero(off) + 1
-    ):  # the tail of one law, as of poses that are read before the arm stands
+    # The tail of one law, as of poses that are read before the arm stands.
+    if half_way > np.count_nonzero(off) + 1:
         off = distance >= outlier_limit(distance, settings)
     off &= ~in_runs(dataset, off, settings)
     off &= ~_among_similar(dataset, distance, off, settings)

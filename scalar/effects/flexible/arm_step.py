@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.flexible.step import UnattributedStep, clock_of_steps
+from scalar.effects.flexible.step import UnattributedStep
 from scalar.effects.flexible.unattributed import NAME
-from scalar.effects.flexible.variable import Variable
 from scalar.effects.places import LinkEffect
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
+    from scalar.effects.flexible.variable import Variable
 
 KINDS = ("a", "alpha", "d", "theta")
 
@@ -28,16 +29,7 @@ class UnattributedArmStep(UnattributedStep, LinkEffect):
     """The four DH parameters of some joints are others from a pose on.
 
     It is the rival of a tracker or a sensor that was knocked, and of warmth: a crash that bends a link would be called one of these.
-
-    Attributes:
-        joints: From 1.
-        clock: The order of acquisition.
-        at: Place of the step, in units of half the measured range of the order.
     """
-
-    joints: tuple[int, ...]
-    clock: Variable
-    at: float
 
     place: ClassVar[str] = "arm step"
 
@@ -94,15 +86,13 @@ class UnattributedArmStep(UnattributedStep, LinkEffect):
         return "the arm changed in the course of one campaign"
 
 
-def arm_steps(dataset: Dataset, order: float | None = None) -> list[UnattributedArmStep]:
-    """Return steps of each link and of the whole arm.
+def link_steps(dataset: Dataset, clock: Variable, places: Sequence[float]) -> list[UnattributedArmStep]:
+    """Return steps of each link at each of some places of the clock, in units of half its measured range."""
+    joints = range(1, dataset.robot.n_joints + 1)
+    return [UnattributedArmStep((j,), clock, at) for at in places for j in joints]
 
-    Args:
-        dataset: On which they act.
-        order: As for ``clock_of_steps``.
-    """
-    clock, places = clock_of_steps(dataset, order)
+
+def whole_arm_steps(dataset: Dataset, clock: Variable, places: Sequence[float]) -> list[UnattributedArmStep]:
+    """Return steps of the geometry of all links together at each of some places of the clock, in units of half its measured range."""
     every = tuple(range(1, dataset.robot.n_joints + 1))
-    return [
-        UnattributedArmStep(joints, clock, at) for at in places for joints in (*((j,) for j in every), every)
-    ]
+    return [UnattributedArmStep(every, clock, at) for at in places]

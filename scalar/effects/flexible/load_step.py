@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -11,14 +12,15 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import turning_joints
 from scalar.effects.flexible.step import UnattributedStep
 from scalar.effects.flexible.unattributed import NAME
-from scalar.effects.flexible.variable import Variable
+from scalar.effects.gravity import torques_at_flange
 from scalar.effects.places import JointEffect
 from scalar.effects.title import joints_in_words
 from scalar.geometry.robot import Robot
-from scalar.geometry.se3 import Array, cross
+from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
+    from scalar.effects.flexible.variable import Variable
 
 _STILL = 1e-3  # m: a lever that varies by less shows no load
 _MOST_LOADED = 2  # joints with the longest levers, which are also tried without the others
@@ -29,16 +31,8 @@ class UnattributedLoadStep(UnattributedStep, JointEffect):
     """Joints err in proportion to the torque of a weight at the flange, from a pose on.
 
     It is the rival of a tracker or a sensor that was knocked: an arm that takes up a load without a record of it sags, at most poses downwards.
-
-    Attributes:
-        joints: From 1, one coefficient each: the error for each metre of lever of a weight at the flange.
-        clock: The order of acquisition.
-        at: Place of the step, in units of half the measured range of the order.
+    Each joint has one coefficient: the error for each metre of lever of a weight at the flange.
     """
-
-    joints: tuple[int, ...]
-    clock: Variable
-    at: float
 
     place: ClassVar[str] = "load step"
 
@@ -90,20 +84,15 @@ def levers_at_flange(robot: Robot, q: Array) -> Array:
         robot: Nominal.
         q: ``(N, n)`` [rad, m].
     """
-    frames = robot.frames(q)
-    flange = frames[:, -1] @ robot.T_n_flange
-    arms = flange[:, None, :3, 3] - frames[:, 1:, :3, 3]
-    down = np.broadcast_to(robot.down, arms.shape)
-    levers = np.einsum("njx,njx->nj", cross(arms, down), frames[:, 1:, :3, 2])
+    levers = torques_at_flange(robot, q, np.zeros(3), robot.down)
     levers[:, list(robot.prismatic)] = 0.0
     return levers
 
 
-def load_steps(dataset: Dataset, clock: Variable, at: float) -> list[UnattributedLoadStep]:
-    """Return steps of the load at a place: of all joints that bear it, and of the few that bear most of it."""
+def load_steps(dataset: Dataset, clock: Variable, places: Sequence[float]) -> list[UnattributedLoadStep]:
+    """Return steps of the load at each of some places of the clock: of all joints that bear it, and of the few that bear most of it."""
     levers = np.ptp(levers_at_flange(dataset.robot, dataset.q), axis=0)
     loaded = [j for j in turning_joints(dataset) if levers[j - 1] > _STILL]
-    most = tuple(sorted(sorted(loaded, key=lambda j: -levers[j - 1])[:_MOST_LOADED]))
-    return [
-        UnattributedLoadStep(joints, clock, at) for joints in dict.fromkeys((tuple(loaded), most)) if joints
-    ]
+    most = sorted(sorted(loaded, key=lambda j: -levers[j - 1])[:_MOST_LOADED])
+    groups = dict.fromkeys((tuple(loaded), tuple(most)))
+    return [UnattributedLoadStep(joints, clock, at) for at in places for joints in groups if joints]

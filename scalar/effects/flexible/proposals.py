@@ -12,7 +12,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.flexible.growth import UnattributedGrowth
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.link import UnattributedLink
-from scalar.effects.flexible.rivals_of_changes import is_of_whole_arm, rivals_of_change
+from scalar.effects.flexible.rivals_of_changes import changes_of_parts
 from scalar.effects.flexible.sensor import UnattributedSensor
 from scalar.effects.flexible.shape import UnattributedShape
 from scalar.effects.flexible.sway import UnattributedSway
@@ -42,7 +42,7 @@ def flexible_terms(dataset: Dataset) -> list[Effect]:
     angles = {j: Variable.observed(f"q{j}", dataset.q[:, j - 1]) for j in moving}
     pairs = [(j, a, b) for j in moving for a, b in itertools.combinations(moving, 2)]
     slides = {j: bool(dataset.robot.slides[j - 1]) for j in moving}
-    swept = [j for j in moving if j in swept_joints(dataset)]
+    swept = swept_joints(dataset)
     found: list[Effect] = [
         UnattributedJoint(j, (angles[v],), slides=slides[j]) for j in moving for v in swept
     ]
@@ -79,7 +79,7 @@ def _in_time(dataset: Dataset, moving: list[int]) -> list[Effect]:
     if "temperature" in drivers:
         grows_with.append(Variable.observed("temperature", drivers["temperature"]))
     found += [UnattributedGrowth(j, v) for j in range(1, dataset.robot.n_joints + 1) for v in grows_with]
-    found += [step for step in rivals_of_change(dataset) if not is_of_whole_arm(step)]
+    found += changes_of_parts(dataset)
     for j in moving:
         slides = bool(dataset.robot.slides[j - 1])
         found.append(UnattributedShape(j, (clock,), "line", slides=slides))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 PLACES = 24  # places in a campaign at which a step is tried first
 
 
+@dataclass(frozen=True, eq=False)
 class UnattributedStep(Unattributed):
-    """Something of some joints that is different from a pose on. Subclasses are dataclasses with these fields.
+    """Something of some joints that is different from a pose on.
 
     Attributes:
         joints: From 1.
@@ -46,7 +47,7 @@ class UnattributedStep(Unattributed):
         """Return a step a little earlier and later."""
         shift = scale / PLACES
         places = [float(np.clip(self.at + a * shift, -1, 1)) for a in (-1.0, -0.5, 0.0, 0.5, 1.0)]
-        return [replace(self, at=at) for at in places]  # type: ignore[type-var]
+        return [replace(self, at=at) for at in places]
 
     @property
     def first_order(self) -> str:
@@ -66,7 +67,7 @@ class UnattributedStep(Unattributed):
     def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the term of ``to_mapping``."""
         joints = tuple(int(j) for j in mapping["joints"])
-        return cls(joints, Variable.from_mapping(mapping["clock"]), float(mapping["at"]))  # type: ignore[call-arg]
+        return cls(joints, Variable.from_mapping(mapping["clock"]), float(mapping["at"]))
 
 
 def clock_of_steps(dataset: Dataset, order: float | None) -> tuple[Variable, list[float]]:

@@ -11,6 +11,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.effect import GRAVITY
 from scalar.effects.flexible.unattributed import NAME, Unattributed
+from scalar.effects.gravity import moments_of_ends
 from scalar.effects.places import LinkEffect
 from scalar.geometry.robot import GEOMETRY, Robot
 from scalar.geometry.se3 import Array, cross
@@ -101,10 +102,7 @@ def moments_across(robot: Robot, q: Array, joint: int) -> Array:
         The components along x of the frame before the joint, and along y, which with x and the joint's axis is right-handed.
     """
     frames = robot.frames(q)
-    flange = frames[:, -1] @ robot.T_n_flange
-    ends = np.concatenate([frames[:, joint + 1 :, :3, 3], flange[:, None, :3, 3]], axis=1)
-    arms = ends - frames[:, joint, None, :3, 3]
-    moment = cross(arms, np.broadcast_to(robot.down, arms.shape)).sum(axis=1)
+    moment = moments_of_ends(robot, frames, joint, robot.down).sum(axis=1)
     x, z = frames[:, joint - 1, :3, 0], frames[:, joint, :3, 2]
     return np.stack([np.sum(moment * x, axis=1), np.sum(moment * cross(z, x), axis=1)], axis=1)
 
