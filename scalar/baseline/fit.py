@@ -22,6 +22,7 @@ from scalar.estimation.random_poses import ranges_of_joints
 from scalar.estimation.reporting import sensor_mapping
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration
+from scalar.estimation.sufficiency import check_determined
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from scalar.sensors import Scans, as_scans, measure
@@ -97,7 +98,9 @@ def calibrate_baseline(
     how = Parameterisation(dataset.robot, measurement.initial_target(dataset))
     gauge: tuple[dict[str, Any], ...] = ()
     if fixed is None:
-        found = prepare(dataset).identifiability.fixed
+        identifiability = prepare(dataset).identifiability
+        check_determined(identifiability)
+        found = identifiability.fixed
         fixed = [h.name for h in found]
         gauge = tuple({"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with)} for h in found)
     _check_fixed(how, fixed)

@@ -18,6 +18,7 @@ from scalar.cli.terminal import say
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
+    from scalar.estimation.model import Model
     from scalar.estimation.result import Calibration
 
 _NOTHING = 1e-6  # standard errors: a coefficient below it stands where its prior has it
@@ -216,7 +217,7 @@ def describe_calibration(calibration: Calibration) -> str:
     near = summary.get("kept_near_data_sheet") or {}
     if near:
         lines.append(
-            f"  kept near the data sheet, because these poses hardly determine them: {', '.join(map(shown, near))}"
+            f"  kept near the data sheet, because these poses hardly determine them: {', '.join(map(shown, near))}; {_assumed(calibration.model)}"
         )
     asked = [name for name, reason in calibration.fixed.items() if reason == AS_ASKED]
     if asked:
@@ -227,3 +228,22 @@ def describe_calibration(calibration: Calibration) -> str:
         lines.append(f"  fixed, because the data do not determine them ({len(fixed)}):")
         lines += [f"    {entry['held']}: {entry['reason']}" for entry in fixed]
     return "\n".join(lines)
+
+
+def _assumed(model: Model) -> str:
+    """Return how far an arm is assumed to be from its data sheet by the priors of its calibration."""
+    from scalar.estimation.learned_prior_std import group_of
+
+    stds = {group_of(prior.name): prior.std for prior in model.priors}
+    words = {"length": "lengths", "angle": "angles", "zero": "joint zeros"}
+    sizes = [
+        f"{word} {stds[group] / MM:.2g} mm" if group == "length" else f"{word} {stds[group] / DEG:.2g} deg"
+        for group, word in words.items()
+        if group in stds
+    ]
+    source = (
+        "as robot.tolerance states"
+        if model.nominal.tolerance is not None
+        else "estimated from this arm; if its maker states a tolerance, state it as robot.tolerance"
+    )
+    return f"assumed standard deviations: {', '.join(sizes)} ({source})"

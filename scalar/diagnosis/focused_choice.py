@@ -25,7 +25,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from scalar.diagnosis.fitted_state import FittedState, plausibly_refitted
-from scalar.diagnosis.jackknife import Linearised, covariance_of, variance_of
+from scalar.diagnosis.jackknife import Linearised, covariance_of, mean_square, variance_of
 from scalar.effects import Effect
 from scalar.effects.registry import known
 from scalar.geometry.se3 import Array
@@ -230,16 +230,16 @@ class NestedModels:
         poses.
         """
         step, left_out = self._fitted(kept)
-        linear = self.linear
+        linear, covariance = self.linear, self._covariance(kept)
         within_limits, within_ranges, measured = (
-            self._error(step, left_out, columns)
+            self._error(step, left_out, covariance, columns)
             for columns in (linear.columns, linear.columns_in_ranges, linear.columns_measured)
         )
         return within_limits, within_ranges, measured
 
     def std(self, kept: tuple[int, ...]) -> float:
         """Return the standard error [m] of a predicted position, root mean square over poses within the joint limits; arguments as for ``errors``."""
-        return float(np.sqrt(variance_of(self._fitted(kept)[1], self.linear.columns)))
+        return float(np.sqrt(mean_square(self._covariance(kept), self.linear.columns)))
 
     def p_value(self, index: int) -> float:
         """Return the probability of coefficients as large as those of an effect in the wide model if all of them were zero (Wald's test).
@@ -255,14 +255,24 @@ class NestedModels:
 
     def _fitted(self, kept: tuple[int, ...]) -> tuple[Array, Array]:
         """Return the step to the optimum of a nested model and the steps without each pose, as ``Linearised.fitted`` returns them."""
-        return self.linear.fitted((self.effect_index < 0) | np.isin(self.effect_index, kept))
+        return self.linear.fitted(self._free(kept))
 
-    def _error(self, step: Array, left_out: Array, columns: Array) -> float:
+    def _covariance(self, kept: tuple[int, ...]) -> Array:
+        """Return the covariance ``(F, F)`` of the coordinates of a nested model: by the jackknife, and by what the data sheet may err."""
+        by_data_sheet = self.linear.steps_of_data_sheet(self._free(kept))
+        return covariance_of(self._fitted(kept)[1]) + by_data_sheet.T @ by_data_sheet
+
+    def _free(self, kept: tuple[int, ...]) -> Array:
+        """Return which coordinates ``(F,)`` a nested model has."""
+        return (self.effect_index < 0) | np.isin(self.effect_index, kept)
+
+    def _error(self, step: Array, left_out: Array, covariance: Array, columns: Array) -> float:
         """Return the expected error [m] at K poses: the root of the variance plus the squared bias beyond chance.
 
         Args:
             step: ``(F,)``, to the optimum of the nested model.
             left_out: ``(N, F)``, the further steps when each of the N poses is left out of that fit.
+            covariance: ``(F, F)``, of the coordinates of the nested model.
             columns: ``(3 K, F)``, derivatives of the positions at K poses [m].
         """
         wide_step, wide_left_out = self.optimum
@@ -270,4 +280,4 @@ class NestedModels:
         squared_distance = float(difference @ difference) / (len(difference) / 3)
         by_chance = variance_of(left_out - wide_left_out, columns)
         squared_bias = max(squared_distance - self.beyond_chance**2 * by_chance, 0.0)
-        return float(np.sqrt(variance_of(left_out, columns) + squared_bias))
+        return float(np.sqrt(mean_square(covariance, columns) + squared_bias))

@@ -73,6 +73,8 @@ class Linearised:
         self.scale[self.scale == 0] = 1.0
         self._residual, self._J = residual, J / self.scale
         self._gram, self._projection = self._J.T @ self._J, self._J.T @ residual
+        # A datum of the data sheet is expected to be off by its prior standard deviation, which is ``misfit_ratio`` in units of its row.
+        self._data_sheet = self._J[len(J) - len(state.model.priors) :] * state.model.misfit_ratio
         self._state = state
         self.coefficients = state.model.vector[state.free] * self.scale
 
@@ -104,12 +106,28 @@ class Linearised:
         N, m = self._poses
         J = self._J[:, free]
         step = np.where(free, 0.0, -self.coefficients)
-        inverse = np.linalg.pinv(self._gram[np.ix_(free, free)], rcond=1e-12, hermitian=True)
+        inverse = self._inverse(free)
         step[free] = -inverse @ (self._projection[free] + self._gram[np.ix_(free, ~free)] @ step[~free])
         rest = (self._residual + self._J @ step)[: N * m].reshape(N, m)
         left_out = np.zeros((N, len(free)))
         left_out[:, free] = steps_left_out(J[: N * m].reshape(N, m, -1), rest, inverse)
         return step, left_out
+
+    def steps_of_data_sheet(self, free: Array) -> Array:
+        """Return the steps ``(K, F)`` to the optimum of a nested model if each of its K priors from the data sheet errs by a standard deviation.
+
+        Leaving out poses does not show these errors: where the poses determine nothing, the data sheet alone decides, with or without a pose.
+
+        Args:
+            free: ``(F,)`` bool, as for ``fitted``.
+        """
+        steps = np.zeros((len(self._data_sheet), len(free)))
+        steps[:, free] = self._data_sheet[:, free] @ self._inverse(free)
+        return steps
+
+    def _inverse(self, free: Array) -> Array:
+        """Return the inverse normal equations of the coordinates ``free``, of as many rows and columns as there are."""
+        return np.linalg.pinv(self._gram[np.ix_(free, free)], rcond=1e-12, hermitian=True)
 
 
 def prediction_changes(state: FittedState, whitening: Array | None) -> PredictionChanges:
@@ -148,7 +166,17 @@ def variance_of(steps: Array, columns: Array) -> float:
         steps: ``(N, F)``, as ``steps_left_out`` gives them.
         columns: ``(3 K, F)``, derivatives of the predicted positions [m].
     """
-    return float(np.sum((columns @ covariance_of(steps)) * columns) / (len(columns) / 3))
+    return mean_square(covariance_of(steps), columns)
+
+
+def mean_square(covariance: Array, columns: Array) -> float:
+    """Return the squared standard error of a predicted position [m^2], mean over the K poses of ``columns``.
+
+    Args:
+        covariance: ``(F, F)``, of the coefficients.
+        columns: ``(3 K, F)``, derivatives of the predicted positions [m].
+    """
+    return float(np.sum((columns @ covariance) * columns) / (len(columns) / 3))
 
 
 def covariance_of(steps: Array) -> Array:

@@ -82,7 +82,6 @@ def calibrate(
             dataset,
             fix,
             settings,
-            lean_on_priors=dataset.robot.tolerance is not None,
             effects_follow=bool(effects or fixed_effects),
         )
         found, residuals = fit_all(dataset, prepared, effects, fixed_effects, settings)

@@ -29,8 +29,7 @@ def geometry_fit(
         InvalidInput: The initial guess of a plane is too far off for the fit.
         Undetermined: The data cannot determine the model.
     """
-    stated = dataset.robot.tolerance is not None
-    prepared = prepare(dataset, settings=settings, lean_on_priors=stated, effects_follow=effects_follow)
+    prepared = prepare(dataset, settings=settings, effects_follow=effects_follow)
     check_equations(dataset, prepared.residuals.measurement, int(prepared.free.sum()))
     found = fit(prepared.residuals, prepared.coarse, prepared.free, tolerance=_TOLERANCE)
     return found.model.rebased(), prepared

@@ -19,9 +19,9 @@ from scalar.estimation.settings import DEFAULTS, EstimationSettings
 from scalar.estimation.sufficiency import (
     FitFailed,
     check_data,
+    check_equations,
     check_guess,
     check_lines,
-    check_parameters,
     check_setup,
     check_span,
 )
@@ -58,7 +58,6 @@ def prepare(
     fix: Sequence[str] = (),
     settings: EstimationSettings = DEFAULTS,
     *,
-    lean_on_priors: bool = False,
     effects_follow: bool = False,
 ) -> Prepared:
     """Return a dataset that is ready to be fitted: sensor and target estimated with the arm nominal, and a coarse fit of everything.
@@ -70,8 +69,6 @@ def prepare(
         dataset: What was measured.
         fix: Further parameters to fix at their nominal values, by name.
         settings: Thresholds.
-        lean_on_priors: Whether priors from the data sheet may determine directions that these poses do not determine at all. The standard errors
-            of a calibration show it. A diagnosis corrects nothing then, because an effect may stand for an error of the geometry.
         effects_follow: Whether effects are added to the model after the coarse fit. Their errors, which its residual still contains, must then
             not increase the weight of the priors.
 
@@ -82,7 +79,7 @@ def prepare(
     measurement = measure(dataset)
     guess = measurement.initial_target(dataset)
     check_data(dataset, measurement, guess)
-    if lean_on_priors:
+    if dataset.robot.tolerance is not None:
         check_setup(dataset, measurement, guess, settings.sufficiency)
     T = dataset.sensor.T_flange_sensor
     residuals = Residuals.of(
@@ -94,7 +91,7 @@ def prepare(
     candidates = candidate_mask(initial.model, fix)
     try:
         identifiability, free = _identify(
-            dataset, residuals, initial.model, initial.model, candidates, settings, lean_on_priors
+            dataset, residuals, initial.model, initial.model, candidates, settings
         )
     except Undetermined:
         check_span(
@@ -110,7 +107,6 @@ def prepare(
             candidates,
             (identifiability, free, coarse),
             settings,
-            lean_on_priors,
             effects_follow,
         )
     try:
@@ -131,19 +127,16 @@ def _identify(
     where: Model,
     candidates: Array,
     settings: EstimationSettings,
-    lean_on_priors: bool,
 ) -> tuple[Identifiability, Array]:
     """Return the identifiability at a model, and which coordinates are free because of it.
 
     Raises:
         Undetermined: The poses are too few, or do not determine a parameter although every joint moves.
     """
-    identifiability = analyse(
-        residuals, where, candidates, settings.identifiability, gauge_alone=lean_on_priors
-    )
+    identifiability = analyse(residuals, where, candidates, settings.identifiability, gauge_alone=True)
     free = candidates & ~np.isin(initial.names, identifiability.fixed_names)
-    if not lean_on_priors:
-        check_parameters(dataset, residuals, initial, identifiability, int(free.sum()))
+    if dataset.robot.tolerance is None:
+        check_equations(dataset, residuals.measurement, int(free.sum()))
     return identifiability, free
 
 
@@ -154,7 +147,6 @@ def _identify_again(
     candidates: Array,
     first: tuple[Identifiability, Array, Model],
     settings: EstimationSettings,
-    lean_on_priors: bool,
     effects_follow: bool,
 ) -> tuple[Identifiability, Array, Model]:
     """Return the identifiability at the coarse fit, the coordinates that are free because of it, and a new coarse fit of these.
@@ -167,14 +159,11 @@ def _identify_again(
         first: The same three results, from the initial estimate. They are returned if the second analysis fails or the second fit is worse:
             the first coarse fit then did not end near the true arm.
         settings: Thresholds.
-        lean_on_priors: As in ``prepare``.
         effects_follow: As in ``prepare``.
     """
     found = first[2]
     try:
-        identifiability, free = _identify(
-            dataset, residuals, initial, found, candidates, settings, lean_on_priors
-        )
+        identifiability, free = _identify(dataset, residuals, initial, found, candidates, settings)
     except Undetermined:
         return first
     again = fit_near_data_sheet(residuals, initial, free, settings, effects_follow=effects_follow)

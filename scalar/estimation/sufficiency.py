@@ -15,7 +15,6 @@ from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS, SufficiencySettings
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
-from scalar.geometry.standard_dh import as_stated
 from scalar.sensors import Measurement
 from scalar.units import DEG
 
@@ -165,28 +164,20 @@ def _poses_give(count: int) -> str:
     return "1 pose gives" if count == 1 else f"{count} poses give"
 
 
-def check_parameters(
-    dataset: Dataset, residuals: Residuals, model: Model, identifiability: Identifiability, n_free: int
-) -> None:
-    """Refuse data with fewer equations than unknowns, or whose poses leave undetermined what other poses would determine.
+def check_determined(identifiability: Identifiability) -> None:
+    """Refuse poses that leave geometry undetermined which other poses would determine: a fit that knows no priors needs these.
 
     Args:
-        dataset: What was measured.
-        residuals: Of the dataset.
-        model: After a first fit.
-        identifiability: Which parameters the poses leave undetermined, and why.
-        n_free: Number of parameters that would be estimated.
+        identifiability: Of the poses, with the directions that are left to priors.
 
     Raises:
-        Undetermined: The message says how many poses, or which parameters, are missing.
+        Undetermined: With the number of directions.
     """
-    check_equations(dataset, residuals.measurement, n_free + _excess(identifiability))
-    unseen = [h for h in identifiability.fixed if h.cause == "poses"]
-    if unseen:
+    n = identifiability.n_left_to_priors
+    if n:
         raise Undetermined(
-            [f"these poses do not determine {as_stated(f'{h.name}: {h.reason}', dataset.robot)}; measure more poses that differ in all joints "
-             f"and all over the "
-             f"{'planes' if dataset.planes else 'workspace'}; {_without_them(dataset, 'it')}" for h in unseen]
+            [f"these poses leave {n} direction{'s'[: n - 1]} of the geometry undetermined, which poses that differ in all joints and all over the "
+             "workspace would determine"]
         )  # fmt: skip
 
 
@@ -207,15 +198,16 @@ def check_equations(dataset: Dataset, measurement: Measurement, unknowns: int) -
         raise Undetermined(
             [f"{_poses_give(dataset.n_poses)} {equations} equations for {unknowns} unknowns"
              f"{', however many points they have' if measurement.scans else ''}: "
-             f"measure at least {more} more pose{'s'[: more - 1]}, better twice as many; {_without_them(dataset, 'undetermined parameters')}"]
+             f"measure at least {more} more pose{'s'[: more - 1]}, better twice as many; {_without_them(dataset)}"]
         )  # fmt: skip
 
 
-def _without_them(dataset: Dataset, what: str) -> str:
+def _without_them(dataset: Dataset) -> str:
     """Return what is possible without further poses, and how."""
+    what = "undetermined parameters near the data sheet"
     if dataset.robot.tolerance is None:
-        return f"or state robot.tolerance, so that 'scalar calibrate' keeps {what} near the data sheet"
-    return f"'scalar calibrate' keeps {what} near the data sheet, because robot.tolerance is stated; a diagnosis needs the poses"
+        return f"or state robot.tolerance, so that 'scalar calibrate' keeps {what}"
+    return f"'scalar calibrate' keeps {what}, because robot.tolerance is stated; a diagnosis needs the poses"
 
 
 def check_setup(
@@ -282,8 +274,3 @@ def check_effects(dataset: Dataset, measurement: Measurement, n_free: int) -> No
             [f"{_poses_give(dataset.n_poses)} {equations} equations, and with these effects there are {n_free} unknowns or more: "
              "name fewer effects, or measure more poses"]
         )  # fmt: skip
-
-
-def _excess(identifiability: Identifiability) -> int:
-    """Return how many parameters are fixed only because of these poses: unknowns that other poses would determine."""
-    return sum(h.cause == "poses" for h in identifiability.fixed)

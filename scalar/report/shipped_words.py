@@ -95,7 +95,7 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
         ]
     if shipped.decided_by == "undetermined_geometry":
         return [
-            "after.json is the model without effects, because these poses leave a part of the geometry to the maker's tolerance. Effects may then "
+            "after.json is the model without effects, because these poses leave a part of the geometry to the data sheet. Effects may then "
             "stand for errors of the geometry: among the measured poses they reduce the residual, and elsewhere they may do harm. They are findings "
             "only, and nothing is corrected for them. Poses that differ in all joints would determine the geometry ('scalar plan' chooses them)."
         ]

@@ -63,7 +63,7 @@ def test_the_design_effect_improves_predictions_off_a_grid(seed, monkeypatch):
         return rms(points @ T[:3, :3].T + T[:3, 3] - truth(q))
 
     def calibrated() -> float:
-        return error(fit_all(dataset, prepare(dataset, lean_on_priors=True))[0].model)
+        return error(fit_all(dataset, prepare(dataset))[0].model)
 
     found = calibrated()
     assert found < error(base_and_tool(dataset).model)

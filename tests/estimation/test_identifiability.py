@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from scalar.errors import Undetermined
+from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.prepare import prepare
+from scalar.geometry.robot import Tolerance
 from tests import kinematics
 from tests.kinematics import PARAMETER_KINDS
 from tests.measuring_poses import ranges_to_plane
@@ -144,13 +146,13 @@ def test_fifteen_poses_are_refused_by_counting():
         assert "at least 1 more" in str(refusal.value)
 
 
-@pytest.mark.parametrize("tolerance", [None, {"length": 5e-4, "angle": 5e-4}])
+@pytest.mark.parametrize("tolerance", [None, Tolerance(5e-4, 5e-4)])
 def test_a_tolerance_is_asked_for_only_if_none_is_stated(tolerance):
-    """With it 'scalar calibrate' keeps undetermined parameters near the data sheet, also where equations are missing."""
+    """With it 'scalar calibrate' fits poses that give too few equations, which the residual of a diagnosis needs."""
     dataset = make_scene(poses_per_plane=5, points_per_scan=10, seed=2).dataset
     dataset = replace(dataset, robot=replace(dataset.robot, tolerance=tolerance))
     with pytest.raises(Undetermined) as refusal:
-        prepare(dataset)
+        geometry_fit(dataset)
     assert ("or state robot.tolerance" in str(refusal.value)) == (tolerance is None)
     assert ("because robot.tolerance is stated" in str(refusal.value)) == (tolerance is not None)
 

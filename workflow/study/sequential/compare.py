@@ -27,6 +27,7 @@ from scalar.estimation.least_squares import covariance_and_step, fit
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared, prepare
 from scalar.estimation.residuals import Residuals
+from scalar.estimation.sufficiency import check_determined
 from scalar.evaluate import aligned_to, pose_errors, true_frames
 from scalar.geometry.se3 import Array
 from scalar.sensors import as_scans
@@ -169,6 +170,7 @@ def compare_ways(dataset: Dataset, truth_poses: pd.DataFrame, alternate: bool) -
 
     try:
         prepared = prepare(dataset)
+        check_determined(prepared.identifiability)
         optimum, residuals = fit_from(dataset, prepared.initial.model, prepared.free)
         first = starts(dataset, prepared)
     except ScalarError as error:
