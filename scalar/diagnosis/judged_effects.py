@@ -111,6 +111,9 @@ def _finding(
 
     grounds = grounds_against(its_rivals)
     own_confidence = min(confidence(grounds, effect.name), weight_among_imitators)
+    if untried := effect.alike_at_few_positions(after.dataset):
+        confounded += untried
+        own_confidence = min(own_confidence, 1.0 / (1 + len(untried)))
     # A report lists the confounded effects together with the name. The name is therefore doubtful only if the confidence that the cause is the effect
     # or one of these is too low. This confidence in the whole group is computed against the rivals outside the group.
     outside = [s for s in its_rivals if not any(s.effect.same_place(like) for like in confounded)]

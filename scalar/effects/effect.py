@@ -159,6 +159,10 @@ class Effect(Described):
         """Return flexible effects of which a few together might be mistaken for this one."""
         return []
 
+    def alike_at_few_positions(self, dataset: Dataset) -> list[Effect]:
+        """Return named effects that are no candidates because a joint takes few positions, and that may be the cause in the place of this one."""
+        return []
+
     # Terms, and comparison with other effects.
 
     @property

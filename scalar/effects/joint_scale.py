@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.acquisition import moving_joints
+from scalar.effects.acquisition import moving_joints, swept_joints
 from scalar.effects.effect import Effect
+from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.places import OneAxis, SingleJointEffect
 from scalar.effects.title import joints_in_words
 from scalar.effects.wording import angle
@@ -65,6 +66,10 @@ class JointScale(OneAxis, SingleJointEffect):
     def candidates(cls, dataset: Dataset) -> list[Effect]:
         """Return the scale error of every joint that moves."""
         return [cls.of(dataset, j) for j in moving_joints(dataset)]
+
+    def alike_at_few_positions(self, dataset: Dataset) -> list[Effect]:
+        """Return an error once a turn if the joint takes so few positions that no harmonics are looked for."""
+        return [] if self.slides or self.joint in swept_joints(dataset) else [JointHarmonic(self.joint, (1,))]
 
     @property
     def own_angle_joint(self) -> int | None:

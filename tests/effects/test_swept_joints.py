@@ -9,6 +9,7 @@ from scalar.effects.flexible.proposals import flexible_terms
 from scalar.effects.flexible.shape import UnattributedShape
 from scalar.effects.flexible.wave import UnattributedWave
 from scalar.effects.joint_harmonic import JointHarmonic
+from scalar.effects.joint_scale import JointScale
 from tests.random_scene import make_scene
 
 
@@ -30,6 +31,15 @@ def curves_over_joint_4(dataset):
         for e in found
         if isinstance(e, JointHarmonic | UnattributedWave | UnattributedShape) and e.own_angle_joint == 4
     ]
+
+
+def test_a_scale_error_on_a_grid_may_be_an_error_once_a_turn():
+    """Where no harmonics are looked for, a scale error may stand for one; where they are, the data tell."""
+    for levels, alike in ((LEAST_LEVELS // 2, ["joint_harmonic"]), (2 * LEAST_LEVELS, [])):
+        dataset = on_grid(levels)
+        assert [e.name for e in JointScale(4).alike_at_few_positions(dataset)] == alike
+        assert not JointScale(3).alike_at_few_positions(dataset)
+    assert not JointScale(4, slides=True).alike_at_few_positions(on_grid(LEAST_LEVELS // 2))
 
 
 def test_a_joint_on_a_grid_has_no_curve():
