@@ -93,6 +93,7 @@ def correct(
         lines_on_large_changes,
         lines_on_measured_columns,
         lines_on_measured_ranges,
+        lines_on_moves,
         lines_on_setup,
         lines_on_small_degrees,
     )
@@ -184,6 +185,7 @@ def correct(
         ),
         *(outside := lines_on_measured_ranges(calibrated, found.q)),
         *lines_on_measured_columns(calibrated, table),
+        *lines_on_moves(calibrated, table),
         *([_CHOSEN] if outside and not with_joints else []),
     ]:
         say(line)

@@ -143,6 +143,20 @@ def lines_on_measured_columns(calibration: Calibration, table: pd.DataFrame) -> 
     return lines
 
 
+def lines_on_moves(calibration: Calibration, table: pd.DataFrame) -> list[str]:
+    """Return a line for each effect of the moves before a pose that the table does not tell, so that it is left out.
+
+    Args:
+        calibration: With its effects.
+        table: The poses, with their columns.
+    """
+    return [
+        f"  {effect.title} is left out, because it depends on the moves before a pose: give the column {' or '.join(effect.moves_from)}"
+        for effect in calibration.model.effects
+        if effect.moves_from and not any(name in table.columns for name in effect.moves_from)
+    ]
+
+
 def lines_on_measured_ranges(calibration: Calibration, q: Array) -> list[str]:
     """Return one line if poses lie clearly outside the joint positions that were measured: how many, and at which joints; else none.
 

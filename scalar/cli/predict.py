@@ -85,6 +85,7 @@ def predict(
         lines_on_limits,
         lines_on_measured_columns,
         lines_on_measured_ranges,
+        lines_on_moves,
         lines_on_small_degrees,
     )
     from scalar.data.moves import joint_angles
@@ -130,6 +131,7 @@ def predict(
         *lines_on_limits(robot, table["pose"].to_numpy(), q),
         *lines_on_measured_ranges(model, q),
         *lines_on_measured_columns(model, table),
+        *lines_on_moves(model, table),
         *([_LACKS] if with_std and lacks_something(model.summary) else []),
     ]:
         say(line)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -15,15 +16,21 @@ from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import BaseEffect
 from scalar.geometry.planes import tangent_basis
 from scalar.geometry.robot import Robot
-from scalar.geometry.se3 import Array
+from scalar.geometry.se3 import Array, cross
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 
+HORIZONTAL = 0.5  # cosine of the angle between a rail and the vertical, at most
+
+
 @dataclass(frozen=True, eq=False)
 class BaseCompliance(BaseEffect):
     """The base tilts about its origin under the moment of the arm's weight, possibly more easily about one horizontal axis than about another.
+
+    An arm on a rail tilts about its carriage: a rail rests on the floor along its length, and where it is not straight, its carriage tilts by the
+    travel, whatever it weighs. The travel is therefore no lever.
 
     ``w = sum over frames i and axes e of C_ie (R_i e) x g / |g|``: the tilt about a horizontal axis is proportional to the moment about it.
 
@@ -72,17 +79,16 @@ class BaseCompliance(BaseEffect):
         return self.natural_sizes
 
     def base_screws(self, robot: Robot, poses: Poses) -> Array:
-        """Return the tilts by unit first moments of mass, as rotations about the origin of the base frame."""
+        """Return the tilts by unit first moments of mass, as rotations about the origin of the base frame, or about a carriage on a rail."""
         moments, _ = unit_moments_at(robot, poses)
         index = np.array(self.frames) - 1
         across = tangent_basis(robot.down[None])[0]
         if self.alike:
-            w = np.swapaxes(moments[:, index].reshape(len(poses), len(self.coefficient_units), 3), 1, 2)
-            return np.concatenate([w, np.zeros_like(w)], axis=1)
+            w = moments[:, index].reshape(len(poses), len(self.coefficient_units), 3)
+            return _about_carriage(robot, poses, w)
         by_axis = np.einsum("nfax,tx->nfat", moments[:, index], across)
         w = (by_axis[..., None] * across).reshape(len(poses), len(self.coefficient_units), 3)
-        w = np.swapaxes(w, 1, 2)
-        return np.concatenate([w, np.zeros_like(w)], axis=1)
+        return _about_carriage(robot, poses, w)
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the frames."""
@@ -96,13 +102,13 @@ class BaseCompliance(BaseEffect):
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
         """Return a base that is equally stiff about every horizontal axis, and one that is not."""
-        frames = tuple(range(1, dataset.robot.n_joints + 1))
+        frames = _frames_that_load(dataset.robot)
         return [cls(frames, alike) for alike in (True, False)]
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
         """Return a base whose stiffness differs between two axes, under the weight of every link."""
-        return [cls(tuple(range(1, dataset.robot.n_joints + 1)))]
+        return [cls(_frames_that_load(dataset.robot))]
 
     @property
     def n_terms(self) -> int:
@@ -180,3 +186,30 @@ class BaseCompliance(BaseEffect):
             "How the moment depends on the pose is fitted too, since the masses of the links are not known."
         )
         return [Profile(x_axis, y_axis, size / largest, size + rest, rest, std, size, curve, note=note)]
+
+
+def _frames_that_load(robot: Robot) -> tuple[int, ...]:
+    """Return the frames, from 1, whose first moments of mass tilt the base: all but those of rails."""
+    rails = _rails(robot)
+    return tuple(f for f in range(1, robot.n_joints + 1) if f - 1 not in rails)
+
+
+def _rails(robot: Robot) -> list[int]:
+    """Return the joints, from 0, that slide horizontally below the first joint that turns."""
+    axes = robot.frames(np.zeros((1, robot.n_joints)))[0, 1:, :3, 2]
+    found = []
+    for j in itertools.takewhile(lambda j: j in robot.prismatic, range(robot.n_joints)):
+        if abs(float(axes[j] @ robot.down)) < HORIZONTAL:
+            found.append(j)
+    return found
+
+
+def _about_carriage(robot: Robot, poses: Poses, w: Array) -> Array:
+    """Return screws ``(N, 6, k)`` of tilts ``(N, k, 3)`` about the place to which rails carry the origin of the base frame."""
+    rails = _rails(robot)
+    v = np.zeros_like(w)
+    if rails:
+        axes = robot.frames(np.zeros((1, robot.n_joints)))[0, 1:, :3, 2]
+        place = poses.q[:, rails] @ axes[rails]
+        v = cross(np.broadcast_to(place[:, None, :], w.shape), w)
+    return np.concatenate([np.swapaxes(w, 1, 2), np.swapaxes(v, 1, 2)], axis=1)

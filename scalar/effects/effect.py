@@ -229,6 +229,11 @@ class Effect(Described):
         return ()
 
     @property
+    def moves_from(self) -> tuple[str, ...]:
+        """Return the columns of which any shows the moves on which the effect depends; without them it is zero at poses to be predicted."""
+        return ()
+
+    @property
     def own_weight_joints(self) -> frozenset[int]:
         """Return the joints that give way under the weight of their own link alone, if the effect says nothing else; else none.
 

@@ -46,8 +46,8 @@ class JointBacklash(OneAxis, SingleJointEffect):
 
     Attributes:
         joint: From 1.
-        by: What determines the side: ``approach``, the recorded direction; if none is recorded, ``moves``, the last move by the order of the
-            poses, or ``torque``, the sign of the gravity torque.
+        by: What determines the side: ``approach``, the recorded direction, or ``moves``, the last move by the order of the poses, if no direction is
+            recorded; or ``torque``, the sign of the gravity torque.
         masses: First moments of mass in the frames from the joint on, x and y of each in turn, in any unit: only
             the sign of the torque matters. If empty, those of an arm with equal masses at the ends of its links.
         slides: Whether the joint is prismatic; its side is then never determined by a torque.
@@ -102,6 +102,11 @@ class JointBacklash(OneAxis, SingleJointEffect):
             side = np.sign(self.torque(robot, poses.q))
         return side[:, None]
 
+    @property
+    def moves_from(self) -> tuple[str, ...]:
+        """Return the order and the direction of approach, if the side follows from the moves."""
+        return ("order", f"approach{self.joint}") if self.by == "moves" else ()
+
     def against_its_load(self, robot: Robot, poses: Poses) -> bool:
         """Return whether the joint rests on the upper side of its play, where its load would have to lift it.
 
@@ -113,7 +118,7 @@ class JointBacklash(OneAxis, SingleJointEffect):
         return float(self.coefficients[0]) * float(side @ typical_torque(robot, poses.q, self.joint)) < 0
 
     def _last_move(self, poses: Poses) -> Array:
-        for column in (side_column(self.joint), f"approach{self.joint}"):
+        for column in (f"approach{self.joint}", side_column(self.joint)):
             if column in poses.columns:
                 return np.sign(poses.columns[column])
         return np.zeros(len(poses))
@@ -131,8 +136,8 @@ class JointBacklash(OneAxis, SingleJointEffect):
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return the backlash of every joint whose side is known: from the recorded approach, from its last move, or from a torque that is
-        not negligible.
+        """Return the backlash of every joint whose side is known: from the recorded approach or else its last move, and from a torque that is not
+        negligible.
         """
         moving = moving_joints(dataset)
         moves_known = steps_are_known(dataset)
@@ -144,12 +149,12 @@ class JointBacklash(OneAxis, SingleJointEffect):
             by, slides = told_by(dataset, j), j not in turning
             if by == "approach":
                 found.append(cls(j, by, slides=slides))
-                continue
-            if moves_known:
+            elif moves_known:
                 found.append(cls(j, "moves", slides=slides))
+            # A load may hold the joint on one side from whichever it came, as where the bolts of a link are loose.
             if not slides and torque[j] > LEAST_TORQUE * most:
                 masses = typical_masses(dataset.robot, dataset.q, j)
-                found.append(cls(j, by, tuple(float(m) for m in masses)))
+                found.append(cls(j, "torque", tuple(float(m) for m in masses)))
         return found
 
     @classmethod

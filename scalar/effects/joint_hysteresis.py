@@ -73,6 +73,11 @@ class JointHysteresis(OneAxis, SingleJointEffect):
         """Return on which side of its reading the joint stands, if all of its wind-ups agree."""
         return side_of_travel(self.coefficients.tolist())
 
+    @property
+    def moves_from(self) -> tuple[str, ...]:
+        """Return the order."""
+        return ("order",)
+
     def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the wind-up by each travel, -1 to 1."""
         return self._wind_up(poses)

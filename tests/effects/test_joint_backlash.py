@@ -1,14 +1,19 @@
 """On which side of its play a joint rests: from the order of the poses, or from the recorded directions of approach; and how its size is shown."""
 
+from dataclasses import replace
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from scalar.cli.calibrate import describe_calibration
 from scalar.cli.diagnose import _sizes
+from scalar.cli.pose_lines import lines_on_moves
 from scalar.data.poses import Poses
 from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_hysteresis import JointHysteresis
 from scalar.estimation.calibrate import calibrate
+from scalar.estimation.result import Calibration
 from scalar.geometry.robot import Robot
 from tests.random_scene import make_scene
 from tests.robot_configs import robot_mapping
@@ -29,11 +34,11 @@ def sides(columns) -> np.ndarray:
     [
         {"order": np.arange(4.0)},
         {"approach2": np.array([0.0, *SIDES])},
-        {"order": np.arange(4.0), "approach2": -np.array([0.0, *SIDES])},
+        {"order": np.array([3.0, 1.0, 2.0, 0.0]), "approach2": np.array([0.0, *SIDES])},
     ],
 )
 def test_play_found_from_the_order_is_predicted_from_the_order_or_the_approach(columns):
-    """Predictions use the order if it is given, as the fit did, and otherwise the directions of approach."""
+    """Predictions use the directions of approach if they are given, which say more than an order that assumes direct moves, else the order."""
     np.testing.assert_array_equal(sides(columns)[1:], SIDES)
 
 
@@ -46,6 +51,31 @@ def test_one_order_for_all_poses_says_nothing_on_moves():
 def test_without_order_and_approach_the_play_is_left_out():
     """The middle of the play is the best guess if nothing is known of the move."""
     assert not sides({}).any()
+
+
+@pytest.mark.parametrize(
+    ("effect", "needed"),
+    [(JointBacklash(2, "moves"), "order or approach2"), (JointHysteresis(2, (0.05,)), "order")],
+)
+def test_a_table_without_moves_is_told_what_is_left_out(effect, needed):
+    """The line names the effect and the columns that would tell; with any of them, and for play by the torque, there is none."""
+    calibration = Calibration.nominal(make_scene(seed=2, poses_per_plane=8).dataset)
+    calibration = replace(calibration, model=replace(calibration.model, effects=(effect,)))
+    (line,) = lines_on_moves(calibration, pd.DataFrame({"q2": [0.1]}))
+    assert effect.title in line and line.endswith(needed)
+    assert not lines_on_moves(calibration, pd.DataFrame({"order": [1]}))
+    by_torque = replace(calibration, model=replace(calibration.model, effects=(JointBacklash(2, "torque"),)))
+    assert not lines_on_moves(by_torque, pd.DataFrame({"q2": [0.1]}))
+
+
+def test_play_by_the_torque_is_looked_for_beside_recorded_directions():
+    """A load may hold a joint on one side of its play from whichever side it came, as where the bolts of a link are loose."""
+    dataset = make_scene(kind="tracker", seed=2, poses_per_plane=8).dataset
+    rng = np.random.default_rng(1)
+    approaches = {f"approach{j}": rng.choice([-1.0, 1.0], dataset.n_poses) for j in range(1, 7)}
+    found = JointBacklash.candidates(replace(dataset, poses=dataset.poses.assign(**approaches)))
+    assert {e.by for e in found if e.erring_joint == 3} == {"approach", "torque"}
+    assert "moves" not in {e.by for e in found}
 
 
 @pytest.mark.parametrize("b", [-2e-4, 2e-4])
