@@ -106,7 +106,8 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
     """Return for each effect the log evidence of the flexible terms that would explain most in its place [nats].
 
     Two amounts are subtracted: the margin by which a flexible term has to surpass a named effect, and half the logarithm of the degrees of
-    freedom for the order or place that was refined. Without the second, a wave of arbitrary order would score as high as a true harmonic.
+    freedom for the order or place that was refined. Without the second, a wave of arbitrary order would score as high as a true harmonic. Nothing is
+    subtracted for terms that are as likely beforehand and as specific as the effect (``Effect.equal_imitators``).
 
     Args:
         state: The fitted state.
@@ -125,6 +126,8 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
             np.log(background.degrees_of_freedom)
         )
         found[i] = [refined(state, background, entry).evidence - penalty for entry in entries]
+        equal = state.effects[i].equal_imitators(state.dataset)
+        found[i] += [entry.evidence for entry in _ranked(state, [background], _in_parts(equal))[0]]
     return found
 
 

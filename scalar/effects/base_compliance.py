@@ -11,6 +11,7 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.effects.effect import WEIGHT, Effect, Table
+from scalar.effects.flexible.tilt import tilts
 from scalar.effects.gravity import AXES, unit_moments_at
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import BaseEffect
@@ -104,6 +105,10 @@ class BaseCompliance(BaseEffect):
         """Return a base that is equally stiff about every horizontal axis, and one that is not."""
         frames = _frames_that_load(dataset.robot)
         return [cls(frames, alike) for alike in (True, False)]
+
+    def equal_imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return tilts of the joints' axes under the weight that they bear."""
+        return [*tilts(dataset)]
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:

@@ -159,6 +159,10 @@ class Effect(Described):
         """Return flexible effects of which a few together might be mistaken for this one."""
         return []
 
+    def equal_imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return flexible effects that are as likely beforehand as this one and as specific: the name is no surer than their evidence lets it be."""
+        return []
+
     def alike_at_few_positions(self, dataset: Dataset) -> list[Effect]:
         """Return named effects that are no candidates because a joint takes few positions, and that may be the cause in the place of this one."""
         return []

@@ -13,6 +13,7 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import missing_column, moving_joints, steps_are_known, turning_joints
 from scalar.effects.command_words import joints_named
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.tilt import tilts
 from scalar.effects.gravity import torque_of, typical_masses, typical_torque
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View, angle_axis
@@ -156,6 +157,10 @@ class JointBacklash(OneAxis, SingleJointEffect):
                 masses = typical_masses(dataset.robot, dataset.q, j)
                 found.append(cls(j, "torque", tuple(float(m) for m in masses)))
         return found
+
+    def equal_imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return tilts of the joints' axes under the weight that they bear, if the weight tells the side."""
+        return [*tilts(dataset)] if self.by == "torque" else []
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:

@@ -10,6 +10,7 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import turning_joints
 from scalar.effects.command_words import turning_named
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.angle_sum import sums_with
 from scalar.effects.joint_pictures import along_joint
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.places import SingleJointEffect
@@ -87,6 +88,10 @@ class JointCoupling(SingleJointEffect):
         if joint == source:
             raise ValueError(f"a joint that errs with its own angle is joint_scale:{joint}")
         return [cls(joint, source)]
+
+    def imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return smooth errors of the joint with sums and differences of its source's angle and another's."""
+        return list(sums_with(dataset, self.joint, self.source))
 
     @property
     def clause(self) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.profile_width import profile_width
 from scalar.effects.range_error import RangeError
 from scalar.effects.sensor_map import SensorMap
 from scalar.geometry.se3 import Array
@@ -41,6 +42,14 @@ class RangeOffset(RangeError):
     def nuisances(cls, dataset: Dataset) -> list[Effect]:
         """Return the offset: no scanner's zero is exact."""
         return cls.candidates(dataset)
+
+    def imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return a factor of the width of profiles, which an offset imitates where the range hardly varies."""
+        return [*profile_width(dataset)]
+
+    def equal_imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return the same: either is as likely."""
+        return self.imitators(dataset)
 
     def generalised(self, dataset: Dataset) -> Effect | None:
         """Return a map of the scanner's error over its profile, where it scans profiles."""

@@ -9,11 +9,13 @@ from scalar.effects.acquisition import plane_centre
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.angle_sum import UnattributedAngleSum
 from scalar.effects.flexible.arm_step import UnattributedArmStep
 from scalar.effects.flexible.growth import UnattributedGrowth
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.link import UnattributedLink
 from scalar.effects.flexible.load_step import UnattributedLoadStep
+from scalar.effects.flexible.profile_width import UnattributedProfileWidth
 from scalar.effects.flexible.sensor import UnattributedSensor
 from scalar.effects.flexible.shape import UnattributedShape
 from scalar.effects.flexible.sway import UnattributedSway
@@ -115,7 +117,11 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         UnattributedArmStep((3,), Variable("order", half, half), 0.2),
         UnattributedArmStep((1, 2, 3, 4, 5, 6), Variable("order", half, half), -0.4),
         UnattributedLoadStep((2, 3, 5), Variable("order", half, half), 0.1),
+        UnattributedProfileWidth(),
+        UnattributedTilt(1),
         UnattributedTilt(3),
+        UnattributedAngleSum(5, (4, 6), 1, 0.1, 2.5),
+        UnattributedAngleSum(6, (4, 6), -1, 0.0, 2.5),
         UnattributedLink(4, "q4"),
         UnattributedLink(3, GRAVITY),
         UnattributedSensor(Variable(GRAVITY, 0.0, 1.0)),

@@ -7,6 +7,7 @@ import pytest
 
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import plane_centre
+from scalar.effects.flexible.profile_width import UnattributedProfileWidth
 from scalar.effects.places import PointEffect
 from scalar.effects.plane_moved import PlaneMoved
 from scalar.effects.range_error import RangeError
@@ -110,7 +111,8 @@ def test_columns_for_single_points(kind):
     dataset = replace(scene.dataset, poses=scene.dataset.poses.assign(**extra))
     laser = make_cell(seed=7, poses_per_plane=7, columns=optional_columns)
     for effect in every_effect(laser.dataset, rng):
-        if isinstance(effect, PointEffect) and (kind == "tracker" or isinstance(effect, RangeError)):
+        of_profiles = isinstance(effect, RangeError | UnattributedProfileWidth)
+        if isinstance(effect, PointEffect) and (kind == "tracker" or of_profiles):
             continue
         if effect.name == "sensor_slip" and effect.turns:
             continue  # a point has no orientation

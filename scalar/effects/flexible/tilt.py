@@ -26,8 +26,9 @@ _TURNED_OVER = 0.06  # of the longest moment: below it, play is crossed graduall
 class UnattributedTilt(Unattributed, LinkEffect):
     """The axis of a joint tilts in the direction of the moment of the weight across it, in proportion to it, and by the play of its bearing.
 
-    It is the rival of a base that gives way, and of joints that give way about their axes. The masses of the links are not known: one kilogram at
-    the end of each link after the joint is taken.
+    It is the rival of a base that gives way, and of joints that give way about their axes or have play that is crossed as the load changes sides. The
+    masses of the links are not known: one kilogram at the end of each link after the joint is taken. The axis of the first joint tilts with the base,
+    whose compliance has a name: of it, only the play is left.
 
     Attributes:
         joint: From 1.
@@ -49,13 +50,13 @@ class UnattributedTilt(Unattributed, LinkEffect):
 
     @property
     def coefficient_names(self) -> list[str]:
-        """The tilt at the longest moment that the links could have, and the half width of the play."""
-        return ["elastic_rad", "play_rad"]
+        """The tilt at the longest moment that the links could have, except for the first joint, and the half width of the play."""
+        return ["elastic_rad", "play_rad"] if self.joint > 1 else ["play_rad"]
 
     @property
     def coefficient_units(self) -> list[str]:
         """Radians."""
-        return ["rad", "rad"]
+        return ["rad"] * len(self.coefficient_names)
 
     def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the tilt about the axes x (as alpha) and y (as beta) of the joint's frame before it turns."""
@@ -63,7 +64,8 @@ class UnattributedTilt(Unattributed, LinkEffect):
         size = np.linalg.norm(moments, axis=1, keepdims=True)
         bound = longest_moment(robot, self.joint)
         tilts = np.stack([moments / bound, moments / (size + _TURNED_OVER * bound)], axis=2)
-        basis = np.zeros((len(poses), len(GEOMETRY), robot.n_joints, 2))
+        tilts = tilts[:, :, 2 - len(self.coefficient_names) :]
+        basis = np.zeros((len(poses), len(GEOMETRY), robot.n_joints, tilts.shape[2]))
         for axis, kind in enumerate(("alpha", "beta")):
             basis[:, GEOMETRY.index(kind), self.joint - 1] = tilts[:, axis]
         return basis
@@ -71,11 +73,17 @@ class UnattributedTilt(Unattributed, LinkEffect):
     @property
     def described_as(self) -> str:
         """Return which axis tilts."""
+        if self.joint == 1:
+            return "a tilt of the base, or of the axis of joint 1, that has play and falls to the side of the weight"
         return f"a tilt of the axis of joint {self.joint} under the weight that it bears"
 
     @property
     def advice(self) -> list[str]:
         """Return that the bearing should be looked at."""
+        if self.joint == 1:
+            return [
+                "Have the bolts of the base and the bearing of joint 1 checked: it tilts to the side of the weight, by a fixed angle."
+            ]
         return [
             f"Have the bearing of joint {self.joint} checked: its axis tilts under the weight that it bears."
         ]
@@ -121,7 +129,7 @@ def longest_moment(robot: Robot, joint: int) -> float:
 
 
 def tilts(dataset: Dataset) -> list[UnattributedTilt]:
-    """Return a tilt of every joint that turns but the first, whose tilt is that of the base."""
+    """Return a tilt of every joint that turns."""
     return [
-        UnattributedTilt(j) for j in range(2, dataset.robot.n_joints + 1) if not dataset.robot.slides[j - 1]
+        UnattributedTilt(j) for j in range(1, dataset.robot.n_joints + 1) if not dataset.robot.slides[j - 1]
     ]
