@@ -19,6 +19,7 @@ from scalar.estimation.setup.scan_axes import misread_axes
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array, log_so3
+from scalar.robots import largest_payload
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
@@ -95,7 +96,10 @@ def implausible(
     ]
     found += [
         Suspicion("column", "poses.csv", f"poses.csv: {told}")
-        for told in units_suspected({name: dataset.poses[name].to_numpy() for name in dataset.poses})
+        for told in units_suspected(
+            {name: dataset.poses[name].to_numpy() for name in dataset.poses},
+            largest_payload(dataset.robot.name),
+        )
     ]
     if len(still := still_joints(dataset.q)) > 1:
         found.append(
