@@ -74,6 +74,7 @@ def calibrate(
     """
     refuse_without_motion(dataset)
     dataset = with_target_motion(dataset)
+    set_up_tried = False  # whether other readings of the set-up were tried, which takes seconds
     if explain:
         refuse_wrong_orientations(dataset)
     fixed_effects = (*fixed_effects, *measured_effects(dataset, (*effects, *fixed_effects)))
@@ -88,6 +89,7 @@ def calibrate(
         found, residuals = fit_all(dataset, prepared, effects, fixed_effects, settings)
         distances = residuals.pose_distances(found.model)
         if explain and np.median(distances) > MOST_LEFT:
+            set_up_tried = True
             refuse_wrong_setup(dataset)
         refuse_contradicted_planes(dataset, found.model)
         if distances.max() > settings.sufficiency.gross_error:
@@ -101,7 +103,7 @@ def calibrate(
         raise
     except (InvalidInput, Undetermined) as error:
         if explain:
-            _explain(error, dataset, settings)
+            _explain(error, dataset, settings, set_up_tried=set_up_tried)
         raise
 
 
@@ -133,8 +135,16 @@ def _with_stray_points_reported(
     return replace(calibration, summary={**summary, "setup": setup})
 
 
-def _explain(error: InvalidInput | Undetermined, dataset: Dataset, settings: EstimationSettings) -> None:
+def _explain(
+    error: InvalidInput | Undetermined, dataset: Dataset, settings: EstimationSettings, *, set_up_tried: bool
+) -> None:
     """Refuse a dataset with the cause of an error; do nothing if no cause is found.
+
+    Args:
+        error: What the calibration raised.
+        dataset: The dataset.
+        settings: Thresholds.
+        set_up_tried: Whether no other reading of the set-up explained the data already, so that none is tried again.
 
     Raises:
         InvalidInput: Its set-up is described wrongly, or single poses contradict the rest.
@@ -144,7 +154,7 @@ def _explain(error: InvalidInput | Undetermined, dataset: Dataset, settings: Est
         isinstance(error, InvalidInput)
         and any((fault.column or "").startswith("planes.") for fault in error.faults)
     )
-    if isinstance(error, Undetermined) or guess_contradicted:
+    if not set_up_tried and (isinstance(error, Undetermined) or guess_contradicted):
         refuse_wrong_setup(dataset)
     if isinstance(error, NotConverged):
         _refuse_gross_errors(dataset, settings)
