@@ -17,6 +17,7 @@ from scalar.errors import Fault, InvalidInput
 from scalar.estimation.setup.alternatives import Alternative, alternatives, with_limits_counted_back
 from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
+from scalar.estimation.setup.exchanged_target import exchanged_targets
 from scalar.estimation.setup.lost_row import lost_rows
 from scalar.estimation.setup.mistyped_numbers import length_signs, slipped_digits, twist_signs
 from scalar.estimation.setup.moved_target import moved_targets
@@ -48,7 +49,7 @@ TIMES_NEARER = (
 )
 SINGLE = (alternatives, twist_signs, length_signs, slipped_digits, angle_units, coupled_joints)
 """What yields the alternatives with one change."""
-LAST = (lost_rows, moved_targets)
+LAST = (lost_rows, moved_targets, exchanged_targets)
 """What yields the alternatives that hold from a pose on; they are tried where no other explains the data."""
 MOST_FITTED = 4  # alternatives that are fitted in full
 
