@@ -12,14 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.effects.effect import Effect
 from scalar.errors import Fault, InvalidInput, NotConverged, Undetermined
-from scalar.estimation.conclude import conclude
+from scalar.estimation.conclude import conclude, with_suspicions
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, without_stray_points
 from scalar.estimation.joint_fit import fit_all
@@ -131,8 +130,7 @@ def _with_stray_points_reported(
         f"{count} points lie off the line of their own scan{most}; this calibration uses them, and may err because of them: let 'scalar diagnose' "
         "set them aside, or remove them",
     )
-    setup = [*summary["setup"], {**suspicion.to_mapping(), "sentence": suspicion.sentence}]
-    return replace(calibration, summary={**summary, "setup": setup})
+    return with_suspicions(calibration, [suspicion])
 
 
 def _explain(

@@ -31,9 +31,24 @@ def moved_targets(dataset: Dataset) -> Iterator[Alternative]:
         f"pose {pose}",
         f"from pose {pose} on {what} elsewhere",
         "with a session of its own from there on",
-        f"write a column session into poses.csv whose value changes at pose {pose}",
+        _remedy(dataset, k),
         _with_break(dataset, k),
     )
+
+
+def _remedy(dataset: Dataset, k: int) -> str:
+    """Return what to do about a move before row ``k``; a boundary of two sessions that follows may be the same move, stated too late."""
+    ids = dataset.pose_ids
+    if dataset.session is None:
+        return f"write a column session into poses.csv whose value changes at pose {ids[k]}"
+    later = np.flatnonzero(np.diff(dataset.session)) + 1
+    later = later[later > k]
+    late = (
+        f"; it changes at pose {ids[later[0]]}, which is too late if that is the same move"
+        if len(later)
+        else ""
+    )
+    return f"let the value of the column session in poses.csv change at pose {ids[k]}{late}"
 
 
 def _with_break(dataset: Dataset, k: int) -> Dataset:

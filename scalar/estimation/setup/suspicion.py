@@ -235,7 +235,7 @@ def _suspicion(alternative: Alternative, before: float | None, trial: Trial, *, 
         robot = with_limits_counted_back(robot, alternative.dataset.q)
     figures = f"the residual is {trial.rms / MM:.2g} mm {changed} (median of the poses)"
     if before is not None and before > trial.rms / FALLS_TO:
-        figures = f"{changed} the residual falls from {_in_mm(before)} to {_in_mm(trial.rms)} mm (medians of the poses)"
+        figures = f"{changed} the residual falls from {in_mm(before)} to {in_mm(trial.rms)} mm (medians of the poses)"
     return Suspicion(
         alternative.what,
         alternative.where,
@@ -246,5 +246,6 @@ def _suspicion(alternative: Alternative, before: float | None, trial: Trial, *, 
     )
 
 
-def _in_mm(length: float) -> str:
+def in_mm(length: float) -> str:
+    """Return a length [m] in millimetres, with two digits or as a whole number."""
     return f"{length / MM:.0f}" if length > 10 * MM else f"{length / MM:.2g}"
