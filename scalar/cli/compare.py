@@ -8,6 +8,12 @@ from typing import TYPE_CHECKING
 
 import click
 
+from scalar.cli.compared_effects import (
+    how_effects_differ,
+    lines_on_unnamed_terms,
+    positions_unexplained,
+    with_what_it_lacks,
+)
 from scalar.cli.compared_words import (
     effects_by_candidate,
     named_parameter,
@@ -111,14 +117,7 @@ def describe_comparison(comparison: Comparison, residuals: Mapping[str, float] =
         for letter, rms in residuals.items()
     ]
     if comparison.arm.effects_differ:
-        how = (
-            "contain the same effects with other coefficients"
-            if _are_the_same(comparison.effects)
-            else "were calibrated with different effects"
-        )
-        lines.append(
-            f"note: A and B {how}, so what one of them lacks may look like a change; {_with_same_effects(comparison)}"
-        )
+        lines.append(how_effects_differ(comparison))
     if "names" in comparison.campaign:
         one, other = comparison.campaign["names"]
         lines.append(f"note: A calls the arm '{one}' and B '{other}'; the nominal geometry is the same")
@@ -134,20 +133,21 @@ def describe_comparison(comparison: Comparison, residuals: Mapping[str, float] =
     elif comparison.changed:
         lines.append(f"{what} beyond chance, but no single parameter explains it")
     elif comparison.positions_changed:
-        lines.append(_unexplained(comparison))
+        lines.append(positions_unexplained(comparison))
     else:
         rest = " in what was compared (the last lines name the rest)" if comparison.not_compared else ""
         lines.append(f"no change of the arm beyond chance{rest}")
     if lacking and comparison.changed:
         lines.append(
             "  this does not tell a change of the arm from other poses, on which the parameters of a model that lacks something depend. "
-            f"{_with_what_it_lacks(comparison)}, or measure the same poses in both campaigns"
+            f"{with_what_it_lacks(comparison)}, or measure the same poses in both campaigns"
         )
     for change, moved in zip(comparison.changes, comparison.moved, strict=True):
         lines += _change_lines(comparison, change, moved)
     if n and comparison.rest_p_value < comparison.alpha:
         lines.append(f"  and more, which no single parameter explains ({_chance(comparison.rest_p_value)})")
     lines += unchanged_effects(comparison)
+    lines += lines_on_unnamed_terms(comparison)
     lines += [line for effect in comparison.disjoint_terms for line in _by_positions(effect)]
     apart = comparison.positions_apart
     at = f", at {RECORDS_IN_WORDS}" if any(e.needs_records for e in comparison.arm.model.effects) else ""
@@ -181,54 +181,6 @@ def _by_positions(effect: DisjointTerms) -> list[str]:
             "with the same coefficients in both, the comparison would distinguish the two"
         )
     return lines
-
-
-def _unexplained(comparison: Comparison) -> str:
-    """Return the line for positions that differ beyond chance although no compared parameter changed: possible reasons, and what to do."""
-    said = (
-        f"the arm's positions differ by {comparison.positions_apart.rms / MM:.3f} mm RMS, beyond chance ({comparison.by_chance / MM:.3f} mm), "
-        "though no parameter that both calibrations have has changed"
-    )
-    fixed = any("." in name and "fixed" in reason for name, reason in comparison.not_compared.items())
-    if comparison.arm.effects_differ:
-        one, other = (named or "none" for named in comparison.effects)
-        same = _are_the_same(comparison.effects)
-        names = (
-            f"the same effects with other coefficients: {one}"
-            if same
-            else f"different effects: A {one}; B {other}"
-        )
-        return f"{said}; they contain {names}; {_with_same_effects(comparison)}"
-    if fixed:
-        return f"{said}; effects that were fixed cannot show a change; {_with_same_effects(comparison)}"
-    return f"{said}; what may have changed stands under 'not compared'"
-
-
-def _with_what_it_lacks(comparison: Comparison) -> str:
-    """Return which calibrations to compare instead of those of a model that lacks something."""
-    how = (
-        "as the note above says"
-        if comparison.arm.effects_differ
-        else "both by scalar calibrate with the same --effects (scalar diagnose prints them)"
-    )
-    return f"Compare calibrations that contain what it lacks, {how}"
-
-
-def _with_same_effects(comparison: Comparison) -> str:
-    """Return how to calibrate both with the same effects, all of them free."""
-    a, b = comparison.same_effects
-    if not a:
-        return "calibrate both with the same ones"
-    command = "scalar calibrate ... --effects"
-    same = _are_the_same(comparison.same_effects)
-    how = f"{command} {a}" if same else f"A by {command} {a}; B by {command} {b}"
-    return f"calibrate both with the same effects: {how}"
-
-
-def _are_the_same(named: tuple[str, str]) -> bool:
-    """Return whether two values of ``--effects`` name the same effects, in whatever order: a diagnosis lists the strongest first."""
-    a, b = (set(names.split(",")) for names in named)
-    return a == b
 
 
 def _change_lines(comparison: Comparison, change: Change, moved: Moved) -> list[str]:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 RESULT = "batch.json"
 """File in the folder of each result, with its line of the table, and checksums of that line and of what it was made from; where it exists, the
 result is complete."""
-FORMAT = "scalar-batch/2"
+FORMAT = "scalar-batch/3"
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,8 @@ def _line(row: Mapping[str, Any]) -> str:
     """Return one line for the terminal on what was found in a dataset."""
     if row["status"]:
         return f"{row['folder']}: refused, {row['message']}"
-    found = row["effects"] or "no effect found"
+    unsure = f"perhaps {row['unsure_effects']}" if row["unsure_effects"] else ""
+    found = "; ".join(filter(None, [row["effects"], unsure])) or "no effect found"
     before, after = row["held_out_before_mm"], row["held_out_after_mm"]
     return f"{row['folder']}: {found} ({before:.4f} -> {after:.4f} mm on held-out poses)"
 

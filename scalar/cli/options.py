@@ -31,7 +31,8 @@ COMMANDED = click.option(
 UNITS = click.option(
     "--units",
     metavar="deg,mm",
-    help="Units of the tables: deg or rad, mm or m; rad,m if not given. A column may state its own (q1_deg, x_mm); the output then has them too.",
+    help="Units of the tables: deg or rad, mm or m; rad,m if not given. A column may state its own (q1_deg, x_mm); the output then has them too. "
+    "Degrees are written with mm unless m is stated.",
 )
 
 EFFECTS_MODULE = click.option(

@@ -73,7 +73,7 @@ def predict(
     measured are counted: no measurement shows how large the error of the arm is there.
 
     With --units deg,mm the joint angles are read in degrees (the travel of a joint that slides in mm), and x_mm..rz_deg are
-    written.
+    written. With --units deg, or columns q1_deg..qn_deg, lengths are written in mm as well. A column whose name states no unit is in m or rad.
 
     \b
     Example:
@@ -115,19 +115,20 @@ def predict(
     with naming_table(joints.name), naming_text(table):
         covariance = model.predict_covariance(table, target=target) if with_std else None
         frames = model.predict(table, target=target)
+    written_in = units_to_write(units, columns)
     write_frames(
         output,
         table["pose"].to_numpy(),
         frames,
         covariance,
-        units=units_to_write(units, columns),
+        units=written_in,
         orientation_known=model.observes_orientation,
         also=orientations,
     )
-    say_written(output, len(table), "pose")
+    say_written(output, len(table), "pose", written_in.in_words)
     q = joint_angles(table, robot.n_joints)
     for line in [
-        *lines_on_small_degrees(robot, q, units_to_write(units, columns).angle),
+        *lines_on_small_degrees(robot, q, written_in.angle),
         *lines_on_limits(robot, table["pose"].to_numpy(), q),
         *lines_on_measured_ranges(model, q),
         *lines_on_measured_columns(model, table),

@@ -14,6 +14,8 @@ from scalar.data.copies import copies_in_words
 from scalar.data.covariates import misspelt_columns
 from scalar.data.motion import faults_without_motion, still_in_words, still_joints
 from scalar.data.record_units import units_suspected
+from scalar.geometry.robot import Robot
+from scalar.robots import doubt_of_name, largest_payload
 from scalar.units import DEG, unit_of_joint
 
 if TYPE_CHECKING:
@@ -40,9 +42,17 @@ def notes_on(content: Content, layout: MeasuredTable | None) -> list[str]:
     still = _without_motion(q, points, layout)
     lines = still or _small_angles(poses, joints)
     lines += _beyond_limits(q, poses.columns["pose"], joints)
-    lines += [f"  {WARNING} poses.csv: {told}" for told in units_suspected(poses.columns)]
+    lines += _name_of_arm(content.mapping["robot"])
+    rated = largest_payload(str(content.mapping["robot"].get("name", "")))
+    lines += [f"  {WARNING} poses.csv: {told}" for told in units_suspected(poses.columns, rated)]
     lines += [f"  {WARNING} poses.csv: {told}" for told in misspelt_columns(list(poses.columns), len(joints))]
     return lines + (_copies(poses, points) if points is not None and not still else [])
+
+
+def _name_of_arm(robot: Mapping[str, Any]) -> list[str]:
+    """Return a note if the table of joints is clearly not that of the library's arm whose name the robot bears."""
+    doubt = doubt_of_name(Robot.from_mapping(robot))
+    return [f"  note: {doubt}"] if doubt else []
 
 
 def _without_motion(q: np.ndarray, points: Table | None, layout: MeasuredTable | None) -> list[str]:

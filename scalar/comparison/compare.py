@@ -14,6 +14,7 @@ from scalar.comparison.changes import ALPHA, Candidate, Change, find_changes
 from scalar.comparison.disjoint_terms import DisjointTerms, effects_with_disjoint_terms
 from scalar.comparison.invariants import displacement_columns, displacements, invariants
 from scalar.comparison.moved import Moved
+from scalar.comparison.unnamed_terms import UnnamedTerm, unnamed_terms
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.command_line import named_effects
 from scalar.effects.parameter_names import effect_of
@@ -48,6 +49,7 @@ class Comparison:
         campaign: What differs but is not of the arm: the sensor's place on the flange [mm, deg] and its kind, and the names of the arms.
         misfits: For A and B, the ratio of residual to noise, and its p-value.
         effects: The effects of A and of B, as ``--effects`` of `scalar calibrate` takes them.
+        unnamed: The flexible terms of A and of B, which have no name for ``--effects``.
         same_effects: The values of ``--effects`` for calibrating A and B again so that each contains the arm's effects found in either.
     """
 
@@ -65,6 +67,7 @@ class Comparison:
     misfits: tuple[tuple[float, float], ...]
     effects: tuple[str, str]
     same_effects: tuple[str, str]
+    unnamed: tuple[tuple[UnnamedTerm, ...], tuple[UnnamedTerm, ...]]
 
     @property
     def changed(self) -> bool:
@@ -111,6 +114,10 @@ class Comparison:
             "only_in": dict(zip("AB", map(list, self.arm.only_in), strict=True)),
             "compared_by_positions": [effect.to_mapping() for effect in self.disjoint_terms],
             "not_compared": self.not_compared,
+            "unnamed_terms": {
+                letter: [term.to_mapping() for term in terms]
+                for letter, terms in zip("AB", self.unnamed, strict=True)
+            },
             "campaign": self.campaign,
         }
 
@@ -164,6 +171,7 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
         misfits=(_misfit(a), _misfit(b)),
         effects=(named_effects(a.model.effects), named_effects(b.model.effects)),
         same_effects=(_same_effects(a, b), _same_effects(b, a)),
+        unnamed=(unnamed_terms(a.model), unnamed_terms(b.model)),
     )
 
 

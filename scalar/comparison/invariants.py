@@ -23,7 +23,7 @@ from scalar.geometry.screws import change_frame
 from scalar.geometry.se3 import Array
 
 N_POSES = 300
-_NULL = 1e-7  # share of the largest singular value: a combination with a smaller one moves nothing
+NEGLIGIBLE = 1e-7  # share of the largest singular value: a combination with a smaller one moves nothing
 _NOT_ESTIMATED = 1e-12  # share of the largest variance: neither calibration estimated a function with less
 _INCOMPARABLE = 1e-6  # norm of a parameter's column of Q in the estimated functions, at most 1: if it is smaller, none of them depends on it
 
@@ -46,10 +46,10 @@ def invariants(arm: ArmParameters) -> Invariants:
     poses = random_poses(arm.model, N_POSES)
     columns = _pose_columns(arm.model, poses)[:, arm.columns]
     scale = np.linalg.norm(columns, axis=0) / np.sqrt(len(poses))
-    moves = scale > _NULL * scale.max()
+    moves = scale > NEGLIGIBLE * scale.max()
     scale[~moves] = 1.0
     _, s, Vt = np.linalg.svd(np.linalg.qr(columns * (moves / scale), mode="r"))
-    null_directions = [*Vt[s < _NULL * s[0]]]
+    null_directions = [*Vt[s < NEGLIGIBLE * s[0]]]
     if arm.scale_unknown:
         along = np.zeros(len(arm.names))
         geometry = scale_direction(arm.model)
@@ -77,7 +77,7 @@ def displacement_columns(arm: ArmParameters) -> Array:
     """
     kinematics = kinematics_at(arm.model, random_poses(arm.model, N_POSES))
     moved = shifts(kinematics, kinematics.screws()[:, :, arm.columns])
-    return projected_out(base_and_sensor_columns(kinematics.T_base_sensor), moved, _NULL)
+    return projected_out(base_and_sensor_columns(kinematics.T_base_sensor), moved, NEGLIGIBLE)
 
 
 def displacements(a: Model, b: Model) -> Array:
@@ -95,7 +95,7 @@ def displacements(a: Model, b: Model) -> Array:
         )
     )
     moved = (other[:, :3, 3] - T[:, :3, 3]).reshape(-1, 1)
-    return projected_out(base_and_sensor_columns(T), moved, _NULL).reshape(-1, 3)
+    return projected_out(base_and_sensor_columns(T), moved, NEGLIGIBLE).reshape(-1, 3)
 
 
 def _pose_columns(model: Model, poses: Poses) -> Array:
@@ -117,7 +117,7 @@ def _screws_of_arm(model: Model, poses: Poses) -> Array:
     T = kinematics.T_base_sensor
     eye = np.broadcast_to(np.eye(6), (len(T), 6, 6))
     nuisance = np.concatenate([eye, change_frame(T, eye)], axis=2).reshape(-1, 12)
-    return projected_out(nuisance, kinematics.screws().reshape(6 * len(T), -1), _NULL)
+    return projected_out(nuisance, kinematics.screws().reshape(6 * len(T), -1), NEGLIGIBLE)
 
 
 def _orthogonal_complement(rows: Array) -> Array:
@@ -126,5 +126,5 @@ def _orthogonal_complement(rows: Array) -> Array:
         return np.eye(rows.shape[1])
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
     _, s, Vt = np.linalg.svd(rows / np.where(lengths > 0, lengths, 1.0))
-    rank = int(np.sum(s > _NULL * s[0]))
+    rank = int(np.sum(s > NEGLIGIBLE * s[0]))
     return Vt[rank:]

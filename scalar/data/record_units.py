@@ -1,4 +1,7 @@
-"""Records of poses.csv that are probably in another unit: loads in grams, temperatures in degrees Fahrenheit or kelvin, times in milliseconds."""
+"""Records of poses.csv that are probably in another unit.
+
+Loads in newtons or grams, temperatures in degrees Fahrenheit or kelvin, times in milliseconds.
+"""
 
 from __future__ import annotations
 
@@ -9,25 +12,21 @@ import numpy as np
 from scalar.data.formats import PAYLOAD
 
 HEAVY = 1000.0  # kg; chosen: hardly any arm carries more, and most payloads in grams are larger
+OVERLOAD = 2.0  # of the rated payload; chosen: arms are rarely loaded with more, and in newtons a fifth of the rated payload is more
+IN_GRAMS = 30.0  # of the rated payload: from here on, newtons would be three times the rated payload, and grams are likelier
 HOT = 60.0  # degrees Celsius; chosen: a hall is cooler, and so is the housing of a joint; in degrees Fahrenheit it is 16 degrees Celsius
 KELVIN = 200.0  # likewise: no arm works at it, and in kelvin it is -73 degrees Celsius
 SLOW = 1200.0  # s; chosen: the usual time from one pose to the next is seconds or minutes, and in milliseconds thousands
 
 
-def units_suspected(columns: Mapping[str, np.ndarray]) -> list[str]:
+def units_suspected(columns: Mapping[str, np.ndarray], rated: float | None = None) -> list[str]:
     """Return a clause for each column whose numbers are hardly in the unit of the format: what they are, and what to write.
 
     Args:
         columns: Of poses.csv by name, ``(N,)`` each; those that are no numbers are passed over.
+        rated: Rated payload of the arm [kg]; None if it is not known.
     """
-    found = []
-    masses = _numbers(columns, PAYLOAD[0])
-    if masses.max(initial=0.0) > HEAVY:
-        count = int(np.count_nonzero(masses > HEAVY))
-        found.append(
-            f"{PAYLOAD[0]} is as large as {masses.max():g} kg, and more than {HEAVY:g} kg in {count} of {len(masses)} poses; are these grams? "
-            "write kilograms"
-        )
+    found = _payload_suspected(_numbers(columns, PAYLOAD[0]), rated)
     temperatures = _numbers(columns, "temperature")
     if temperatures.max(initial=0.0) > HOT:
         unit = "kelvin" if temperatures.min() > KELVIN else "degrees Fahrenheit"
@@ -41,6 +40,22 @@ def units_suspected(columns: Mapping[str, np.ndarray]) -> list[str]:
             f"time has {step / 60:.0f} minutes between poses in the median; are these milliseconds? write seconds"
         )
     return found
+
+
+def _payload_suspected(masses: np.ndarray, rated: float | None) -> list[str]:
+    """Return a clause if payloads ``(k,)`` [kg] are far larger than the rated one [kg], or than any arm carries; none otherwise."""
+    heavy = HEAVY if rated is None else min(HEAVY, OVERLOAD * rated)
+    largest = masses.max(initial=0.0)
+    if largest <= heavy:
+        return []
+    count = int(np.count_nonzero(masses > heavy))
+    more_than, unit = f"{heavy:g} kg", "grams, or newtons"
+    if rated is not None:
+        more_than += f" ({OVERLOAD:g} times the {rated:g} kg that the name of the arm states)"
+        unit = "grams" if largest > IN_GRAMS * rated else "newtons, or pounds"
+    return [
+        f"{PAYLOAD[0]} is as large as {largest:g} kg, and more than {more_than} in {count} of {len(masses)} poses; are these {unit}? write kilograms"
+    ]
 
 
 def _numbers(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:

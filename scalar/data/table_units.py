@@ -40,6 +40,11 @@ class TableUnits:
     travels: frozenset[str] = frozenset()
     turns: frozenset[str] = frozenset()
 
+    @property
+    def in_words(self) -> str:
+        """Both units in a clause that ends a line, such as ``, lengths in mm, angles in deg``."""
+        return f", lengths in {self.length}, angles in {self.angle}"
+
     def sliding(self, prismatic: Sequence[int]) -> TableUnits:
         """Return the same units for a robot with prismatic joints, given by their indices from 0."""
         return replace(self, travels=frozenset(f"q{i + 1}" for i in prismatic))
@@ -104,17 +109,25 @@ def columns_of(path: Path) -> list[str]:
 def units_to_write(text: str | None, columns: Sequence[str]) -> TableUnits:
     """Return the units of a table that is written: those of an option such as ``deg,mm``, else those that the names of the columns read state.
 
-    If there are joint angles, the names of their columns decide; other columns may be in other units.
+    If there are joint angles, the names of their columns decide; other columns may be in other units. Degrees go with millimetres, unless
+    metres are stated, or a joint's travel or a place is read in them.
 
     Raises:
         InvalidInput: As for ``units_named``.
     """
     if text is not None:
-        return units_named(text)
-    named = [(base_name(column), column.rpartition("_")[2]) for column in columns]
-    deciding = [(name, unit) for name, unit in named if _JOINT.fullmatch(name)] or named
-    stated = {unit for name, unit in deciding if f"{name}_{unit}" in columns}
-    return TableUnits("mm" if "mm" in stated else SI.length, "deg" if "deg" in stated else SI.angle)
+        named = units_named(text)
+        metres = any(word.strip() == SI.length for word in text.split(","))
+        return named if metres or named.angle != "deg" else replace(named, length="mm")
+    spelt = [(base_name(column), column.rpartition("_")[2]) for column in columns]
+    deciding = [(name, unit) for name, unit in spelt if _JOINT.fullmatch(name)] or [
+        (name, unit) for name, unit in spelt if SI.known(name) or _TURN.fullmatch(name)
+    ]
+    stated = [unit if f"{name}_{unit}" in columns else "" for name, unit in deciding]
+    all_degrees = bool(stated) and set(stated) == {"deg"}
+    return TableUnits(
+        "mm" if "mm" in stated or all_degrees else SI.length, "deg" if "deg" in stated else SI.angle
+    )
 
 
 def base_name(column: str) -> str:

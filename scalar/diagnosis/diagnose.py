@@ -23,9 +23,11 @@ from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.shipped_fit import ShippedFit, shipped_fit, unconfirmed_effects_help
 from scalar.diagnosis.two_halves import limited_by_halves, two_halves
 from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
+from scalar.estimation.conclude import with_suspicions
 from scalar.estimation.measured_effects import with_target_motion
 from scalar.estimation.motion import refuse_without_motion
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
+from scalar.estimation.setup.session_boundary import misplaced_boundaries
 
 MAX_RANKING = 25  # candidates that the ranking of a diagnosis lists
 
@@ -83,7 +85,12 @@ def diagnose(
     progress("calibrating")
     unsure = [finding.effect.key for finding in found if not finding.has_name]
     final, shipped, component = _shipped(run, noise, unseen, unsure)
-    calibration_before, calibration_found, calibration_after = final.calibrated(shipped, component)
+    calibrations = final.calibrated(shipped, component)
+    model, set_aside = calibrations[0].model, run.cleaned.outlier_poses
+    boundaries = misplaced_boundaries(dataset, set_aside, model)
+    calibration_before, calibration_found, calibration_after = (
+        with_suspicions(calibration, boundaries) for calibration in calibrations
+    )
     # The findings report the coefficients of the calibration with all effects that were found. Unconfirmed effects of it come after them.
     n = len(found)
     fitted = zip(found, calibration_found.model.effects[:n], calibration_found.effect_std[:n], strict=True)

@@ -12,14 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.effects.effect import Effect
 from scalar.errors import Fault, InvalidInput, NotConverged, Undetermined
-from scalar.estimation.conclude import conclude
+from scalar.estimation.conclude import conclude, with_suspicions
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, without_stray_points
 from scalar.estimation.joint_fit import fit_all
@@ -74,6 +73,7 @@ def calibrate(
     """
     refuse_without_motion(dataset)
     dataset = with_target_motion(dataset)
+    set_up_tried = False  # whether other readings of the set-up were tried, which takes seconds
     if explain:
         refuse_wrong_orientations(dataset)
     fixed_effects = (*fixed_effects, *measured_effects(dataset, (*effects, *fixed_effects)))
@@ -87,6 +87,7 @@ def calibrate(
         found, residuals = fit_all(dataset, prepared, effects, fixed_effects, settings)
         distances = residuals.pose_distances(found.model)
         if explain and np.median(distances) > MOST_LEFT:
+            set_up_tried = True
             refuse_wrong_setup(dataset)
         refuse_contradicted_planes(dataset, found.model)
         if distances.max() > settings.sufficiency.gross_error:
@@ -100,7 +101,7 @@ def calibrate(
         raise
     except (InvalidInput, Undetermined) as error:
         if explain:
-            _explain(error, dataset, settings)
+            _explain(error, dataset, settings, set_up_tried=set_up_tried)
         raise
 
 
@@ -128,12 +129,19 @@ def _with_stray_points_reported(
         f"{count} points lie off the line of their own scan{most}; this calibration uses them, and may err because of them: let 'scalar diagnose' "
         "set them aside, or remove them",
     )
-    setup = [*summary["setup"], {**suspicion.to_mapping(), "sentence": suspicion.sentence}]
-    return replace(calibration, summary={**summary, "setup": setup})
+    return with_suspicions(calibration, [suspicion])
 
 
-def _explain(error: InvalidInput | Undetermined, dataset: Dataset, settings: EstimationSettings) -> None:
+def _explain(
+    error: InvalidInput | Undetermined, dataset: Dataset, settings: EstimationSettings, *, set_up_tried: bool
+) -> None:
     """Refuse a dataset with the cause of an error; do nothing if no cause is found.
+
+    Args:
+        error: What the calibration raised.
+        dataset: The dataset.
+        settings: Thresholds.
+        set_up_tried: Whether no other reading of the set-up explained the data already, so that none is tried again.
 
     Raises:
         InvalidInput: Its set-up is described wrongly, or single poses contradict the rest.
@@ -143,7 +151,7 @@ def _explain(error: InvalidInput | Undetermined, dataset: Dataset, settings: Est
         isinstance(error, InvalidInput)
         and any((fault.column or "").startswith("planes.") for fault in error.faults)
     )
-    if isinstance(error, Undetermined) or guess_contradicted:
+    if not set_up_tried and (isinstance(error, Undetermined) or guess_contradicted):
         refuse_wrong_setup(dataset)
     if isinstance(error, NotConverged):
         _refuse_gross_errors(dataset, settings)

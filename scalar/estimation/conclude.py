@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +26,7 @@ from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.lengths import LENGTH_UNIT
 from scalar.estimation.setup.plausibility import implausible
-from scalar.estimation.setup.suspicion import WrongSetup
+from scalar.estimation.setup.suspicion import Suspicion, WrongSetup
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import as_stated
 from scalar.sensors.pose_noise import ROTATION_NOISE
@@ -120,10 +122,8 @@ def conclude(
     )
     if units := tuple(suspicion for suspicion in suspicions if suspicion.what == LENGTH_UNIT):
         raise WrongSetup(units)
-    summary["setup"] = [
-        {**suspicion.to_mapping(), "sentence": suspicion.sentence} for suspicion in suspicions
-    ]
-    return Calibration(
+    summary["setup"] = []
+    calibration = Calibration(
         model=model,
         sensor=sensor_mapping(dataset),
         free=tuple(name for name, is_free in zip(names, found.free, strict=True) if is_free),
@@ -137,6 +137,14 @@ def conclude(
         summary=summary,
         noise=tuple(component.to_mapping() for component in residuals.measurement.listed_noise),
     )
+    return with_suspicions(calibration, suspicions)
+
+
+def with_suspicions(calibration: Calibration, suspicions: Sequence[Suspicion]) -> Calibration:
+    """Return a calibration with what is suspected of the set-up added to ``setup`` of its summary."""
+    entries = [{**suspicion.to_mapping(), "sentence": suspicion.sentence} for suspicion in suspicions]
+    summary = calibration.summary
+    return replace(calibration, summary={**summary, "setup": [*summary["setup"], *entries]})
 
 
 def _check_rank(model: Model, decomposed: Decomposed, free: Array) -> None:

@@ -26,10 +26,13 @@ from scalar.estimation.sufficiency import (
     check_span,
 )
 from scalar.geometry.parallel_axes import near_parallel_joints
-from scalar.geometry.robot import GEOMETRY
+from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import as_stated
 from scalar.sensors import Target, measure
+from scalar.units import MM
+
+_ELSEWHERE = 20 * MM  # from the table: lengths of real arms are off by a few millimetres
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +66,8 @@ def prepare(
     """Return a dataset that is ready to be fitted: sensor and target estimated with the arm nominal, and a coarse fit of everything.
 
     Which parameters the poses determine depends on the true arm, and the nominal one may be degrees off. The analysis is made at
-    the initial estimate, and again at the coarse fit if other axes are near-parallel there.
+    the initial estimate, and again at the coarse fit if other axes are near-parallel there, or if a length ended far from the table: with a length
+    that is wrongly 0 there, two axes are one, and zeros and offsets are confounded that the true arm distinguishes.
 
     Args:
         dataset: What was measured.
@@ -99,7 +103,7 @@ def prepare(
         )  # if the planes are parallel, that is the reason to state
         raise
     coarse = fit_near_data_sheet(residuals, initial.model, free, settings, effects_follow=effects_follow)
-    if near_parallel_joints(coarse.robot) != near_parallel_joints(dataset.robot):
+    if near_parallel_joints(coarse.robot) != near_parallel_joints(dataset.robot) or _far_length(coarse):
         identifiability, free, coarse = _identify_again(
             dataset,
             residuals,
@@ -138,6 +142,12 @@ def _identify(
     if dataset.robot.tolerance is None:
         check_equations(dataset, residuals.measurement, int(free.sum()))
     return identifiability, free
+
+
+def _far_length(model: Model) -> bool:
+    """Return whether a length of the arm is so far from the table that its axes are elsewhere."""
+    change = np.abs(model.robot.geometry - model.nominal.geometry)
+    return any(change[k].max() > _ELSEWHERE for k, kind in enumerate(GEOMETRY) if kind in LENGTHS)
 
 
 def _identify_again(

@@ -19,6 +19,7 @@ from scalar.geometry.se3 import Array, transform_from_rotation_vector
 AFTER_THE_JOINT = ("a", "alpha", "beta")
 """Parameters of joint i + 1 in modified DH that stand in row i of a standard-DH table."""
 OF_THE_BASE = "of the base"
+_A, _ALPHA = GEOMETRY.index("a"), GEOMETRY.index("alpha")
 _OF_A_ROW = re.compile(rf"({'|'.join(GEOMETRY)}) (\d+|{OF_THE_BASE})")
 _NAME = re.compile(rf"\b({'|'.join(GEOMETRY)})_(\d+)\b")
 
@@ -61,6 +62,21 @@ def standard_table(robot: Robot) -> StandardTable:
         robot.T_base_0 @ link_end(a, alpha) @ transform_from_rotation_vector([0.0] * 3, [0.0, beta, 0.0]),
         np.linalg.inv(link_end(*end)) @ robot.T_n_flange,
     )
+
+
+def read_as_standard(robot: Robot) -> Robot:
+    """Return the arm whose modified-DH table is read as standard DH: every link's a and alpha act after its joint."""
+    geometry = robot.geometry.copy()
+    a, alpha = geometry[_A].copy(), geometry[_ALPHA].copy()
+    geometry[_A], geometry[_ALPHA] = np.r_[0.0, a[:-1]], np.r_[0.0, alpha[:-1]]
+    end = float(a[-1]), float(alpha[-1])
+    return replace(robot, geometry=geometry, T_n_flange=link_end(*end) @ robot.T_n_flange, standard_end=end)
+
+
+def read_as_modified(robot: Robot) -> Robot:
+    """Return the arm whose standard-DH table, already converted, is read as modified DH: a and alpha act before their joint."""
+    table = standard_table(robot)
+    return replace(robot, geometry=table.rows, T_n_flange=table.T_n_flange, standard_end=None)
 
 
 def stated_mapping(robot: Robot) -> dict[str, Any]:

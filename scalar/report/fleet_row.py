@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from scalar.diagnosis.finding import UNATTRIBUTED
 from scalar.diagnosis.hidden_effects import hidden_effects
 from scalar.errors import ScalarError, printable
 from scalar.evaluate.workspace_errors import NOMINAL, errors_within_limits, mean_over_poses
@@ -34,22 +35,24 @@ COLUMNS = (
     "outlier_poses",
     "mislabelled_poses",
     "message",
+    "unsure_effects",
 )
 """The columns of the table. ``status`` is the exit status of ``scalar diagnose`` for the folder alone; if it is not 0, the numbers are empty. The
-errors of the data sheet and of ``after.json`` are means over the workspace; ``at_most`` is the upper end of the 95 % band."""
+errors of the data sheet and of ``after.json`` are means over the workspace; ``at_most`` is the upper end of the 95 % band. Names with less
+confidence than one that is given alone are ``unsure_effects``, each with its confidence and with what the data do not distinguish from it."""
 
 
 def row_of(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the line of a diagnosis, without its folder."""
     mapping = diagnosis.to_mapping()
-    residual, effects = mapping["residual"], mapping["effects"]
-    titles = [title(e["name"], e["target"], e.get("depends_on", ())) for e in effects]
+    residual = mapping["residual"]
+    effects, unsure = sure_and_unsure(mapping["effects"], diagnosis.after.settings.naming.least_confidence)
     return {
         "status": 0,
         "verdict": mapping["verdict"],
         "robot": diagnosis.dataset.robot.name,
         "poses": diagnosis.dataset.n_poses,
-        "effects": "; ".join(titles),
+        "effects": "; ".join(_title(e) for e in effects),
         "confidence": "; ".join(f"{e['confidence']:.2f}" for e in effects),
         "held_out_before_mm": residual["before"]["held_out_rms_mm"],
         "held_out_after_mm": residual["after"]["held_out_rms_mm"],
@@ -59,7 +62,34 @@ def row_of(diagnosis: Diagnosis) -> dict[str, Any]:
         "outlier_poses": len(mapping["outliers"]["poses"]),
         "mislabelled_poses": len(mapping["outliers"]["mislabelled"]),
         "message": "; ".join(suspicion["sentence"] for suspicion in _setup(diagnosis)),
+        "unsure_effects": "; ".join(_with_rivals(e) for e in unsure),
     }
+
+
+def sure_and_unsure(
+    effects: Sequence[Mapping[str, Any]], least_confidence: float
+) -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
+    """Return the entries that are found, and those whose own name has too little confidence.
+
+    Structure without a name is found whatever its confidence; the names that it is most like are among the unsure ones.
+
+    Args:
+        effects: Entries of ``effects`` in diagnosis.json.
+        least_confidence: With less, a name is unsure even if it is the likeliest of several that the data do not distinguish.
+    """
+    found = [e for e in effects if e["name"] == UNATTRIBUTED or e["confidence"] >= least_confidence]
+    unsure = [e for e in effects if e not in found]
+    return found, unsure + [like for e in found for like in e.get("most_like", ())]
+
+
+def _title(entry: Mapping[str, Any]) -> str:
+    return title(entry["name"], entry["target"], entry.get("depends_on", ()))
+
+
+def _with_rivals(entry: Mapping[str, Any]) -> str:
+    """Return an entry's title and confidence, and the titles of what the data do not distinguish from it."""
+    rivals = "".join(f" or {_title(rival)}" for rival in entry.get("confounded_with", ()))
+    return f"{_title(entry)} ({entry['confidence']:.2f}){rivals}"
 
 
 def _over_workspace(diagnosis: Diagnosis) -> dict[str, float]:

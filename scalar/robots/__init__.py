@@ -1,5 +1,6 @@
 """The library of arms that are sold, one file for each, with the sources of its numbers."""
 
-from scalar.robots.library import LibraryArm, arm_names, read_arm
+from scalar.robots.library import LibraryArm, arm_names, largest_payload, read_arm, resembling
+from scalar.robots.named_arm import doubt_of_name
 
-__all__ = ["LibraryArm", "arm_names", "read_arm"]
+__all__ = ["LibraryArm", "arm_names", "doubt_of_name", "largest_payload", "read_arm", "resembling"]

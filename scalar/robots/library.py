@@ -21,6 +21,8 @@ from scalar.errors import Fault, InvalidInput
 VERIFIED, UNVERIFIED = "verified", "unverified"
 _MOST_SUGGESTIONS = 5
 """Most names in a suggestion, so that they fit in a line."""
+_LEAST_NAME = 4
+"""Fewest letters and digits by which a user's own name of an arm is compared with the library's: `ur5e` is a model, `kr6` one of many."""
 _LEAST_SIMILARITY = 0.5
 """Least similarity (``difflib`` ratio, 0 to 1) of a name that is suggested. With it, 'kuka kr6' finds the KR 6 arms, and 'toaster' finds none."""
 
@@ -40,6 +42,7 @@ class LibraryArm:
         reach: Largest distance of ``reach_at`` from axis 1, as the maker states it [m].
         reach_at: The point whose reach that is: ``wrist centre`` (the origin of the last frame but one) or ``flange``.
         reach_tolerance: Most by which the reach of this geometry may differ from the stated one [m].
+        payload: Rated payload [kg] as the name of the model states it; None if the name does not.
         note: What a user of the arm should know; empty where there is nothing.
         mapping: The ``robot:`` block of a dataset.
     """
@@ -54,6 +57,7 @@ class LibraryArm:
     reach: float
     reach_at: str
     reach_tolerance: float
+    payload: float | None
     note: str
     mapping: Mapping[str, Any]
 
@@ -79,6 +83,29 @@ def read_arm(name: str) -> LibraryArm:
     return _read(own)
 
 
+def resembling(name: str) -> list[LibraryArm]:
+    """Return the arms whose name in the library resembles the name that a user gave an arm; none if that name says nothing of the model.
+
+    One name has to contain the other, where the library's may lack the maker: `my UR5e` resembles ur5e, and `kr6 r900` two arms of KUKA.
+    """
+    wanted = _plain(name)
+    plain = {own: [key for key in (_plain(own), _plain(own.partition("_")[2])) if key] for own in arm_names()}
+    exact = [own for own, keys in plain.items() if wanted in keys]
+    parts = [own for own, keys in plain.items() if len(wanted) >= _LEAST_NAME and wanted in keys[0]]
+    contained = {
+        own: max(len(key) for key in keys if key in wanted)
+        for own, keys in plain.items()
+        if any(len(key) >= _LEAST_NAME and key in wanted for key in keys)
+    }
+    longest = [own for own, length in contained.items() if length == max(contained.values())]
+    return [_read(own) for own in exact or parts or longest]
+
+
+def largest_payload(name: str) -> float | None:
+    """Return the largest rated payload [kg] of the arms whose name resembles one that a user gave; None if none of their names states it."""
+    return max((arm.payload for arm in resembling(name) if arm.payload is not None), default=None)
+
+
 @cache
 def _read(name: str) -> LibraryArm:
     file = resources.files("scalar.robots").joinpath("arms", f"{name}.yaml")
@@ -96,6 +123,7 @@ def _read(name: str) -> LibraryArm:
         reach=reach["stated"],
         reach_at=reach["at"],
         reach_tolerance=reach["tolerance"],
+        payload=content.get("payload"),
         note=content.get("note", "").strip(),
         mapping=content["robot"],
     )

@@ -32,7 +32,7 @@ def test_degrees_and_millimetres_give_the_same(program):
     np.testing.assert_allclose(in_units["x_y_correlation"], si_frames["x_y_correlation"], atol=1e-6)
     named = corrected(program, "by_name.csv")
     np.testing.assert_allclose(np.deg2rad(named[[f"{n}_deg" for n in JOINTS]]), si[JOINTS], atol=1e-9)
-    assert {"x", "rz_deg"} <= set(predicted(program, "joints.csv"))
+    assert {"x_mm", "rz_deg"} <= set(predicted(program, "joints.csv"))
 
 
 def test_written_frames_are_read_again_in_their_units(program):

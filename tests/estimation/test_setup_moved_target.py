@@ -83,8 +83,9 @@ def test_a_target_that_slipped_on_the_flange_is_no_tracker_that_moved(scene):
     slipped = T[:, :3, 3] + T[:, :3, :3] @ [0.05, -0.03, 0.04]
     points = dataset.points.copy()
     points[40:] = slipped @ truth.T_tracker_base[:3, :3].T + truth.T_tracker_base[:3, 3]
-    with pytest.raises(Undetermined):
+    with pytest.raises(WrongSetup) as refused:
         calibrate(replace(dataset, points=points))
+    assert [suspicion.what for suspicion in refused.value.suspicions] == ["exchanged_target"]
 
 
 @pytest.mark.slow

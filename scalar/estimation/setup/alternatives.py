@@ -17,7 +17,7 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.setup.mirror_image import or_wrong_signs
 from scalar.geometry.robot import GEOMETRY, Robot, link_end
 from scalar.geometry.se3 import Array
-from scalar.geometry.standard_dh import standard_table
+from scalar.geometry.standard_dh import read_as_modified, read_as_standard
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
@@ -38,7 +38,7 @@ class Alternative:
     Attributes:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
             ``shifted_poses``, ``reversed_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign``, ``length_sign``, ``length_digit``,
-            ``sign_and_zero``, ``lost_row`` or ``moved_target``.
+            ``sign_and_zero``, ``lost_row``, ``moved_target`` or ``exchanged_target``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
         says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.
         changed: Under which change the residual was computed, for the message: ``with its sign changed``.
@@ -133,21 +133,6 @@ def with_zero_moved(robot: Robot, joint: int, angle: float) -> Robot:
     geometry = robot.geometry.copy()
     geometry[THETA, joint] = _wrapped(geometry[THETA, joint] + angle)
     return robot.with_geometry(geometry)
-
-
-def read_as_standard(robot: Robot) -> Robot:
-    """Return the arm whose modified-DH table is read as standard DH: every link's a and alpha act after its joint."""
-    geometry = robot.geometry.copy()
-    a, alpha = geometry[A].copy(), geometry[ALPHA].copy()
-    geometry[A], geometry[ALPHA] = np.r_[0.0, a[:-1]], np.r_[0.0, alpha[:-1]]
-    end = float(a[-1]), float(alpha[-1])
-    return replace(robot, geometry=geometry, T_n_flange=link_end(*end) @ robot.T_n_flange, standard_end=end)
-
-
-def read_as_modified(robot: Robot) -> Robot:
-    """Return the arm whose standard-DH table, already converted, is read as modified DH: a and alpha act before their joint."""
-    table = standard_table(robot)
-    return replace(robot, geometry=table.rows, T_n_flange=table.T_n_flange, standard_end=None)
 
 
 def _convention(dataset: Dataset) -> Iterator[Alternative]:

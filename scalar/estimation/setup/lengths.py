@@ -15,6 +15,7 @@ from scalar.sensors import kind_of
 from scalar.units import MM
 
 LENGTH_UNIT = "length_unit"  # as a suspicion names a wrong unit of all lengths
+ROBOT = "robot"  # as a suspicion names a table of joints that is not that of the measured arm
 LINK_SHARE = 0.02  # of the arm's length: real links differ from their table by a millimetre or two, and reference frames by a few more
 LEAST_LINK = 10 * MM  # the limit for a link is at least this, however short the arm
 LEAST_SLIP = 5 * MM  # a length that is farther from the table may be mistyped, if the others are near it
@@ -64,7 +65,7 @@ def lengths_off(dataset: Dataset, model: Model, std: Array, fixed_length: str | 
     elsewhere = f"is {' or '.join(known)} not where it is declared known, " if known else ""
     return [
         Suspicion(
-            "robot",
+            ROBOT,
             name,
             f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints: is {which} wrong there, {elsewhere}or is "
             "this another robot than the one that was measured?",
@@ -91,7 +92,7 @@ def _mistyped_length(dataset: Dataset, nominal: Array, change: Array, clear: Arr
     name = as_stated(f"{lengths[k]}_{j + 1}", dataset.robot)
     return [
         Suspicion(
-            "robot",
+            ROBOT,
             name,
             f"{name} comes out {abs(change[k, j]) / MM:.1f} mm {'longer' if change[k, j] * nominal[k, j] >= 0 else 'shorter'} than the table of "
             f"joints has it ({nominal[k, j] / MM:.6g} mm), where half of the other lengths differ by less than {max(typical, 0.1 * MM) / MM:.1f} mm: "

@@ -13,12 +13,13 @@ from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
 from scalar.estimation.setup.copies import copied_poses
 from scalar.estimation.setup.known_planes import contradictions
-from scalar.estimation.setup.lengths import SIGMAS, lengths_off
+from scalar.estimation.setup.lengths import ROBOT, SIGMAS, lengths_off
 from scalar.estimation.setup.plane_guesses import far_guesses
 from scalar.estimation.setup.scan_axes import misread_axes
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array, log_so3
+from scalar.robots import doubt_of_name, largest_payload
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
@@ -63,6 +64,8 @@ def implausible(
         *_sensor(dataset, model, rotation_observed),
         *(Suspicion("plane_guess", name, sentence) for name, sentence in far_guesses(dataset, model)),
     ]
+    if not any(suspicion.what == ROBOT for suspicion in found) and (doubt := doubt_of_name(dataset.robot)):
+        found.append(Suspicion(ROBOT, "robot.name", doubt))
     if rotation_noise > DISAGREEMENT:
         found.append(
             Suspicion(
@@ -95,7 +98,10 @@ def implausible(
     ]
     found += [
         Suspicion("column", "poses.csv", f"poses.csv: {told}")
-        for told in units_suspected({name: dataset.poses[name].to_numpy() for name in dataset.poses})
+        for told in units_suspected(
+            {name: dataset.poses[name].to_numpy() for name in dataset.poses},
+            largest_payload(dataset.robot.name),
+        )
     ]
     if len(still := still_joints(dataset.q)) > 1:
         found.append(

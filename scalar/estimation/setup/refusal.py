@@ -36,7 +36,7 @@ def misfit_refused(dataset: Dataset, distances: Array) -> Undetermined:
     """
     planes, label = (" or the planes", ", label") if dataset.planes else ("", "")
     robot = "the robot, the sensor" if dataset.planes else "the robot or the sensor"
-    moved = "planes or base" if dataset.planes else "tracker or base"
+    moved = "planes or base" if dataset.planes else "tracker or base, no exchange of the target"
     worst = int(dataset.pose_ids[np.argmax(distances)])
     residual = float(np.sqrt(np.mean(distances**2)))
     rounded = rounded_angles(dataset.robot, dataset.q, residual)

@@ -17,6 +17,7 @@ from scalar.errors import Fault, InvalidInput
 from scalar.estimation.setup.alternatives import Alternative, alternatives, with_limits_counted_back
 from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
+from scalar.estimation.setup.exchanged_target import exchanged_targets
 from scalar.estimation.setup.lost_row import lost_rows
 from scalar.estimation.setup.mistyped_numbers import length_signs, slipped_digits, twist_signs
 from scalar.estimation.setup.moved_target import moved_targets
@@ -48,7 +49,7 @@ TIMES_NEARER = (
 )
 SINGLE = (alternatives, twist_signs, length_signs, slipped_digits, angle_units, coupled_joints)
 """What yields the alternatives with one change."""
-LAST = (lost_rows, moved_targets)
+LAST = (lost_rows, moved_targets, exchanged_targets)
 """What yields the alternatives that hold from a pose on; they are tried where no other explains the data."""
 MOST_FITTED = 4  # alternatives that are fitted in full
 
@@ -234,7 +235,7 @@ def _suspicion(alternative: Alternative, before: float | None, trial: Trial, *, 
         robot = with_limits_counted_back(robot, alternative.dataset.q)
     figures = f"the residual is {trial.rms / MM:.2g} mm {changed} (median of the poses)"
     if before is not None and before > trial.rms / FALLS_TO:
-        figures = f"{changed} the residual falls from {_in_mm(before)} to {_in_mm(trial.rms)} mm (medians of the poses)"
+        figures = f"{changed} the residual falls from {in_mm(before)} to {in_mm(trial.rms)} mm (medians of the poses)"
     return Suspicion(
         alternative.what,
         alternative.where,
@@ -245,5 +246,6 @@ def _suspicion(alternative: Alternative, before: float | None, trial: Trial, *, 
     )
 
 
-def _in_mm(length: float) -> str:
+def in_mm(length: float) -> str:
+    """Return a length [m] in millimetres, with two digits or as a whole number."""
     return f"{length / MM:.0f}" if length > 10 * MM else f"{length / MM:.2g}"

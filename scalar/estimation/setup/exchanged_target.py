@@ -1,0 +1,68 @@
+"""A reflector that was exchanged or put elsewhere on the flange during the campaign, without another name in the column ``target`` of its table.
+
+From some pose on, the target sits at another place of the flange. No place of the tracker explains that, because the shift turns with the flange.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.estimation.setup.alternatives import Alternative
+from scalar.estimation.setup.first_pose_after import best_break
+from scalar.estimation.setup.trial import first_look, full_fit
+from scalar.sensors import Target, kind_of, measure, on_flange
+from scalar.units import MM
+
+LEAST_POSES = 10  # with each target: with fewer, another place of the target may explain gross errors
+LATER = ", from there on"  # ends the name of a target after the change
+FARTHEST = (
+    300 * MM
+)  # residual as described: a reflector that is put elsewhere on a flange is moved by less, and leaves less
+
+
+def exchanged_targets(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield the alternative in which the targets on the flange are others from a pose on, the pose that leaves the smallest residual."""
+    if on_flange(measure(dataset).initial_target(dataset)) is None or first_look(dataset).rms > FARTHEST:
+        return
+    k = best_break(dataset, _with_break, LEAST_POSES)
+    if k is None:
+        return
+    changed = _with_break(dataset, k)
+    trial = full_fit(changed)
+    if trial is None or not np.isfinite(shift := _largest_shift(trial.model.target)):
+        return
+    pose = dataset.pose_ids[k]
+    table = kind_of(dataset).format.measured_in
+    yield Alternative(
+        "exchanged_target",
+        f"pose {pose}",
+        f"from pose {pose} on the target sits elsewhere on the flange, {shift / MM:.3g} mm from where it sat before",
+        "with a target of its own from there on",
+        f"write a column target into {table} with another name from pose {pose} on (another reflector, or the same at another place), or calibrate "
+        "the two parts one by one",
+        changed,
+    )
+
+
+def _largest_shift(target: Target) -> float:
+    """Return how far the targets sit from where they sat before [m], the farthest of those that were measured before and after."""
+    targets = on_flange(target)
+    places = dict(zip(targets.names, targets.coordinates[:, :3], strict=True))
+    pairs = [(place, places[name + LATER]) for name, place in places.items() if name + LATER in places]
+    return max((float(np.linalg.norm(after - before)) for before, after in pairs), default=np.nan)
+
+
+def _with_break(dataset: Dataset, k: int) -> Dataset:
+    """Return the dataset whose targets have other names from row ``k`` on."""
+    names = dataset.targets or ("before",)
+    index = dataset.point_columns.get("target", np.zeros(len(dataset.points)))
+    later = np.repeat(np.arange(dataset.n_poses) >= k, np.diff(dataset.starts))
+    return replace(
+        dataset,
+        targets=(*names, *(name + LATER for name in names)),
+        point_columns={**dataset.point_columns, "target": index + len(names) * later},
+    )

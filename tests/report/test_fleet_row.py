@@ -1,0 +1,40 @@
+"""A fleet's table lists what was found, and apart from it the names that are not sure."""
+
+import pytest
+
+from scalar.cli.fleet_table import _line as line_for_terminal
+from scalar.report.fleet_row import sure_and_unsure
+
+LEAST = 0.6
+
+
+def entry(name, confidence, **more):
+    """Return an entry of ``effects`` in diagnosis.json."""
+    return {"name": name, "target": {"joint": 2}, "confidence": confidence, "confounded_with": [], **more}
+
+
+SURE, LIKELY = entry("joint_scale", 0.95), entry("joint_harmonic", 0.61)
+DOUBTFUL = entry("joint_backlash", 0.51, confounded_with=[{"name": "joint_scale", "target": {"joint": 2}}])
+STRUCTURE = entry("unattributed", 0.45, target={}, most_like=[entry("pose_lag", 0.4)])
+
+
+@pytest.mark.parametrize(
+    ("effects", "found", "unsure"),
+    [
+        ([SURE, DOUBTFUL, LIKELY], [SURE, LIKELY], [DOUBTFUL]),
+        ([STRUCTURE], [STRUCTURE], STRUCTURE["most_like"]),
+        ([DOUBTFUL], [], [DOUBTFUL]),
+        ([], [], []),
+    ],
+)
+def test_a_name_that_is_not_sure_is_not_listed_as_found(effects, found, unsure):
+    """Names with less confidence than a diagnosis gives a name alone stand apart; structure without a name is found all the same."""
+    assert sure_and_unsure(effects, LEAST) == (found, unsure)
+
+
+def test_the_terminal_says_perhaps():
+    """A dataset in which only an unsure name was found is not said to have no effect, nor to have this one."""
+    row = {"folder": "a", "status": 0, "held_out_before_mm": 0.2, "held_out_after_mm": 0.1}
+    said = line_for_terminal({**row, "effects": "", "unsure_effects": "joint 2: backlash (0.51)"})
+    assert "a: perhaps joint 2: backlash (0.51) (0.2000" in said
+    assert "no effect found" in line_for_terminal({**row, "effects": "", "unsure_effects": ""})
