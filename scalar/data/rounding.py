@@ -12,8 +12,11 @@ _STEPS = (
     (0.01, "0.01 rad"),
     (1 * DEG, "1 degree"),
     (0.1 * DEG, "0.1 degree"),
+    (0.001, "0.001 rad"),
+    (0.01 * DEG, "0.01 degree"),
 )  # rad; the coarsest first
-_EXACT = 1e-6  # of a step: what is written with few decimals is a multiple of it to this
+_EXACT_ANGLE = 1e-6  # rad: an angle that was rounded is a multiple of its step to this, also if it was converted and written with six decimals
+_EXACT = 1e-6  # of a step: a coordinate that is written with few decimals is a multiple of it to this
 _LEAST_SHARE = 0.05  # of a step at the end of the arm: rounding leaves 0.29 of a step at each joint, and the scans of a plane show a part of it
 _LARGEST_SHARE = 0.5  # of the same: rounding leaves no more, however many joints there are
 _MUCH_LARGER = 2.0  # steps: a residual beyond it has other causes than the rounding
@@ -34,7 +37,9 @@ def rounded_angles(robot: Robot, q: np.ndarray, residual: float) -> str:
     reach = float(np.abs(robot.geometry[[i for i, kind in enumerate(GEOMETRY) if kind in LENGTHS]]).sum())
     moved = [column for column in q[:, ~np.asarray(robot.slides)].T if len(np.unique(column)) >= _SEVERAL]
     for step, named in _STEPS if moved else ():
-        if all(np.abs(column / step - np.round(column / step)).max() < _EXACT for column in moved):
+        if all(
+            np.abs(column / step - np.round(column / step)).max() < _EXACT_ANGLE / step for column in moved
+        ):
             told = (
                 f"every joint angle is a multiple of {named}: if they were rounded, each is off by up to {step / 2 / MM:.2g} mm at a distance of "
                 "1 m; write them with all decimals"

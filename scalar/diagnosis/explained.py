@@ -40,6 +40,7 @@ from scalar.estimation.result import Calibration
 from scalar.estimation.setup.known_planes import refuse_contradicted_planes
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT
+from scalar.estimation.sufficiency import TooManyUnknowns
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +151,7 @@ def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
     """
     try:
         return clean(dataset, settings.estimation)
-    except TooManyStrayPoints:
+    except (TooManyStrayPoints, TooManyUnknowns):
         raise
     except (InvalidInput, Undetermined):
         refuse_wrong_setup(dataset)

@@ -7,11 +7,17 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.data.motion import faults_without_motion
 from scalar.data.sensor_formats import sensor_formats
-from scalar.errors import InvalidInput
+from scalar.errors import Fault, InvalidInput
+from scalar.units import MM
+
+_SPANS = (
+    10 * MM
+)  # standard deviation of the nominal flange along its third direction: an arm that moves so far out of any plane
+_SEVERAL = 5  # points; fewer may have a coordinate in common
 
 
 def refuse_without_motion(dataset: Dataset) -> None:
-    """Refuse a dataset whose poses, or whose points, are all the same.
+    """Refuse a dataset whose poses, or whose points, are all the same, or whose points lack a coordinate.
 
     Raises:
         InvalidInput: They are.
@@ -19,5 +25,27 @@ def refuse_without_motion(dataset: Dataset) -> None:
     table = sensor_formats()[dataset.sensor.kind].table
     items = dataset.point_columns.get("target", np.zeros(len(dataset.points)))
     file = "points.csv" if table is None else table.files[0]
-    if faults := faults_without_motion(dataset.q, dataset.points, items, file):
+    faults = faults_without_motion(dataset.q, dataset.points, items, file)
+    if faults := faults or _coordinates_filled_in(dataset, file):
         raise InvalidInput(faults)
+
+
+def _coordinates_filled_in(dataset: Dataset, file: str) -> list[Fault]:
+    """Return a fault for each coordinate that is the same number at every point, although the nominal arm moves in all three directions."""
+    points = dataset.points
+    if points.shape[1] != 3 or len(points) < _SEVERAL:
+        return []
+    same = np.flatnonzero(np.ptp(points, axis=0) == 0.0)
+    if not len(same):
+        return []
+    places = dataset.robot.flange(dataset.q)[:, :3, 3]
+    smallest = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)[-1] / np.sqrt(len(places))
+    if smallest < _SPANS:
+        return []
+    return [
+        Fault(
+            file,
+            f"column {'xyz'[k]}: every value is {points[0, k]:g}, although the joints move the arm in all directions: it was filled in, not measured",
+        )
+        for k in same
+    ]

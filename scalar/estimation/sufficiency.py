@@ -19,7 +19,14 @@ from scalar.sensors import Measurement
 from scalar.units import DEG
 
 LEAST_PLANES = 3  # space has three dimensions
+_POSES_OF_SESSION = (
+    5  # on average: with fewer in each, the sessions are at fault, and not the number of poses
+)
 _LEAST_POINTS = 3  # on a plane: fewer lie on a line
+
+
+class TooManyUnknowns(Undetermined):
+    """A fit has as many unknowns as equations or more, by counting. Errors in the set-up are not searched for then: any reading could be fitted."""
 
 
 def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
@@ -45,11 +52,19 @@ def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
     equations = int(measurement.equations.sum())
     unknowns = (6 if measurement.observes_orientation else 3) + len(guess.vector)
     if equations < unknowns:
-        reasons.append(
+        told = (
             f"{_poses_give(dataset.n_poses)} {equations} equations, and the places of sensor and "
-            f"{measurement.target_words} alone are {unknowns} unknowns: measure many "
-            "more poses, a hundred or so"
+            f"{measurement.target_words} alone are {unknowns} unknowns: "
         )
+        sessions = 1 if dataset.session is None else len(np.unique(dataset.session))
+        many = sessions > dataset.n_poses / _POSES_OF_SESSION
+        advice = (
+            f"the column session of poses.csv has {sessions} different values, each of which is another place of the tracker; give all poses between "
+            "which it stood still the same session"
+            if many
+            else "measure many more poses, a hundred or so"
+        )
+        raise TooManyUnknowns([*reasons, told + advice])
     if reasons:
         raise Undetermined(reasons)
 
@@ -190,12 +205,12 @@ def check_equations(dataset: Dataset, measurement: Measurement, unknowns: int) -
         unknowns: Number of parameters that the poses would have to determine.
 
     Raises:
-        Undetermined: The message says how many poses are missing.
+        TooManyUnknowns: The message says how many poses are missing.
     """
     equations = int(measurement.equations.sum())
     if equations < unknowns:
         more = int(np.ceil((unknowns - equations) / measurement.equations_per_pose))
-        raise Undetermined(
+        raise TooManyUnknowns(
             [f"{_poses_give(dataset.n_poses)} {equations} equations for {unknowns} unknowns"
              f"{', however many points they have' if measurement.scans else ''}: "
              f"measure at least {more} more pose{'s'[: more - 1]}, better twice as many; {_without_them(dataset)}"]
@@ -251,10 +266,6 @@ class FitFailed(Undetermined):
                 "poses.csv and the measurements belong together" + still_clause(q)
             ]
         )
-
-
-class TooManyUnknowns(Undetermined):
-    """With the effects asked for, a fit has as many unknowns as equations or more. Errors in the set-up are not searched for then."""
 
 
 def check_effects(dataset: Dataset, measurement: Measurement, n_free: int) -> None:

@@ -21,7 +21,7 @@ def test_the_term_takes_the_error_of_the_width_away():
     wrong = replace(dataset, points=short)
     left = Residuals.of(wrong, model).rms(model)
     corrected = replace(model, effects=(UnattributedProfileWidth().with_coefficients([gain]),)).rebased()
-    assert Residuals.of(wrong, corrected).rms(corrected) < 1e-2 * left
+    assert Residuals.of(wrong, corrected).rms(corrected) < 0.05 * left
 
 
 @pytest.mark.parametrize(("kind", "count"), [("line-laser", 1), ("tracker", 0), ("probe", 0)])

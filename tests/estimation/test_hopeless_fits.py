@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import scalar.diagnosis.explained as explained
 import scalar.estimation.calibrate as calibrating
 from scalar.data.dataset import Dataset
+from scalar.diagnosis import diagnose
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
-from scalar.errors import Undetermined
+from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.identifiability import analyse
 from scalar.estimation.least_squares import covariance_and_step
@@ -76,3 +78,39 @@ def test_a_known_plane_without_error_does_not_overflow() -> None:
     known = replace(dataset.planes[0], distance_std=1e-300, normal_std=1e-300)
     with np.errstate(all="ignore"), pytest.raises(Undetermined):
         calibrate(replace(dataset, planes=(known, *dataset.planes[1:])))
+
+
+@pytest.mark.parametrize("run", [calibrate, diagnose])
+def test_too_few_equations_are_refused_by_counting_without_a_search(run, monkeypatch) -> None:
+    """No other reading of the set-up is tried: it would have as many unknowns."""
+
+    def search(dataset: Dataset) -> None:
+        raise AssertionError("searched")
+
+    for module in (calibrating, explained):
+        monkeypatch.setattr(module, "refuse_wrong_setup", search)
+    dataset = make_scene(kind="tracker", poses_per_plane=2, seed=2).dataset
+    with pytest.raises(Undetermined, match="6 poses give 18 equations"):
+        run(dataset)
+
+
+def test_a_session_for_each_pose_is_what_is_wrong() -> None:
+    """The message speaks of the column and does not ask for more poses."""
+    dataset = make_scene(kind="tracker", poses_per_plane=20, seed=2).dataset
+    dataset = replace(dataset, poses=dataset.poses.assign(session=np.arange(dataset.n_poses)))
+    with pytest.raises(
+        Undetermined, match=r"column session of poses\.csv has 60 different values"
+    ) as refusal:
+        calibrate(dataset)
+    assert "more poses" not in str(refusal.value)
+
+
+def test_a_coordinate_that_was_filled_in_is_named() -> None:
+    """An arm that moves in all directions has no target with the same z at every pose; one that moves in a plane may have."""
+    dataset = make_scene(kind="tracker", poses_per_plane=10, seed=2).dataset
+    flat = replace(dataset, points=dataset.points * [1.0, 1.0, 0.0])
+    with pytest.raises(InvalidInput, match=r"points\.csv.*column z: every value is 0"):
+        calibrate(flat)
+    turned = flat.poses.assign(**{f"q{j}": 0.0 for j in range(2, 7)})
+    with pytest.raises(Undetermined):  # joint 1 alone moves the flange in a plane
+        calibrate(replace(flat, poses=turned))

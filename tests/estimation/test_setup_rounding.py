@@ -25,13 +25,23 @@ def said(dataset: Dataset) -> list[str]:
     return [entry["sentence"] for entry in calibrate(dataset).summary["setup"]]
 
 
-@pytest.mark.parametrize(("step", "named"), [(0.01, "0.01 rad"), (np.deg2rad(0.1), "0.1 degree")])
+@pytest.mark.parametrize(
+    ("step", "named"), [(0.01, "0.01 rad"), (np.deg2rad(0.1), "0.1 degree"), (0.001, "0.001 rad")]
+)
 @pytest.mark.parametrize("kind", ["tracker", "line-laser"])
 def test_rounded_angles_are_said(kind, step, named):
     dataset = make_scene("vs060", kind, poses_per_plane=25, noise=5e-5, seed=1).dataset
     assert not any("multiple" in sentence for sentence in said(dataset))
     told = [sentence for sentence in said(rounded(dataset, step)) if "multiple" in sentence]
     assert len(told) == 1 and f"a multiple of {named}" in told[0]
+
+
+def test_rounded_degrees_are_recognised_in_radians_with_six_decimals():
+    """Converted and rounded again, the angles are multiples of their step to half a microradian alone."""
+    robot = make_scene("vs060", seed=1).dataset.robot
+    q = np.round(np.deg2rad(np.random.default_rng(2).integers(-900, 900, (40, robot.n_joints)) / 10), 6)
+    assert "0.1 degree" in rounded_angles(robot, q, 3e-4)
+    assert not rounded_angles(robot, q + np.random.default_rng(3).uniform(-1e-4, 1e-4, q.shape), 3e-4)
 
 
 def test_a_refusal_names_the_rounding():
