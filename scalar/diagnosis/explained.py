@@ -18,6 +18,7 @@ from scalar.diagnosis.evidence_of_states import evidence_of
 from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import priors_for_whitened_rows, with_spectrum
+from scalar.diagnosis.hold_out import held_out_errors, improvement
 from scalar.diagnosis.joint_selection import select_jointly
 from scalar.diagnosis.measured_rows import rows_given_own_noise
 from scalar.diagnosis.near_data_sheet import near_data_sheet
@@ -231,20 +232,31 @@ def _selected(before: FittedState, candidates: CandidateSet) -> FittedState:
     if _scatter_is_no_jitter(selected):
         equally = select_forward(before.with_equal_weights(), candidates)
         afresh = select_jointly(before, before.refitted(equally.effects, equally.model), candidates)
-        least = before.settings.selection.overwhelming_evidence
-        if afresh.effects and evidence_of(afresh, candidates) > evidence_of(selected, candidates) + least:
+        if afresh.effects and _explains_more(afresh, selected, candidates):
             selected = afresh
     return with_common_causes(with_terms_of_loads(selected, candidates), candidates)
 
 
 def _scatter_is_no_jitter(state: FittedState) -> bool:
-    """Return whether the likeliest variance component of a state is a jitter that is larger than that of any arm.
+    """Return whether the likeliest variance component of a state is a jitter larger than half of what the worst arms have.
 
-    It then stands for something that the model lacks. Poses that are weighted by it hide this: with several targets on the flange, a coupling of
+    It may then stand for something that the model lacks. Poses that are weighted by it hide this: with several targets on the flange, a coupling of
     0.25 mm was taken for a jitter of 32 mrad, and nothing was found.
     """
     worst = state.settings.variance_components.worst_repeatability
-    return any(c.name == JITTER and c.repeatability > worst for c in state.variance_components[:1])
+    return any(c.name == JITTER and c.repeatability > worst / 2 for c in state.variance_components[:1])
+
+
+def _explains_more(state: FittedState, other: FittedState, candidates: CandidateSet) -> bool:
+    """Return whether a state has overwhelmingly more evidence than another, or clearly more and predicts held-out poses better."""
+    settings = state.settings
+    gain = evidence_of(state, candidates) - evidence_of(other, candidates)
+    if gain > settings.selection.overwhelming_evidence:
+        return True
+    if gain <= settings.flexible_terms.replacement_margin:
+        return False
+    better = improvement(held_out_errors(other), held_out_errors(state))
+    return better >= settings.selection.least_improvement
 
 
 def _final_fit(state: FittedState, component: VarianceComponent | None) -> tuple[Fit, Residuals]:

@@ -152,13 +152,15 @@ class FittedState:
 
     @property
     def is_plausible(self) -> bool:
-        """Return whether no coefficient is far beyond its size in real workcells (``Effect.plausible_std``).
+        """Return whether no effect is impossible, and no coefficient far beyond its size in real workcells (``Effect.plausible_std``).
 
         An example of an implausible one is a range scale of -1: it shrinks all scans to a point, and leaves no residual.
         """
         most = self.settings.selection.plausible_coefficient
         return all(
-            np.all(np.abs(effect.coefficients) <= most * effect.plausible_std) for effect in self.effects
+            np.all(np.abs(effect.coefficients) <= most * effect.plausible_std)
+            and not effect.is_impossible(self.dataset.robot, self.residuals.poses)
+            for effect in self.effects
         )
 
     def background_whitened_by(self, whitening: Array | None) -> Background:

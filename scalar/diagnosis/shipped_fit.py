@@ -39,6 +39,7 @@ from scalar.geometry.se3 import Array
 from scalar.units import MM
 
 BEFORE, EQUAL, BY_COMPONENT = "before", "equal_weights", "weights_of_component"
+TWICE = 2.0  # chosen: how much worse the weighted fit may predict held-out poses if its predictions elsewhere differ by no more than chance allows
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Disagreement:
         held_out_rms: Held-out errors of the fit with equal weights and of the weighted one [m].
         predicted_std: Standard errors of a predicted position by the jackknife over poses, of the same two fits [m].
         beyond_chance: Whether their predictions differ significantly.
-        weights_mislead: Whether they do, and the weighted fit predicts held-out poses clearly worse as well.
+        weights_mislead: Whether they do and the weighted fit predicts held-out poses clearly worse as well, or it predicts them twice as badly.
     """
 
     difference: float
@@ -178,7 +179,7 @@ def shipped_fit(
             (equal.rms, weighted.rms),
             (of_equal.std, of_weighted.std),
             beyond_chance,
-            beyond_chance and weighted.rms > settings.clearly_larger_error * equal.rms,
+            weighted.rms > (settings.clearly_larger_error if beyond_chance else TWICE) * equal.rms,
         )
         decided_by = "predicted_std"
         if of_weighted.std < settings.clearly_smaller_std * of_equal.std:

@@ -106,9 +106,13 @@ class BaseCompliance(BaseEffect):
         frames = _frames_that_load(dataset.robot)
         return [cls(frames, alike) for alike in (True, False)]
 
+    def imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return tilts of the joints' axes, and of the base, under the weight that they bear."""
+        return [*tilts(dataset, first=1)]
+
     def equal_imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return tilts of the joints' axes under the weight that they bear."""
-        return [*tilts(dataset)]
+        """Return the same: either is as likely."""
+        return self.imitators(dataset)
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:

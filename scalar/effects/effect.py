@@ -255,6 +255,10 @@ class Effect(Described):
         """Return whether its coefficients make something move against the load that moves it, as the cause that it names cannot."""
         return False
 
+    def is_impossible(self, robot: Robot, poses: Poses) -> bool:
+        """Return whether the effect, with its coefficients, cannot be what it is called, so that a model must not contain it."""
+        return False
+
     @property
     def is_change_in_time(self) -> bool:
         """Return whether the effect is a change in the course of the acquisition."""

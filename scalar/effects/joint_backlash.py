@@ -118,6 +118,10 @@ class JointBacklash(OneAxis, SingleJointEffect):
         side = np.sign(self.torque(robot, poses.q))
         return float(self.coefficients[0]) * float(side @ typical_torque(robot, poses.q, self.joint)) < 0
 
+    def is_impossible(self, robot: Robot, poses: Poses) -> bool:
+        """Return whether the load would have to lift the joint; fitted masses may only describe where the sides change, and are allowed to."""
+        return not self.masses and self.against_its_load(robot, poses)
+
     def _last_move(self, poses: Poses) -> Array:
         for column in (f"approach{self.joint}", side_column(self.joint)):
             if column in poses.columns:
@@ -152,15 +156,20 @@ class JointBacklash(OneAxis, SingleJointEffect):
                 found.append(cls(j, by, slides=slides))
             elif moves_known:
                 found.append(cls(j, "moves", slides=slides))
-            # A load may hold the joint on one side from whichever it came, as where the bolts of a link are loose.
             if not slides and torque[j] > LEAST_TORQUE * most:
-                masses = typical_masses(dataset.robot, dataset.q, j)
+                # A load may hold the joint on one side from whichever it came, as where the bolts of a link are loose. Where directions are recorded,
+                # masses are not fitted: a step anywhere in the joint space would imitate the bow of a target plane.
+                masses = () if by == "approach" else typical_masses(dataset.robot, dataset.q, j)
                 found.append(cls(j, "torque", tuple(float(m) for m in masses)))
         return found
 
+    def imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return tilts of the joints' axes, and of the base, under the weight that they bear, if the weight tells the side."""
+        return [*tilts(dataset, first=1)] if self.by == "torque" else []
+
     def equal_imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return tilts of the joints' axes under the weight that they bear, if the weight tells the side."""
-        return [*tilts(dataset)] if self.by == "torque" else []
+        """Return the same: either is as likely."""
+        return self.imitators(dataset)
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:

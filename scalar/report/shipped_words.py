@@ -138,7 +138,8 @@ def _weights(diagnosis: Diagnosis) -> list[str]:
     equal_rms, weighted_rms = (f"{number(rms / MM, 4)} mm RMS" for rms in found.held_out_rms)
     equal_std, weighted_std = (length(std) for std in found.predicted_std)
     why = (
-        "the fits with and without these weights disagree, and held-out poses are predicted clearly worse with them"
+        f"{'the fits with and without these weights disagree, and ' if found.beyond_chance else ''}held-out poses are predicted clearly "
+        "worse with them"
         if found.weights_mislead
         else f"these weights {'make' if weighted else 'would not make'} predictions at other poses clearly more certain"
     )

@@ -128,8 +128,15 @@ def longest_moment(robot: Robot, joint: int) -> float:
     return max(float(ends.sum()), 1e-300)
 
 
-def tilts(dataset: Dataset) -> list[UnattributedTilt]:
-    """Return a tilt of every joint that turns."""
+def tilts(dataset: Dataset, first: int = 2) -> list[UnattributedTilt]:
+    """Return a tilt of every joint that turns.
+
+    Args:
+        dataset: On which they act.
+        first: The first of these joints, from 1; joint 1 is tried as a rival of named effects alone.
+    """
     return [
-        UnattributedTilt(j) for j in range(1, dataset.robot.n_joints + 1) if not dataset.robot.slides[j - 1]
+        UnattributedTilt(j)
+        for j in range(first, dataset.robot.n_joints + 1)
+        if not dataset.robot.slides[j - 1]
     ]
