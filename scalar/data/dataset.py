@@ -24,7 +24,7 @@ from scalar.data.dataset_writer import write_dataset
 from scalar.data.declared import PlaneGuess, Sensor, declared_parts, description, unit_plane
 from scalar.data.folder import Content, examine_folder, read_folder
 from scalar.data.formats import COMMANDED
-from scalar.data.moves import move_columns, moves
+from scalar.data.moves import joint_angles, move_columns, rows_with_moves
 from scalar.data.point_tables import group_points, point_table
 from scalar.data.poses import Poses, session_codes
 from scalar.data.references import References
@@ -168,12 +168,12 @@ class Dataset:
     @cached_property
     def q(self) -> np.ndarray:
         """Return the joint angles as the encoders read them, ``(N, n)`` [rad; m for a prismatic joint]."""
-        return _values(self.poses, [f"q{i + 1}" for i in range(self.robot.n_joints)], np.float64)
+        return joint_angles(self.poses, self.robot.n_joints)
 
     @cached_property
     def known_poses(self) -> Poses:
         """Return what is recorded of each pose, with the move that led to it."""
-        return Poses.from_frame(self.poses, self.robot.n_joints, order_is_row=True)
+        return Poses.from_frame(self.poses, self.robot.n_joints, order_is_row=True, q=self.q)
 
     @cached_property
     def pose_ids(self) -> np.ndarray:
@@ -222,7 +222,6 @@ class Dataset:
         Args:
             rows: ``(N,)`` bool, or integer row numbers; they are sorted, and one given twice appears twice.
         """
-        import pandas as pd
 
         rows = np.asarray(rows)
         rows = np.flatnonzero(rows) if rows.dtype == bool else np.sort(rows.astype(np.int64))
@@ -230,12 +229,9 @@ class Dataset:
         starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
         offsets = cast(Any, self.starts[rows] - starts[:-1])
         taken = np.arange(int(starts[-1])) + np.repeat(offsets, counts)
-        poses = cast(Any, self.poses.iloc[rows].reset_index(drop=True))
-        moved = {name: values[rows] for name, values in moves(self.poses, self.robot.n_joints).items()}
         return replace(
             self,
-            # All columns at once: ``assign`` adds one after the other, at many times the cost.
-            poses=pd.DataFrame({**dict(poses.items()), **moved}),
+            poses=rows_with_moves(self.poses, rows, self.known_poses.columns, self.robot.n_joints),
             points=self.points[taken],
             starts=starts,
             point_columns={name: values[taken] for name, values in self.point_columns.items()},
@@ -295,6 +291,6 @@ def _build(content: Content) -> Dataset:
     )
 
 
-def _values(table: Any, columns: str | list[str], dtype: type[np.float64 | np.int64]) -> np.ndarray:
-    """Return columns of a table as an array."""
-    return table[columns].to_numpy(dtype=dtype)
+def _values(table: Any, column: str, dtype: type[np.float64 | np.int64]) -> np.ndarray:
+    """Return a column of a table as an array."""
+    return table[column].to_numpy(dtype=dtype)

@@ -53,14 +53,14 @@ def still_clause(q: np.ndarray) -> str:
 
 
 def faults_without_motion(
-    q: np.ndarray, points: np.ndarray, items: np.ndarray, points_file: str
+    q: np.ndarray, points: np.ndarray, items: np.ndarray | None, points_file: str
 ) -> list[Fault]:
     """Return a fault if all poses are the same, and one if all points are.
 
     Args:
         q: ``(N, n)`` [rad; m of a joint that slides].
         points: ``(P, k)`` [m], as the sensor's table has them; no rows for a sensor without a table.
-        items: ``(P,)``, which of several targets each point is of.
+        items: ``(P,)``, which of several targets each point is of; None for a single one.
         points_file: Name of the table of points, for messages.
     """
     faults = []
@@ -70,9 +70,8 @@ def faults_without_motion(
             "recorded, or measure poses that differ in all joints"
         )
         faults.append(Fault("poses.csv", message))
-    if len(points) >= _SEVERAL and all(
-        float(np.ptp(points[items == item], axis=0).max()) < _STILL for item in np.unique(items)
-    ):
+    of_each = [points] if items is None else [points[items == item] for item in np.unique(items)]
+    if len(points) >= _SEVERAL and all(float(np.ptp(column)) < _STILL for own in of_each for column in own.T):
         message = (
             f"all {len(points)} points are the same: such data determine nothing of an arm; check how the points were recorded, and whether "
             "the sensor measured anew at each pose"

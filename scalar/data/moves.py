@@ -92,6 +92,27 @@ def moves(frame: pd.DataFrame, n_joints: int, q: Array | None = None) -> dict[st
     return moves_in_order(q, order, session, None if time is None else time.astype(float))
 
 
+def rows_with_moves(
+    frame: pd.DataFrame, rows: Array, columns: Mapping[str, Array], n_joints: int
+) -> pd.DataFrame:
+    """Return some rows of a table of poses with the columns of the moves that led to them.
+
+    Args:
+        frame: The table; it may have these columns already.
+        rows: ``(k,)``, the numbers of the rows.
+        columns: With those of ``moves`` for all rows.
+        n_joints: Number of joints, n.
+    """
+    import pandas as pd
+
+    table = cast(Any, frame).iloc[rows].reset_index(drop=True)
+    missing = [name for name in move_columns(n_joints) if name not in frame.columns]
+    if not missing:
+        return table
+    # All at once: to add one column after the other takes many times as long.
+    return pd.concat([table, pd.DataFrame({name: columns[name][rows] for name in missing})], axis=1)
+
+
 def moves_in_order(
     q: Array, order: Array, session: Array | None = None, time: Array | None = None
 ) -> dict[str, Array]:

@@ -71,19 +71,23 @@ class Poses:
     columns: dict[str, Array]
 
     @classmethod
-    def from_frame(cls, frame: pd.DataFrame, n_joints: int, *, order_is_row: bool) -> Poses:
+    def from_frame(
+        cls, frame: pd.DataFrame, n_joints: int, *, order_is_row: bool, q: Array | None = None
+    ) -> Poses:
         """Return the poses of a table with the columns of ``poses.csv``.
 
         Args:
             frame: The table.
             n_joints: How many columns q1.. it has.
             order_is_row: Whether ``order``, if missing, is the row number (for a dataset) or infinite (for a prediction of the state at the end).
+            q: ``(N, n)`` [rad, m], the columns q1.. where they have been taken from the table already, or None.
         """
         if "order" in frame:
             order = frame["order"].to_numpy(dtype=float)
         else:
             order = np.arange(len(frame), dtype=float) if order_is_row else np.full(len(frame), np.inf)
-        joints, q = [f"q{i + 1}" for i in range(n_joints)], joint_angles(frame, n_joints)
+        joints = [f"q{i + 1}" for i in range(n_joints)]
+        q = joint_angles(frame, n_joints) if q is None else q
         # Column by column: ``select_dtypes`` and a selection of several columns build tables, at many times the cost.
         numeric = [c for c, kind in zip(frame.columns, frame.dtypes, strict=True) if kind.kind in "iuf"]
         columns = {c: frame[c].to_numpy(dtype=float) for c in numeric if c not in (*joints, "pose", "order")}

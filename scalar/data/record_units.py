@@ -19,11 +19,14 @@ KELVIN = 200.0  # likewise: no arm works at it, and in kelvin it is -73 degrees 
 SLOW = 1200.0  # s; chosen: the usual time from one pose to the next is seconds or minutes, and in milliseconds thousands
 
 
+RECORDS = (PAYLOAD[0], "temperature", "time")
+
+
 def units_suspected(columns: Mapping[str, np.ndarray], rated: float | None = None) -> list[str]:
     """Return a clause for each column whose numbers are hardly in the unit of the format: what they are, and what to write.
 
     Args:
-        columns: Of poses.csv by name, ``(N,)`` each; those that are no numbers are passed over.
+        columns: Of poses.csv by name, ``(N,)`` each, those of ``RECORDS`` at least; those that are no numbers are passed over.
         rated: Rated payload of the arm [kg]; None if it is not known.
     """
     found = _payload_suspected(_numbers(columns, PAYLOAD[0]), rated)

@@ -37,9 +37,7 @@ def rounded_angles(robot: Robot, q: np.ndarray, residual: float) -> str:
     reach = float(np.abs(robot.geometry[[i for i, kind in enumerate(GEOMETRY) if kind in LENGTHS]]).sum())
     moved = [column for column in q[:, ~np.asarray(robot.slides)].T if len(np.unique(column)) >= _SEVERAL]
     for step, named in _STEPS if moved else ():
-        if all(
-            np.abs(column / step - np.round(column / step)).max() < _EXACT_ANGLE / step for column in moved
-        ):
+        if all(_are_multiples(column, step, _EXACT_ANGLE / step) for column in moved):
             told = (
                 f"every joint angle is a multiple of {named}: if they were rounded, each is off by up to {step / 2 / MM:.2g} mm at a distance of "
                 "1 m; write them with all decimals"
@@ -55,10 +53,22 @@ def rounded_points(points: np.ndarray, residual: float) -> str:
         points: ``(P, 2 or 3)`` [m].
         residual: Root mean square of what the best fit leaves [m].
     """
-    for step, named in _POINT_STEPS if len(np.unique(points)) >= _SEVERAL else ():
-        if residual < _MUCH_LARGER * step and np.abs(points / step - np.round(points / step)).max() < _EXACT:
+    for step, named in _POINT_STEPS:
+        if (
+            residual < _MUCH_LARGER * step
+            and _are_multiples(points, step)
+            and len(np.unique(points)) >= _SEVERAL
+        ):
             return (
                 f"every measured coordinate is a multiple of {named}: rounding them leaves {step / MM / 12**0.5:.2g} mm, which no calibration goes "
                 "below; write them with all decimals"
             )
     return ""
+
+
+def _are_multiples(values: np.ndarray, step: float, exact: float = _EXACT) -> bool:
+    """Return whether all of some numbers are multiples of a step, to a share ``exact`` of it; the first few mostly show already that they are not."""
+    return all(
+        np.abs(some / step - np.round(some / step)).max(initial=0.0) < exact
+        for some in (values[:_SEVERAL], values)
+    )

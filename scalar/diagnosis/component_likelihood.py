@@ -98,6 +98,8 @@ def of_two(rows: Array, spectrum: Spectrum, u: Array) -> TwoVariances:
     """
     values, z, y = spectrum.values, spectrum.along(rows), spectrum.along(u)
     squares = np.sum(y**2, axis=1)
+    products = y**2, y * z, z**2
+    scaled = [values * p for p in products]
     starts = np.log([spectrum.typical, 1.0 / max(float(np.median(squares[squares > 0])), 1e-300)])
 
     def cost(logs: Array) -> tuple[float, Array]:
@@ -105,8 +107,9 @@ def of_two(rows: Array, spectrum: Spectrum, u: Array) -> TwoVariances:
         v, w = np.exp(logs)
         D = 1.0 + v * values
         # The determinant and the inverse of a matrix with a term of rank one (Sherman and Morrison, Ann. Math. Stat. 21, 1950).
-        a, b, c = (np.sum(p / D, axis=1) for p in (y**2, y * z, z**2))
-        da, db, dc = (-np.sum(values * p / D**2, axis=1) for p in (y**2, y * z, z**2))
+        a, b, c = (np.sum(p / D, axis=1) for p in products)
+        squared = D**2
+        da, db, dc = (-np.sum(p / squared, axis=1) for p in scaled)
         s = 1.0 + w * a
         value = 0.5 * float(np.sum(np.log(D)) + np.sum(np.log(s) + c - w * b**2 / s))
         by_v = np.sum(values / D) + np.sum(w * da / s + dc - 2.0 * w * b * db / s + (w * b / s) ** 2 * da)

@@ -69,9 +69,21 @@ class EffectColumns:
         )  # the rows of a column lie together in memory, because sums run over rows
         columns = np.moveaxis(found, 0, 2)
         on_points: list[tuple[PointEffect, slice]] = []
+        whole: dict[str, Array] = {}
         for effect, start, stop in zip(effects, ends[:-1], ends[1:], strict=True):
             if isinstance(effect, PointEffect):
                 on_points.append((effect, slice(start, stop)))
+                continue
+            if (
+                isinstance(effect, LinkEffect)
+                and (course := effect.course(self._residuals.poses)) is not None
+            ):
+                acting, share = course
+                if acting.key not in whole:
+                    whole[acting.key] = np.empty((stop - start, N, m))
+                    basis = np.asarray(self._basis(acting, {}))
+                    self._fill(np.moveaxis(whole[acting.key], 0, 2), acting, basis)
+                np.multiply(whole[acting.key], share[:, None], out=found[start:stop])
                 continue
             basis = self._basis(effect, bases)
             if isinstance(basis, JointBasis):

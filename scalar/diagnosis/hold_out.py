@@ -23,6 +23,7 @@ from scipy.spatial import KDTree
 from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.settings import DEFAULTS, HoldOutSettings
 from scalar.estimation.design_effect import LEAST_POSES, similar_poses
+from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
 # Number of regions of the joint space, by halving it three times. Smaller regions would have others on all sides, so that their errors would not
@@ -214,9 +215,12 @@ def _step(gram: Array, projection: Array) -> Array | None:
 
 def _in_metres(state: FittedState) -> tuple[Array, Array]:
     """Return the rows of the poses in metres, every point with the same weight, and their derivatives by the free parameters [m]."""
-    residuals = state.residuals
-    measurement, metres = residuals.measurement.in_metres()
-    rows = residuals.measured_as(measurement, state.model)
+
+    def in_metres() -> tuple[Residuals, float]:
+        measurement, metres = state.residuals.measurement.in_metres()
+        return state.residuals.measured_as(measurement, state.model), metres
+
+    rows, metres = state.once(("rows in metres",), in_metres)
     residual, J = rows.linearise_measured(state.model)
     return residual * metres, J[:, state.free] * metres
 

@@ -125,7 +125,7 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
         penalty = state.settings.flexible_terms.replacement_margin + 0.5 * float(
             np.log(background.degrees_of_freedom)
         )
-        found[i] = [refined(state, background, entry).evidence - penalty for entry in entries]
+        found[i] = [_refined_once(state, background, entry).evidence - penalty for entry in entries]
         equal = state.effects[i].equal_imitators(state.dataset)
         found[i] += [entry.evidence for entry in _ranked(state, [background], _in_parts(equal))[0]]
     return found
@@ -138,6 +138,11 @@ def _imitating(state: FittedState, background: Background, named: Effect) -> lis
         return _ranked(state, [background], _in_parts(named.imitators(state.dataset)))[0]
 
     return state.once(("imitating", background, named), ranked)
+
+
+def _refined_once(state: FittedState, background: Background, entry: Scored) -> Scored:
+    """Return what ``refined`` does for an entry of a ranking that is kept by the state."""
+    return state.once(("refined", background, entry), lambda: refined(state, background, entry))
 
 
 def _with_best(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState | None:
@@ -188,7 +193,7 @@ def _with_replacement(
             shapes = 1 + settings.most_further_shapes if entry is together_from and own.dof > entry.dof else 1
             if entry.evidence < settings.least_share_to_refine * own.evidence / shapes:
                 continue
-            best = refined(state, without, entry)
+            best = _refined_once(state, without, entry)
             trial = state.refitted(merged(others, best.effect))
             better = best.evidence - own.evidence
             if entry is together_from and imitated is not None and better <= settings.replacement_margin:

@@ -130,6 +130,13 @@ class LinkEffect(Effect):
 
     acts_on_arm: ClassVar[bool] = True
 
+    def course(self, poses: Poses) -> tuple[LinkEffect, Array] | None:
+        """Return an effect that acts alike at all poses and the shares of it ``(N,)`` that act at each, if this effect is that product; else None.
+
+        Many candidates may be shares of effects with the same ``key``, whose columns are then computed once.
+        """
+        return None
+
     @abstractmethod
     def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the change ``(N, 5, n, k)`` of ``Robot.geometry`` [m or rad per unit]."""

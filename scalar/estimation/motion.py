@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from scalar.data.dataset import Dataset
 from scalar.data.motion import faults_without_motion
 from scalar.data.sensor_formats import sensor_formats
@@ -23,7 +21,7 @@ def refuse_without_motion(dataset: Dataset) -> None:
         InvalidInput: They are.
     """
     table = sensor_formats()[dataset.sensor.kind].table
-    items = dataset.point_columns.get("target", np.zeros(len(dataset.points)))
+    items = dataset.point_columns.get("target")
     file = "points.csv" if table is None else table.files[0]
     faults = faults_without_motion(dataset.q, dataset.points, items, file)
     if faults := faults or _coordinates_filled_in(dataset, file):

@@ -103,13 +103,14 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
         Undetermined: The data cannot determine the model.
     """
     gross = settings.gross_errors
-    model, prepared = geometry_fit(dataset.subset(keep), settings)
+    model, prepared = geometry_fit(dataset if keep.all() else dataset.subset(keep), settings)
     distance = distances_under(dataset, model)
     # Thirty free parameters adapt to a single wrong pose and spread its error of centimetres over all others. The size of the distances shows
     # that; their ratios need not.
     if np.all(distance[keep] < gross.least_pose_error) and not _heavy_tailed(distance[keep], gross):
         return _agreeing(dataset, distance, keep, gross), distance
-    usable = core = keep
+    usable, by_all = keep, distance
+    core = usable
     for _ in range(_CONCENTRATIONS):
         better = best_fitting(dataset, _left_out(dataset, model, prepared.free, core), usable, gross)
         if np.array_equal(better, core):
@@ -121,7 +122,10 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
     for _ in range(_ROUNDS):
         if keep.sum() < (1 - gross.most_set_aside) * dataset.n_poses:
             return keep, distance
-        distance = distances_under(dataset, geometry_fit(dataset.subset(keep), settings)[0])
+        if np.array_equal(keep, usable):
+            distance = by_all
+        else:
+            distance = distances_under(dataset, geometry_fit(dataset.subset(keep), settings)[0])
         new = _agreeing(dataset, distance, keep, gross)
         if np.array_equal(new, keep):
             break

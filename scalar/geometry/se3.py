@@ -69,10 +69,32 @@ def _rotation(x: float, y: float, z: float) -> Array:
 
 def log_so3(R: Array) -> Array:
     """Return the rotation vector ``(..., 3)`` [rad], of length at most pi, of rotations ``(..., 3, 3)``."""
+    if R.ndim == 2:
+        return _rotation_vector(R)
     from scipy.spatial.transform import Rotation
 
     rotation_vector = Rotation.from_matrix(np.array(R, dtype=float).reshape(-1, 3, 3)).as_rotvec()
     return rotation_vector.reshape(*R.shape[:-2], 3)
+
+
+def _rotation_vector(R: Array) -> Array:
+    """Return the rotation vector ``(3,)`` [rad] of one rotation, by its quaternion (Shepperd 1978): faster than SciPy."""
+    (a, b, c), (d, e, f), (g, h, i) = R.tolist()
+    trace = a + e + i
+    # Multiples of the quaternion (x, y, z, w), by four times one of its components each; the largest loses no digits.
+    multiples = (
+        (1 + 2 * a - trace, b + d, c + g, h - f),
+        (b + d, 1 + 2 * e - trace, f + h, c - g),
+        (c + g, f + h, 1 + 2 * i - trace, d - b),
+        (h - f, c - g, d - b, 1 + trace),
+    )
+    components = (a, e, i, trace)
+    x, y, z, w = multiples[components.index(max(components))]
+    size = math.sqrt(x * x + y * y + z * z)
+    if size == 0.0:
+        return np.zeros(3)
+    factor = 2 * math.atan2(size, abs(w)) / math.copysign(size, w)
+    return np.array([x * factor, y * factor, z * factor])
 
 
 def cross(u: Array, v: Array) -> Array:

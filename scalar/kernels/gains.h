@@ -10,6 +10,7 @@ Columns are in units of their prior standard deviations, so a prior adds the ide
 #define SWEEPS 40         /* of Jacobi's method at most; usually six suffice */
 #define SURE_PIVOT 1e-6   /* of its diagonal element: a larger one is positive beyond rounding errors */
 #define SMALL_PIVOT 1e-3  /* of the largest number of its row: with a smaller one, signs of pivots are not trusted */
+#define BLOCK 128         /* columns that are eliminated together: as many rows of them as a set has columns stay in the cache */
 
 /* A symmetric matrix A (w, w) becomes diagonal, and vectors p (w) are expressed in its eigenvectors (Golub and Van Loan, 8.5). */
 static void diagonalise(double *A, double *p, int64_t w) {
@@ -197,18 +198,26 @@ WIDE int extension_gains(int64_t e, const double *gram, const double *projection
         for (int64_t d = 0; d < widest; d++)
             for (int64_t c = span[2 * d]; c < span[2 * d + 1]; c++) band[d * e + c] = gram[c * e + c + d];
         for (int64_t i = 0; i < s; i++) {
-            double *row = X + i * e, pivot = L[i * s + i];
-            memcpy(row, gram + at[i] * e, (size_t)e * sizeof(double));
             y[i] = projection[at[i]];
-            for (int64_t k = 0; k < i; k++) {
-                double factor = L[i * s + k];
-                const double *above = X + k * e;
-                for (int64_t c = 0; c < e; c++) row[c] -= factor * above[c];
-                y[i] -= factor * y[k];
+            for (int64_t k = 0; k < i; k++) y[i] -= L[i * s + k] * y[k];
+            y[i] /= L[i * s + i];
+        }
+        for (int64_t begin = 0; begin < e; begin += BLOCK) {
+            int64_t end = begin + BLOCK < e ? begin + BLOCK : e;
+            for (int64_t i = 0; i < s; i++) {
+                double *row = X + i * e, pivot = L[i * s + i];
+                memcpy(row + begin, gram + at[i] * e + begin, (size_t)(end - begin) * sizeof(double));
+                for (int64_t k = 0; k < i; k++) {
+                    double factor = L[i * s + k];
+                    const double *above = X + k * e;
+                    for (int64_t c = begin; c < end; c++) row[c] -= factor * above[c];
+                }
+                for (int64_t c = begin; c < end; c++) row[c] /= pivot;
+                for (int64_t c = begin; c < end; c++) left[c] -= y[i] * row[c];
             }
-            y[i] /= pivot;
-            for (int64_t c = 0; c < e; c++) row[c] /= pivot;
-            for (int64_t c = 0; c < e; c++) left[c] -= y[i] * row[c];
+        }
+        for (int64_t i = 0; i < s; i++) {
+            const double *row = X + i * e;
             for (int64_t d = 0; d < widest; d++)
                 for (int64_t c = span[2 * d]; c < span[2 * d + 1]; c++) band[d * e + c] -= row[c] * row[c + d];
         }

@@ -257,14 +257,18 @@ def scatter_within(R: Array, c: Array, counts: Array, full: Array | None = None)
     shift = R[:, :, 0]
     turn = R[:, :, 2] * c[:, 1:2] - R[:, :, 1] * c[:, 2:3]
     for _ in range(2):
-        f = f - shift * _ratio(np.sum(f * shift, 1), np.sum(shift * shift, 1))
-        turn = turn - shift * _ratio(np.sum(turn * shift, 1), np.sum(shift * shift, 1))
-        f = f - turn * _ratio(np.sum(f * turn, 1), np.sum(turn * turn, 1))
+        f = f - _along(f, shift)
+        turn = turn - _along(turn, shift)
+        f = f - _along(f, turn)
     return np.sum(f * f, axis=1), np.maximum(counts - 2, 0)
 
 
-def _ratio(top: Array, bottom: Array) -> Array:
-    return (top / np.where(bottom > 0, bottom, 1.0))[:, None]
+def _along(rows: Array, directions: Array) -> Array:
+    """Return the components of rows ``(N, m)`` along directions ``(N, m)`` of any length; zero along one without length."""
+    squares = np.einsum("ni,ni->n", directions, directions)
+    return (
+        directions * (np.einsum("ni,ni->n", rows, directions) / np.where(squares > 0, squares, 1.0))[:, None]
+    )
 
 
 def robust_variance(scatter: Array, freedom: Array) -> float:

@@ -74,10 +74,13 @@ def by_coordinates(target: Target, by_item: Array, index: Array) -> Array:
     """
     N, m, width = by_item.shape
     common = int(getattr(target, "common", 0))
-    own, size = width - common, len(target.vector)
-    items = np.zeros((N, m, (size - common) // own, own))
-    items[np.arange(N), :, index] = by_item[:, :, :own]
-    return np.concatenate([items.reshape(N, m, -1), by_item[:, :, own:]], axis=2)
+    own = width - common
+    count = (len(target.vector) - common) // own
+    found = np.empty((N, m, count * own + common))
+    for k in range(count):
+        found[:, :, k * own : (k + 1) * own] = by_item[:, :, :own] * (index == k)[:, None, None]
+    found[:, :, count * own :] = by_item[:, :, own:]
+    return found
 
 
 class Guess(NamedTuple):

@@ -8,6 +8,8 @@ from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet, n
 from scalar.diagnosis.column_products import one_joint_each
 from scalar.diagnosis.conditional_scores import background_without, rivals
 from scalar.diagnosis.fitted_state import refit
+from scalar.effects.flexible.arm_step import UnattributedArmStep
+from scalar.effects.flexible.variable import Variable
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
 from tests.random_scene import make_scene
@@ -80,6 +82,21 @@ def test_products_of_columns_are_those_of_the_columns_themselves():
         own = E.T[groups]
         limit = 1e-12 * lengths.max() ** 2
         np.testing.assert_allclose(products.grams(groups), own @ np.swapaxes(own, 1, 2), rtol=0, atol=limit)
+
+
+def test_steps_of_a_link_have_the_columns_of_their_basis():
+    """Steps of one link at several moments, whose columns are computed together, each have those that their own basis gives."""
+    dataset = make_scene(seed=3, poses_per_plane=15).dataset
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    state = refit(dataset, model, prepared.free, ())
+    clock = Variable.observed("order", np.arange(float(dataset.n_poses)))
+    steps = [UnattributedArmStep(joints, clock, at) for at in (-0.4, 0.3) for joints in ((2,), (5,))]
+    by_geometry = state.residuals.linearise_measured(state.model)[1][:, state.model.blocks["geometry"]]
+    by_geometry = by_geometry.reshape(dataset.n_poses, -1, by_geometry.shape[1])
+    bases = [step.geometry_basis(dataset.robot, dataset.known_poses) for step in steps]
+    expected = [by_geometry @ basis.reshape(*by_geometry.shape[::2], -1) for basis in bases]
+    found = state.columns_within_scans(steps).reshape(*by_geometry.shape[:2], -1)
+    np.testing.assert_allclose(found, np.concatenate(expected, axis=2), rtol=1e-12, atol=1e-12)
 
 
 def test_a_column_stays_with_its_joint_unless_a_group_joins_it_to_another():

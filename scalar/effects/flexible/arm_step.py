@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -47,6 +47,10 @@ class UnattributedArmStep(UnattributedStep, LinkEffect):
     def coefficient_units(self) -> list[str]:
         """Metres and radians."""
         return ["m" if kind in LENGTHS else "rad" for _ in self.joints for kind in KINDS]
+
+    def course(self, poses: Poses) -> tuple[UnattributedArmStep, Array]:
+        """Return the step at the first pose, and one after this step and zero before it."""
+        return replace(self, at=-1.0), self.since(poses).astype(float)
 
     def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return one for each parameter after the step, and zero before it."""

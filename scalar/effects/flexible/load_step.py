@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -53,7 +54,7 @@ class UnattributedLoadStep(UnattributedStep, JointEffect):
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the lever [m] of a weight at the flange about each joint, after the step."""
-        levers = levers_at_flange(robot, poses.q) * self.since(poses)[:, None]
+        levers = _levers_at(robot, poses) * self.since(poses)[:, None]
         B = np.zeros((*levers.shape, len(self.joints)))
         for k, joint in enumerate(self.joints):
             B[:, joint - 1, k] = levers[:, joint - 1]
@@ -75,6 +76,14 @@ class UnattributedLoadStep(UnattributedStep, JointEffect):
     def not_transferable(self, dataset: Dataset) -> str | None:
         """Return that the step belongs to one campaign."""
         return "the load changed in the course of one campaign"
+
+
+@lru_cache(maxsize=1)
+def _levers_at(robot: Robot, poses: Poses) -> Array:
+    """Return the ``levers_at_flange`` of an arm at poses, read-only; the latest are kept, since all steps share them."""
+    found = levers_at_flange(robot, poses.q)
+    found.setflags(write=False)
+    return found
 
 
 def levers_at_flange(robot: Robot, q: Array) -> Array:

@@ -52,11 +52,14 @@ class UnattributedWave(UnattributedJoint):
     def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the waves on the joint."""
         phase = self.order * poses.q[:, self.joint - 1]
-        slowest = np.cos(phase) + 1j * np.sin(phase)
-        waves = np.multiply.accumulate(
-            np.tile(slowest, (self.waves, 1))
-        )  # de Moivre: a power for each multiple of the phase
-        return np.stack([np.imag(waves), np.real(waves)], axis=1).reshape(-1, len(poses)).T
+        columns = np.empty((self.waves, 2, len(poses)))
+        columns[0] = np.sin(phase), np.cos(phase)
+        (sine, cosine), before = columns[0], columns[0]
+        for wave in columns[1:]:  # of the next multiple of the phase, by de Moivre
+            wave[0] = before[1] * sine + before[0] * cosine
+            wave[1] = before[1] * cosine - before[0] * sine
+            before = wave
+        return columns.reshape(-1, len(poses)).T
 
     def variations(self, scale: float) -> list[Self]:
         """Return waves a little slower and faster."""

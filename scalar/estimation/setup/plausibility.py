@@ -7,7 +7,7 @@ import numpy as np
 from scalar.data.covariates import misspelt_columns
 from scalar.data.dataset import Dataset
 from scalar.data.motion import still_in_words, still_joints
-from scalar.data.record_units import units_suspected
+from scalar.data.record_units import RECORDS, units_suspected
 from scalar.data.rounding import rounded_angles, rounded_points
 from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
@@ -99,7 +99,7 @@ def implausible(
     found += [
         Suspicion("column", "poses.csv", f"poses.csv: {told}")
         for told in units_suspected(
-            {name: dataset.poses[name].to_numpy() for name in dataset.poses},
+            {name: dataset.poses[name].to_numpy() for name in RECORDS if name in dataset.poses},
             largest_payload(dataset.robot.name),
         )
     ]

@@ -68,15 +68,15 @@ def whiteness(profiles: Profiles, residual: Array, trusted: Array) -> Whiteness:
     shrink = freedom / (freedom + 2.0)
     covariance = np.zeros((LAGS, LAGS))
     for j in range(LAGS):
-        for k in range(LAGS):
+        for k in range(j, LAGS):
             both = 0.5 * np.maximum(profiles.counts - (j + 1.0), 0.0) if j == k else 0.0
-            twice = profiles.sum(np.sum(smooth[j] * smooth[k], axis=1))
+            twice = profiles.sum(np.einsum("pi,pi->p", smooth[j], smooth[k]))
             cross = np.sum(
                 inner[j].reshape(N, 3, 3) * np.swapaxes(inner[k].reshape(N, 3, 3), 1, 2), axis=(1, 2)
             )
             form = both - 2.0 * twice + cross
             product = trace[j] * trace[k]
-            covariance[j, k] = np.sum(((product + 2.0 * form) * shrink - product)[use])
+            covariance[j, k] = covariance[k, j] = np.sum(((product + 2.0 * form) * shrink - product)[use])
     off = S - trace.sum(axis=1)
     pairs = np.maximum(pairs, 1.0)
     statistic = float(off @ np.linalg.solve(covariance + 1e-9 * np.eye(LAGS), off))
