@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from scalar.data.dataset import Dataset
 from scalar.data.motion import faults_without_motion
 from scalar.data.sensor_formats import sensor_formats
