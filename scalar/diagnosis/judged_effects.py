@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from scipy.special import expit
+
 from scalar.diagnosis.akaike_rivals import akaike_weight, compared_by_akaike, name_and_target, weight_among
 from scalar.diagnosis.candidate_columns import CandidateColumns
 from scalar.diagnosis.conditional_scores import background_without, rivals, rivals_of_strongest_part
@@ -16,6 +18,7 @@ from scalar.diagnosis.fold_odds import WithoutFold, fold_odds, without_each_fold
 from scalar.diagnosis.grounds import FinalResiduals, Grounds, grounds_of_effect
 from scalar.diagnosis.harmonic_spectrum import has_all_orders, is_shrunk, priors_for_whitened_rows
 from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors
+from scalar.diagnosis.leads_of_terms import leads_of_terms
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import Scored, rank
 from scalar.diagnosis.repeated_changes import repeated_changes_doubted
@@ -39,6 +42,7 @@ def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Findin
     columns = CandidateColumns.of(scored, candidates)
     folds = without_each_fold(scored) if after.effects else []
     without_a_name = evidence_without_a_name(scored, run.flexible_candidates)
+    leads = leads_of_terms(scored, run.flexible_candidates)
     beside = _beside_all(scored, columns) if after.effects else []
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
@@ -47,8 +51,16 @@ def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Findin
         found.append(
             _finding(after, scored, i, columns, beside, folds, without_a_name[i], errors, final_residuals)
         )
+        if not effect.flexible:
+            found[-1] = _limited(found[-1], float(expit(-leads[i])), after.settings)
         error_before = errors[1]
     return repeated_changes_doubted(found, after.settings.naming.least_confidence)
+
+
+def _limited(finding: Finding, most: float, settings: Settings) -> Finding:
+    """Return a finding with at most some confidence, doubtful where that is too little for a name."""
+    doubtful = finding.doubtful or most < settings.naming.least_confidence
+    return replace(finding, confidence=min(finding.confidence, most), doubtful=doubtful)
 
 
 def _finding(

@@ -88,7 +88,7 @@ def _ranked(
     return [sorted(entries, key=lambda entry: -entry.evidence)[:most] for entries in found]
 
 
-def _ranked_once(
+def ranked_once(
     state: FittedState, backgrounds: Sequence[Background], pools: Sequence[CandidateSet]
 ) -> list[list[Scored]]:
     """Return what ``_ranked`` does for pools that live as long as the state, each background ranked only once."""
@@ -119,13 +119,13 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
     named = [i for i, effect in enumerate(state.effects) if not effect.flexible]
     backgrounds = [background_without(state, [i])[0] for i in named]
     found: list[list[float]] = [[] for _ in state.effects]
-    ranked = _ranked_once(state, backgrounds, pools)
+    ranked = ranked_once(state, backgrounds, pools)
     for i, background, entries in zip(named, backgrounds, ranked, strict=True):
         entries = entries + _imitating(state, background, state.effects[i])
         penalty = state.settings.flexible_terms.replacement_margin + 0.5 * float(
             np.log(background.degrees_of_freedom)
         )
-        found[i] = [_refined_once(state, background, entry).evidence - penalty for entry in entries]
+        found[i] = [refined_once(state, background, entry).evidence - penalty for entry in entries]
         equal = state.effects[i].equal_imitators(state.dataset)
         found[i] += [entry.evidence for entry in _ranked(state, [background], _in_parts(equal))[0]]
     return found
@@ -140,7 +140,7 @@ def _imitating(state: FittedState, background: Background, named: Effect) -> lis
     return state.once(("imitating", background, named), ranked)
 
 
-def _refined_once(state: FittedState, background: Background, entry: Scored) -> Scored:
+def refined_once(state: FittedState, background: Background, entry: Scored) -> Scored:
     """Return what ``refined`` does for an entry of a ranking that is kept by the state."""
     return state.once(("refined", background, entry), lambda: refined(state, background, entry))
 
@@ -148,7 +148,7 @@ def _refined_once(state: FittedState, background: Background, entry: Scored) -> 
 def _with_best(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState | None:
     """Return the state with the best flexible term that is significant and confirmed by held-out poses, or None."""
     background = state.background()
-    for entry in _ranked_once(state, [background], pools)[0]:
+    for entry in ranked_once(state, [background], pools)[0]:
         if entry.p_value > state.settings.selection.alpha_unnamed or entry.evidence <= 0:
             return None
         effect = refined(state, background, entry).effect
@@ -165,13 +165,13 @@ def _with_replacement(
     state: FittedState, named: CandidateSet, pools: Sequence[CandidateSet]
 ) -> FittedState | None:
     """Return the state in which one or several flexible terms replace a group of named effects that explains far less than they do, or None."""
-    groups, settings = list(_groups(state.effects)), state.settings.flexible_terms
-    if not groups:
+    replaceable, settings = list(groups(state.effects)), state.settings.flexible_terms
+    if not replaceable:
         return None
-    left_out = [background_without(state, indices) for indices in groups]
+    left_out = [background_without(state, indices) for indices in replaceable]
     # The state's own background as well, which is asked for next if nothing is replaced: the columns are then there.
-    *ranked, _ = _ranked_once(state, [*(without for without, _, _ in left_out), state.background()], pools)
-    for indices, left, entries in zip(groups, left_out, ranked, strict=True):
+    *ranked, _ = ranked_once(state, [*(without for without, _, _ in left_out), state.background()], pools)
+    for indices, left, entries in zip(replaceable, left_out, ranked, strict=True):
         without, own = left[0], score_together(state, indices, pools[0], left)
         imitated = next(
             (state.effects[i] for i in indices if state.effects[i].imitators(state.dataset)), None
@@ -193,7 +193,7 @@ def _with_replacement(
             shapes = 1 + settings.most_further_shapes if entry is together_from and own.dof > entry.dof else 1
             if entry.evidence < settings.least_share_to_refine * own.evidence / shapes:
                 continue
-            best = _refined_once(state, without, entry)
+            best = refined_once(state, without, entry)
             trial = state.refitted(merged(others, best.effect))
             better = best.evidence - own.evidence
             if entry is together_from and imitated is not None and better <= settings.replacement_margin:
@@ -268,7 +268,7 @@ def _refined_again(state: FittedState, first: int, pool: CandidateSet) -> Fitted
     return state
 
 
-def _groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
+def groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
     """Yield the groups of effects that one term could replace, as indices: all of a joint, all that change in time or with a record, each alone."""
     by_joint: dict[int, list[int]] = {}
     in_time = []

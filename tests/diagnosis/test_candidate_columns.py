@@ -54,13 +54,13 @@ def test_what_was_ranked_is_not_ranked_again(monkeypatch):
     columns = CandidateColumns.of(state, pool)
     background = background_without(state, [0])[0]
     own, others = rivals(state, 0, columns)
-    terms = unmodelled_structure._ranked_once(state, [background], [pool])
+    terms = unmodelled_structure.ranked_once(state, [background], [pool])
     for module in (conditional_scores, unmodelled_structure):
         monkeypatch.setattr(module, "rank", None)
     again = list(others)
     others.clear()
     assert rivals(state, 0, columns) == (own, again)
-    assert unmodelled_structure._ranked_once(state, [background, background], [pool]) == 2 * terms
+    assert unmodelled_structure.ranked_once(state, [background, background], [pool]) == 2 * terms
     assert background_without(state, [0])[0] is background
 
 

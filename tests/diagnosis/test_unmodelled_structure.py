@@ -5,7 +5,7 @@ import pytest
 
 from scalar.diagnosis.dropped_effects import without_effects_of_same_curve
 from scalar.diagnosis.fitted_state import refit
-from scalar.diagnosis.unmodelled_structure import _groups
+from scalar.diagnosis.unmodelled_structure import groups
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.variable import Variable
 from scalar.effects.joint_coupling import JointCoupling
@@ -35,9 +35,9 @@ def test_one_term_may_stand_for_all_of_a_joint_or_all_that_change_in_time():
         RangeOffset(),
         OWN,
     ]
-    groups = list(_groups(effects))
-    assert groups[:2] == [[0, 1], [3, 4, 5, 6]]
-    assert groups[2:] == [[i] for i in range(8)]
+    found = list(groups(effects))
+    assert found[:2] == [[0, 1], [3, 4, 5, 6]]
+    assert found[2:] == [[i] for i in range(8)]
 
 
 def smooth(at: PoseData) -> np.ndarray:

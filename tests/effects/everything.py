@@ -103,7 +103,10 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         UnattributedJoint(3, (q[2],)),
         UnattributedJoint(3, (q[2], q[5])),
         UnattributedJoint(1, (Variable("humidity", 40.0, 10.0),)),
-        *(UnattributedShape(2, (q[2],), shape, 0.2, 0.3) for shape in ("bump", "plateau", "step", "kink")),
+        *(
+            UnattributedShape(2, (q[2],), shape, 0.2, 0.3)
+            for shape in ("bump", "plateau", "step", "kink", "bend")
+        ),
         *(UnattributedShape(4, (q[5],), shape) for shape in ("line", "square", "cube")),
         UnattributedShape(6, (q[2], q[5]), "product"),
         UnattributedWave(5, (q[5],), 7.3),

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 BUMP_WIDTHS = (0.08, 0.16, 0.32)
 PLATEAU_WIDTHS = (0.12, 0.3)
 STEP_WIDTHS = (0.03, 0.15)
-KINK_WIDTH = 0.08
+BEND_WIDTH = 0.08
 WAVE_ORDERS = (1.5, 33.5)  # first order, and end (excluded), in periods per turn
 SWAY_PERIODS = [k / 2 for k in range(1, 21)]  # numbers of periods of a sway in the whole acquisition
 MOST_LABELS = 4  # a column with at most so many different values is taken for a label, not for a variable
@@ -93,7 +93,7 @@ def _in_time(dataset: Dataset, moving: list[int]) -> list[Effect]:
 
 
 def curves_of(dataset: Dataset, joint: int) -> list[Effect]:
-    """Return bumps, plateaus, steps, kinks and powers of a joint's error along its own angle, for a joint that turns."""
+    """Return bumps, plateaus, steps, bends and powers of a joint's error along its own angle, for a joint that turns."""
     return _shapes(joint, Variable.observed(f"q{joint}", dataset.q[:, joint - 1]))
 
 
@@ -110,11 +110,11 @@ def _places(width: float) -> list[float]:
 
 
 def _shapes(joint: int, angle: Variable, slides: bool = False) -> list[Effect]:
-    """Return bumps, plateaus, steps, kinks and powers of a joint's error along its own angle or travel."""
+    """Return bumps, plateaus, steps, bends and powers of a joint's error along its own angle or travel."""
     kinds = [("bump", width, width / 2) for width in BUMP_WIDTHS]
     kinds += [("plateau", width, width / 2) for width in PLATEAU_WIDTHS]
     kinds += [("step", width, width) for width in STEP_WIDTHS]
-    kinds.append(("kink", KINK_WIDTH, KINK_WIDTH))
+    kinds.append(("bend", BEND_WIDTH, BEND_WIDTH))
     found: list[Effect] = [
         UnattributedShape(joint, (angle,), shape, slides=slides) for shape in ("square", "cube")
     ]

@@ -22,13 +22,14 @@ PLATEAU_FLANK = 3.0  # steepness of its flanks, in units of half its width
 class UnattributedShape(UnattributedJoint):
     """A joint's angle errs in one simple way: a bump, a step or a kink at some value of a variable, a power of it, a product of two.
 
-    With one coefficient it describes a few worn teeth, or an encoder that lost a count, which a sum of several harmonics would imitate.
+    With one coefficient it describes a few worn teeth, or an encoder that lost a count, which a sum of several harmonics would imitate. A bend has
+    two. It describes a spring that pushes on a part of the range alone, which a scale error and a harmonic would imitate.
 
     Attributes:
         variables: One, or the two of a product.
-        shape: ``bump`` (Gaussian), ``plateau`` (one with a flat top), ``step`` (a hyperbolic tangent), ``kink`` (an absolute
-            value), ``line``, ``square``, ``cube`` or ``product``.
-        at, width: Place and width of a bump, a plateau, a step or a kink, in units of half the measured range of the variable.
+        shape: ``bump`` (Gaussian), ``plateau`` (one with a flat top), ``step`` (a hyperbolic tangent), ``bend`` (two straight lines that meet),
+            ``kink`` (an absolute value, in older files), ``line``, ``square``, ``cube`` or ``product``.
+        at, width: Place and width of a bump, a plateau, a step or a bend, in units of half the measured range of the variable.
     """
 
     shape: str
@@ -49,6 +50,8 @@ class UnattributedShape(UnattributedJoint):
             return f"{words[self.shape]} {along}"
         if self.shape == "product":
             return f"is proportional to the product of {along}"
+        if self.shape == "bend":
+            return f"changes its slope over {along} near {self._place_in_words}"
         return f"has a {self.shape} near {self._place_in_words}"
 
     @property
@@ -66,8 +69,14 @@ class UnattributedShape(UnattributedJoint):
 
     @property
     def coefficient_names(self) -> list[str]:
-        """The height."""
-        return [f"size_{self.joint_unit}"]
+        """The height; of a bend the two slopes, each over a width."""
+        sides = ("_below", "_above") if self.shape == "bend" else ("",)
+        return [f"size{side}_{self.joint_unit}" for side in sides]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Radians, or metres."""
+        return [self.joint_unit] * len(self.coefficient_names)
 
     def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the shape, of height one, as an error of the joint."""
@@ -78,12 +87,13 @@ class UnattributedShape(UnattributedJoint):
             "plateau": lambda: (np.tanh(PLATEAU_FLANK * (s + 1)) - np.tanh(PLATEAU_FLANK * (s - 1))) / 2,
             "step": lambda: (np.tanh(s) + 1) / 2,
             "kink": lambda: np.abs(s),
+            "bend": lambda: np.stack([np.minimum(s, 0.0), np.maximum(s, 0.0)], axis=1),
             "line": lambda: u,
             "square": lambda: u**2,
             "cube": lambda: u**3,
             "product": lambda: u * others[0],
         }[self.shape]()
-        return values[:, None]
+        return values.reshape(len(s), -1)
 
     def since(self, poses: Poses) -> Array | None:
         """Return at which poses a bump, a plateau or a step in time has begun ``(N,)``; None for other shapes and variables."""
@@ -93,12 +103,12 @@ class UnattributedShape(UnattributedJoint):
 
     def variations(self, scale: float) -> list[Self]:
         """Return the shape moved by parts of its width, wider and narrower."""
-        if self.shape not in ("bump", "plateau", "step", "kink"):
+        if self.shape not in ("bump", "plateau", "step", "kink", "bend"):
             return [self]
         return [
             replace(self, at=self.at + a * scale * self.width, width=self.width * 2.0 ** (b * scale))
             for a in (-1.0, -0.5, 0.0, 0.5, 1.0)
-            for b in ((0.0,) if self.shape == "kink" else (-1.0, 0.0, 1.0))
+            for b in ((0.0,) if self.shape in ("kink", "bend") else (-1.0, 0.0, 1.0))
         ]
 
     def to_mapping(self) -> dict[str, Any]:

@@ -1,0 +1,36 @@
+"""By how much a flexible term explains more than a group of named effects together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scalar.diagnosis.candidate_columns import CandidateSet
+from scalar.diagnosis.conditional_scores import background_without, score_together
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.unmodelled_structure import groups, ranked_once, refined_once
+
+
+def leads_of_terms(state: FittedState, pools: Sequence[CandidateSet]) -> list[float]:
+    """Return for each effect the log evidence [nats] by which one flexible term leads the group of effects to which it belongs; -inf without a group.
+
+    Each effect of a group may be better than any term in its place, while the group as a whole imitates one: a scale error and a harmonic of a joint,
+    for example, imitate a spring that pushes on a part of the joint's range. The evidence counts the larger number of coefficients of such a term, so
+    that effects that are there lead it clearly; no further margin is subtracted.
+
+    Args:
+        state: The fitted state.
+        pools: The candidate sets of the flexible terms; empty if they were not tried.
+    """
+    found = [-np.inf] * len(state.effects)
+    for indices in groups(state.effects) if pools else ():
+        if len(indices) == 1 or any(state.effects[i].flexible for i in indices):
+            continue
+        left = background_without(state, indices)
+        own = score_together(state, indices, pools[0], left)
+        terms = [refined_once(state, left[0], entry) for entry in ranked_once(state, [left[0]], pools)[0]]
+        best = max((term.evidence for term in terms), default=-np.inf)
+        for i in indices:
+            found[i] = max(found[i], float(best - own.evidence))
+    return found
