@@ -42,9 +42,23 @@ def displacement_columns(model: Model, poses: Poses) -> Array:
     From each column, the rigid motion of the base that fits it best is subtracted.
     """
     kinematics = kinematics_at(model, poses)
-    basis = np.linalg.qr(base_and_sensor_columns(kinematics.T_base_sensor)[:, :6])[0]
-    shift = shifts(kinematics, kinematics.screws())
-    return shift - basis @ (basis.T @ shift)
+    return _but_rigid(kinematics.T_base_sensor, shifts(kinematics, kinematics.screws()))
+
+
+def stretch_of(model: Model, poses: Poses) -> float:
+    """Return how far predicted positions move [m] per share by which all lengths of the arm grow, root mean square over the poses.
+
+    The rigid motion of the base that fits this best is subtracted.
+    """
+    T = kinematics_at(model, poses).T_base_sensor
+    column = (T[:, :3, 3] - model.nominal.T_base_0[:3, 3]).reshape(-1, 1)
+    return position_std(_but_rigid(T, column), np.eye(1))
+
+
+def _but_rigid(T: Array, columns: Array) -> Array:
+    """Return columns ``(3 N, k)`` of displacements [m] less the rigid motion of the base that fits each best, at frames ``(N, 4, 4)``."""
+    basis = np.linalg.qr(base_and_sensor_columns(T)[:, :6])[0]
+    return columns - basis @ (basis.T @ columns)
 
 
 def base_and_sensor_columns(T: Array) -> Array:

@@ -18,11 +18,12 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.effects import Effect
-from scalar.estimation.displacement import displacement_columns, position_std
+from scalar.estimation.displacement import displacement_columns, position_std, stretch_of
 from scalar.estimation.misfit import excess_factor
 from scalar.estimation.model import Model
 from scalar.estimation.random_poses import limits_or_measured_ranges, poses_within_limits
 from scalar.estimation.result import Calibration
+from scalar.estimation.unknown_scale import unknown_scale
 from scalar.geometry.se3 import Array
 from scalar.planning.information import linearised_at, prior_std, whitened_rows
 from scalar.planning.questions import Pair, open_pairs, with_terms_of_pairs, with_zero
@@ -36,7 +37,7 @@ class LeftOpen:
 
     Attributes:
         error: Standard error of a predicted position [m], root mean square over random poses within the joint limits, with everything that was left
-            open among the parameters.
+            open among the parameters, and the scale of the arm where no length is known.
         effects: The effects that were left open.
     """
 
@@ -68,7 +69,10 @@ def left_open(dataset: Dataset, calibration: Calibration, diagnosis: Mapping[str
     limits = limits_or_measured_ranges(model.nominal.limits, dataset.q)
     random_poses = poses_within_limits(limits, residuals.poses, _N_POSES, _SEED)
     columns = displacement_columns(model, random_poses)[:, free] * prior[free]
-    return LeftOpen(position_std(columns, covariance), tuple(pair.effect for pair in pairs))
+    error = position_std(columns, covariance)
+    if (scale := unknown_scale(calibration)) is not None:
+        error = float(np.hypot(error, scale.relative * stretch_of(model, random_poses)))
+    return LeftOpen(error, tuple(pair.effect for pair in pairs))
 
 
 def _on_the_arm(pair: Pair) -> bool:
