@@ -32,10 +32,19 @@ def scaled():
 
 
 def test_with_all_effects_the_expected_error_is_the_standard_error(scaled):
-    """The wide model has no bias against itself, so its expected error is the standard error by the jackknife."""
-    assert NestedModels(scaled).errors((0, 1))[0] == pytest.approx(
-        prediction_changes(scaled, None).std, rel=1e-6
-    )
+    """The wide model has no bias against itself: its expected error is that of the jackknife, and of priors that err by their standard deviations."""
+    _, J = scaled.linearised()
+    n = len(scaled.model.priors)
+    rows = J[len(J) - n :] * scaled.model.misfit_ratio
+    steps = rows @ np.linalg.inv(
+        J.T @ J
+    )  # to the optimum if one datum of the data sheet errs by a standard deviation
+    wide = NestedModels(scaled)
+    moved = steps @ (wide.linear.columns * wide.linear.scale).T
+    by_data_sheet = np.sum(moved**2) / (moved.shape[1] / 3)
+    by_chance = prediction_changes(scaled, None).std
+    assert n > 0 and by_data_sheet > 0
+    assert wide.errors((0, 1))[0] == pytest.approx(np.sqrt(by_chance**2 + by_data_sheet), rel=1e-6)
 
 
 def test_a_nested_model_is_a_fit_without_the_other_columns(scaled):

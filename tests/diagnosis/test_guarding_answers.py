@@ -151,12 +151,13 @@ def test_noises_of_nearly_the_same_likelihood_are_confounded():
 
 def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
     """A candidate four nats below the effect is confounded with it, and one seven nats below is not."""
-    own = scored(JointScale(2), 100.0)
+    own = scored(JointScale(2, slides=True), 100.0)
     near, far = JointHarmonic(4, (7,)), JointHarmonic(5, (7,))
     stand_ins: dict[str, Any] = {
         "priors_for_whitened_rows": lambda after: after,
         "CandidateColumns": SimpleNamespace(of=lambda *_: None),
         "evidence_without_a_name": lambda *_: [[]],
+        "leads_of_terms": lambda *_: [-np.inf],
         "_beside_all": lambda *_: [],
         "held_out_errors": lambda _: None,
         "rivals": lambda *_: (own, [own, scored(near, 96.0), scored(far, 93.0)]),

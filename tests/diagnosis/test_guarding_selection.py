@@ -170,11 +170,17 @@ def test_what_is_proposed_is_stable(monkeypatch):
     assert [effect.joint for effect in subset_search.best_subset(given, None)] == [1]  # type: ignore[attr-defined, arg-type]
 
 
+def with_effect(effect):
+    """Return a stand-in for a fitted state with one effect."""
+    nowhere = SimpleNamespace(robot=None, poses=None)
+    return state(effects=(effect,), dataset=nowhere, residuals=nowhere)
+
+
 @pytest.mark.parametrize(("sizes", "plausible"), [(7.0, True), (14.0, False)])
 def test_a_coefficient_far_beyond_its_prior_is_implausible(sizes, plausible):
     """A coefficient of seven prior standard deviations is plausible, and one of fourteen is not."""
     effect = JointScale(1)
-    given = state(effects=(effect.with_coefficients(sizes * effect.prior_std),))
+    given = with_effect(effect.with_coefficients(sizes * effect.prior_std))
     assert FittedState.is_plausible.fget(given) == plausible  # type: ignore[attr-defined]
 
 
@@ -186,7 +192,7 @@ def test_no_arm_gives_way_by_a_degree(effect, limit):
     coefficients = np.zeros(len(effect.coefficients))
     for share, plausible in ((0.9, True), (1.1, False)):
         coefficients[0] = share * limit
-        given = state(effects=(effect.with_coefficients(coefficients),))
+        given = with_effect(effect.with_coefficients(coefficients))
         assert FittedState.is_plausible.fget(given) == plausible  # type: ignore[attr-defined]
 
 
@@ -194,5 +200,5 @@ def test_an_order_with_a_prior_of_its_own_is_plausible_up_to_the_size_in_real_ge
     """The prior of an order is scaled for rows whose weights are too large; an order of 1 mrad stays plausible, and one of 40 mrad does not."""
     effect = JointHarmonic(1, (1,)).with_term_std([1e-6])
     for size, plausible in ((1e-3, True), (4e-2, False)):
-        given = state(effects=(effect.with_coefficients([size, 0.0]),))
+        given = with_effect(effect.with_coefficients([size, 0.0]))
         assert FittedState.is_plausible.fget(given) == plausible  # type: ignore[attr-defined]

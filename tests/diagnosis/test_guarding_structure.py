@@ -19,7 +19,7 @@ from tests.diagnosis.stand_ins import Tried, scored, state
 def test_a_flexible_term_has_to_be_highly_significant(chance, is_tried, monkeypatch):
     """A flexible term with a p-value of seven in a million is tried, and one with fifteen in a million is not."""
     entry = scored(JointHarmonic(4, (7,)), p_value=chance)
-    monkeypatch.setattr(unmodelled_structure, "_ranked_once", lambda *_: [[entry]])
+    monkeypatch.setattr(unmodelled_structure, "ranked_once", lambda *_: [[entry]])
     monkeypatch.setattr(unmodelled_structure, "refined", lambda state, background, entry: entry)
     given = state(background=lambda: None, effects=())
     if is_tried:
@@ -48,7 +48,7 @@ def replacing(monkeypatch: Any, evidence: float, dof: int, gain: float = 0.0) ->
         "_evidence_of": lambda state, *_: gain if state is trial else 0.0,
         "background_without": lambda *_: (None, None, None),
         "score_together": lambda *_: scored(named, 100.0, dof=dof),
-        "_ranked_once": lambda *_: [[scored(JointScale(4), evidence, dof=dof)], []],
+        "ranked_once": lambda *_: [[scored(JointScale(4), evidence, dof=dof)], []],
         "_imitating": lambda *_: [],
         "refined": lambda state, background, entry: entry,
         "_with_partial_imitators": lambda *_: done.append("several") or (None, 0.0),
