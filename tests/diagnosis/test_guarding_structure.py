@@ -50,7 +50,7 @@ def replacing(monkeypatch: Any, evidence: float, dof: int, gain: float = 0.0) ->
         "score_together": lambda *_: scored(named, 100.0, dof=dof),
         "ranked_once": lambda *_: [[scored(JointScale(4), evidence, dof=dof)], []],
         "_imitating": lambda *_: [],
-        "refined": lambda state, background, entry: entry,
+        "refined_once": lambda state, background, entry: entry,
         "_with_partial_imitators": lambda *_: done.append("several") or (None, 0.0),
         "held_out_errors": lambda *_: SimpleNamespace(rms=1.0),
         "improvement": lambda *_: 0.0,
@@ -117,7 +117,7 @@ def test_two_more_shapes_may_imitate_a_name(monkeypatch):
     stand_ins: dict[str, Any] = {
         "_in_parts": lambda _: [None],
         "_ranked": lambda *_: [[entry]],
-        "refined": lambda state, background, entry: entry,
+        "refined_once": lambda state, background, entry: entry,
         "_refined_again": lambda state, first, pool: SimpleNamespace(**{**vars(given), **vars(state)}),
         "background_without": lambda *_: None,
         "score_together": lambda state, terms, *_: scored(entry.effect, 10.0 * len(terms)),
