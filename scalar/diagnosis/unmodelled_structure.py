@@ -126,8 +126,8 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
             np.log(background.degrees_of_freedom)
         )
         found[i] = [refined_once(state, background, entry).evidence - penalty for entry in entries]
-        equal = state.effects[i].equal_imitators(state.dataset)
-        found[i] += [entry.evidence for entry in _ranked(state, [background], _in_parts(equal))[0]]
+        if equal := state.effects[i].equal_imitators(state.dataset):
+            found[i] += [entry.evidence for entry in _ranked(state, [background], _in_parts(equal))[0]]
     return found
 
 

@@ -10,6 +10,7 @@ from scalar.data.poses import Poses
 from scalar.effects.flexible.unattributed import NAME, Unattributed
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.places import PointEffect
+from scalar.effects.remedies import MEASURE_ON_A_STAGE, NOTHING_FOR_THE_SCANNER
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 
@@ -67,6 +68,16 @@ class UnattributedProfileWidth(Unattributed, PointEffect):
             "Check the width of the scanner's profiles and its distances against an artefact of known size, or have its maker calibrate it: "
             "the arm is not at fault."
         ]
+
+    @property
+    def how_to_measure(self) -> str:
+        """Return how to see it directly."""
+        return MEASURE_ON_A_STAGE
+
+    @property
+    def in_controller(self) -> str:
+        """Return that nothing changes there."""
+        return NOTHING_FOR_THE_SCANNER
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return none: the error is a straight line over x, whose slope the text states."""
