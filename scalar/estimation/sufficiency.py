@@ -57,7 +57,7 @@ def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
             f"{measurement.target_words} alone are {unknowns} unknowns: "
         )
         sessions = 1 if dataset.session is None else len(np.unique(dataset.session))
-        many = sessions > dataset.n_poses / _POSES_OF_SESSION
+        many = sessions > max(1.0, dataset.n_poses / _POSES_OF_SESSION)
         advice = (
             f"the column session of poses.csv has {sessions} different values, each of which is another place of the tracker; give all poses between "
             "which it stood still the same session"
