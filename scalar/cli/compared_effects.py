@@ -37,6 +37,8 @@ def _difference(comparison: Comparison) -> str:
     if not any(comparison.effects):
         return "contain different terms without a name (listed below)"
     if _are_the_same(comparison.effects):
+        if any(comparison.unnamed):
+            return "contain the same named effects, and different terms without a name (listed below)"
         return "contain the same effects with other coefficients"
     return "were calibrated with different effects"
 
@@ -65,7 +67,7 @@ def positions_unexplained(comparison: Comparison) -> str:
     fixed = any("." in name and "fixed" in reason for name, reason in comparison.not_compared.items())
     if comparison.arm.effects_differ:
         one, other = _all_effects(comparison)
-        same = any(comparison.effects) and _are_the_same(comparison.effects)
+        same = any(comparison.effects) and _are_the_same(comparison.effects) and not any(comparison.unnamed)
         names = (
             f"the same effects with other coefficients: {one}"
             if same
@@ -93,7 +95,9 @@ def _with_same_effects(comparison: Comparison) -> str:
     if not a:
         return (
             "calibrate the later one with --effects-from the earlier, which takes over those of the arm"
-            if any(comparison.unnamed)
+            if comparison.unnamed[0]
+            else "no option of --effects frees such a term: compare calibrations without it"
+            if comparison.unnamed[1]
             else "calibrate both with the same ones"
         )
     command = "scalar calibrate ... --effects"

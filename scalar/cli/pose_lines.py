@@ -151,7 +151,7 @@ def lines_on_moves(calibration: Calibration, table: pd.DataFrame) -> list[str]:
         table: The poses, with their columns.
     """
     return [
-        f"  {effect.title} is left out, because it depends on the moves before a pose: give the column {' or '.join(effect.moves_from)}"
+        f"  {effect.title} is not corrected: it depends on how the arm came to the pose. Add the column {' or '.join(effect.moves_from)}"
         for effect in calibration.model.effects
         if effect.moves_from and not any(name in table.columns for name in effect.moves_from)
     ]

@@ -15,6 +15,7 @@ from scalar.comparison.moved import Moved
 from scalar.data.poses import Poses, is_joint
 from scalar.effects.effect import Effect
 from scalar.effects.flexible.variable import Variable
+from scalar.effects.places import PointEffect
 from scalar.estimation.displacement import base_and_sensor_columns, kinematics_at, projected_out
 from scalar.estimation.model import Model
 from scalar.estimation.random_poses import random_poses
@@ -43,11 +44,12 @@ class UnnamedTerm:
 
 
 def unnamed_terms(model: Model) -> tuple[UnnamedTerm, ...]:
-    """Return the flexible terms of a model, those that move positions most first."""
+    """Return the flexible terms of a model that move the arm, those that move positions most first."""
     terms = [
         UnnamedTerm(effect.described_as, _moved(model, effect), effect.stays_with_arm)
         for effect in model.effects
         if effect.flexible
+        and not isinstance(effect, PointEffect)  # an error of the scanner moves no predicted position
     ]
     return tuple(sorted(terms, key=lambda term: -term.moved.rms))
 

@@ -110,7 +110,7 @@ def units_to_write(text: str | None, columns: Sequence[str]) -> TableUnits:
     """Return the units of a table that is written: those of an option such as ``deg,mm``, else those that the names of the columns read state.
 
     If there are joint angles, the names of their columns decide; other columns may be in other units. Degrees go with millimetres, unless
-    metres are stated, or a joint's travel or a place is read in them.
+    the option states metres, or names of columns alone decide and a joint's travel is in metres.
 
     Raises:
         InvalidInput: As for ``units_named``.

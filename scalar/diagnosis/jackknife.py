@@ -73,7 +73,7 @@ class Linearised:
         self.scale[self.scale == 0] = 1.0
         self._residual, self._J = residual, J / self.scale
         self._gram, self._projection = self._J.T @ self._J, self._J.T @ residual
-        # A datum of the data sheet is expected to be off by its prior standard deviation, which is ``misfit_ratio`` in units of its row.
+        # An entry of the data sheet is expected to err by its prior standard deviation. In its row, that is ``misfit_ratio``.
         self._data_sheet = self._J[len(J) - len(state.model.priors) :] * state.model.misfit_ratio
         self._state = state
         self.coefficients = state.model.vector[state.free] * self.scale

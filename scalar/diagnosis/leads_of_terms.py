@@ -16,8 +16,8 @@ def leads_of_terms(state: FittedState, pools: Sequence[CandidateSet]) -> list[fl
     """Return for each effect the log evidence [nats] by which one flexible term leads the group of effects to which it belongs; -inf without a group.
 
     Each effect of a group may be better than any term in its place, while the group as a whole imitates one: a scale error and a harmonic of a joint,
-    for example, imitate a spring that pushes on a part of the joint's range. The evidence counts the larger number of coefficients of such a term, so
-    that effects that are there lead it clearly; no further margin is subtracted.
+    for example, imitate a spring that pushes on a part of the joint's range. The log evidence already penalises the additional coefficients of such
+    a term, so that true effects clearly have more evidence than it; no further margin is subtracted.
 
     Args:
         state: The fitted state.

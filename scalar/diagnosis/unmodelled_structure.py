@@ -107,7 +107,7 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
 
     Two amounts are subtracted: the margin by which a flexible term has to surpass a named effect, and half the logarithm of the degrees of
     freedom for the order or place that was refined. Without the second, a wave of arbitrary order would score as high as a true harmonic. Nothing is
-    subtracted for terms that are as likely beforehand and as specific as the effect (``Effect.equal_imitators``).
+    subtracted for terms that are as likely beforehand and as specific as the effect (``Effect.imitators_are_as_likely``).
 
     Args:
         state: The fitted state.
@@ -121,13 +121,14 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
     found: list[list[float]] = [[] for _ in state.effects]
     ranked = ranked_once(state, backgrounds, pools)
     for i, background, entries in zip(named, backgrounds, ranked, strict=True):
-        entries = entries + _imitating(state, background, state.effects[i])
+        imitating = _imitating(state, background, state.effects[i])
+        entries = entries + imitating
         penalty = state.settings.flexible_terms.replacement_margin + 0.5 * float(
             np.log(background.degrees_of_freedom)
         )
         found[i] = [refined_once(state, background, entry).evidence - penalty for entry in entries]
-        if equal := state.effects[i].equal_imitators(state.dataset):
-            found[i] += [entry.evidence for entry in _ranked(state, [background], _in_parts(equal))[0]]
+        if state.effects[i].imitators_are_as_likely:
+            found[i] += [entry.evidence for entry in imitating]
     return found
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
 
-HORIZONTAL = 0.5  # cosine of the angle between a rail and the vertical, at most
+HORIZONTAL = 0.5  # largest cosine of the angle between the axis of a rail and the vertical
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class BaseCompliance(BaseEffect):
     """The base tilts about its origin under the moment of the arm's weight, possibly more easily about one horizontal axis than about another.
 
     An arm on a rail tilts about its carriage: a rail rests on the floor along its length, and where it is not straight, its carriage tilts by the
-    travel, whatever it weighs. The travel is therefore no lever.
+    travel, whatever it weighs. The travel therefore adds no moment.
 
     ``w = sum over frames i and axes e of C_ie (R_i e) x g / |g|``: the tilt about a horizontal axis is proportional to the moment about it.
 
@@ -104,15 +104,16 @@ class BaseCompliance(BaseEffect):
     def candidates(cls, dataset: Dataset) -> list[Effect]:
         """Return a base that is equally stiff about every horizontal axis, and one that is not."""
         frames = _frames_that_load(dataset.robot)
-        return [cls(frames, alike) for alike in (True, False)]
+        return [cls(frames, alike) for alike in (True, False)] if frames else []
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return tilts of the joints' axes, and of the base, under the weight that they bear."""
-        return [*tilts(dataset, first=1)]
+        return [*tilts(dataset, with_base=True)]
 
-    def equal_imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return the same: either is as likely."""
-        return self.imitators(dataset)
+    @property
+    def imitators_are_as_likely(self) -> bool:
+        """Return that they are."""
+        return True
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:

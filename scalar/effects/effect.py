@@ -159,12 +159,13 @@ class Effect(Described):
         """Return flexible effects of which a few together might be mistaken for this one."""
         return []
 
-    def equal_imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return flexible effects that are as likely beforehand as this one and as specific: the name is no surer than their evidence lets it be."""
-        return []
+    @property
+    def imitators_are_as_likely(self) -> bool:
+        """Return whether the effects of ``imitators`` are as likely beforehand and as specific, so that none of their evidence is discounted."""
+        return False
 
     def alike_at_few_positions(self, dataset: Dataset) -> list[Effect]:
-        """Return named effects that are no candidates because a joint takes few positions, and that may be the cause in the place of this one."""
+        """Return named effects that are not tried, because a joint takes few positions, although they may be the cause."""
         return []
 
     # Terms, and comparison with other effects.
@@ -234,7 +235,7 @@ class Effect(Described):
 
     @property
     def moves_from(self) -> tuple[str, ...]:
-        """Return the columns of which any shows the moves on which the effect depends; without them it is zero at poses to be predicted."""
+        """Return the columns that tell the moves on which the effect depends; one is enough, and predictions without any leave the effect out."""
         return ()
 
     @property

@@ -154,7 +154,7 @@ class JointBacklash(OneAxis, SingleJointEffect):
             by, slides = told_by(dataset, j), j not in turning
             if by == "approach":
                 found.append(cls(j, by, slides=slides))
-            elif moves_known:
+            elif moves_known and f"approach{j}" not in dataset.poses:
                 found.append(cls(j, "moves", slides=slides))
             if not slides and torque[j] > LEAST_TORQUE * most:
                 # A load may hold the joint on one side from whichever it came, as where the bolts of a link are loose. Where directions are recorded,
@@ -165,11 +165,12 @@ class JointBacklash(OneAxis, SingleJointEffect):
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return tilts of the joints' axes, and of the base, under the weight that they bear, if the weight tells the side."""
-        return [*tilts(dataset, first=1)] if self.by == "torque" else []
+        return [*tilts(dataset, with_base=True)] if self.by == "torque" else []
 
-    def equal_imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return the same: either is as likely."""
-        return self.imitators(dataset)
+    @property
+    def imitators_are_as_likely(self) -> bool:
+        """Return that they are."""
+        return True
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:

@@ -47,9 +47,10 @@ class RangeOffset(RangeError):
         """Return a factor of the width of profiles, which an offset imitates where the range hardly varies."""
         return [*profile_width(dataset)]
 
-    def equal_imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return the same: either is as likely."""
-        return self.imitators(dataset)
+    @property
+    def imitators_are_as_likely(self) -> bool:
+        """Return that they are."""
+        return True
 
     def generalised(self, dataset: Dataset) -> Effect | None:
         """Return a map of the scanner's error over its profile, where it scans profiles."""

@@ -20,7 +20,7 @@ def refuse_without_motion(dataset: Dataset) -> None:
     """Refuse a dataset whose poses, or whose points, are all the same, or whose points lack a coordinate.
 
     Raises:
-        InvalidInput: They are.
+        InvalidInput: All poses or all points are the same, or a coordinate is the same at every point.
     """
     table = sensor_formats()[dataset.sensor.kind].table
     items = dataset.point_columns.get("target")
@@ -32,7 +32,7 @@ def refuse_without_motion(dataset: Dataset) -> None:
 
 def _coordinates_filled_in(dataset: Dataset, file: str) -> list[Fault]:
     """Return a fault for each coordinate that is the same number at every point, although the nominal arm moves in all three directions."""
-    points = dataset.points
+    points = dataset.points[:, :3]
     if points.shape[1] != 3 or len(points) < _SEVERAL:
         return []
     same = np.flatnonzero(np.ptp(points, axis=0) == 0.0)
@@ -45,7 +45,7 @@ def _coordinates_filled_in(dataset: Dataset, file: str) -> list[Fault]:
     return [
         Fault(
             file,
-            f"column {'xyz'[k]}: every value is {points[0, k]:g}, although the joints move the arm in all directions: it was filled in, not measured",
+            f"column {'xyz'[k]}: every value is {points[0, k]:g} m, although the joints move the arm in all directions: it was probably filled in",
         )
         for k in same
     ]

@@ -135,7 +135,7 @@ def _identify(
     """Return the identifiability at a model, and which coordinates are free because of it.
 
     Raises:
-        Undetermined: The poses are too few, or do not determine a parameter although every joint moves.
+        Undetermined: Without a stated tolerance, the poses give fewer equations than there are free parameters; or no pose reaches its target.
     """
     identifiability = analyse(residuals, where, candidates, settings.identifiability, gauge_alone=True)
     free = candidates & ~np.isin(initial.names, identifiability.fixed_names)

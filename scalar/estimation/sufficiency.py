@@ -59,8 +59,8 @@ def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
         sessions = 1 if dataset.session is None else len(np.unique(dataset.session))
         many = sessions > max(1.0, dataset.n_poses / _POSES_OF_SESSION)
         advice = (
-            f"the column session of poses.csv has {sessions} different values, each of which is another place of the tracker; give all poses between "
-            "which it stood still the same session"
+            f"the column session of poses.csv has {sessions} different values, and in each session the {measurement.target_words} may stand "
+            "elsewhere; give all poses between which nothing was moved the same value"
             if many
             else "measure many more poses, a hundred or so"
         )

@@ -22,7 +22,7 @@ VERIFIED, UNVERIFIED = "verified", "unverified"
 _MOST_SUGGESTIONS = 5
 """Most names in a suggestion, so that they fit in a line."""
 _LEAST_NAME = 4
-"""Fewest letters and digits by which a user's own name of an arm is compared with the library's: `ur5e` is a model, `kr6` one of many."""
+"""Fewest letters and digits of a user's name that may be a part of the library's: shorter ones, such as `kr6`, are shared by several models."""
 _LEAST_SIMILARITY = 0.5
 """Least similarity (``difflib`` ratio, 0 to 1) of a name that is suggested. With it, 'kuka kr6' finds the KR 6 arms, and 'toaster' finds none."""
 
@@ -86,24 +86,36 @@ def read_arm(name: str) -> LibraryArm:
 def resembling(name: str) -> list[LibraryArm]:
     """Return the arms whose name in the library resembles the name that a user gave an arm; none if that name says nothing of the model.
 
-    One name has to contain the other, where the library's may lack the maker: `my UR5e` resembles ur5e, and `kr6 r900` two arms of KUKA.
+    All words of one name have to stand in the other one after the other, where the library's may lack the maker, and one of them has to have a digit:
+    `my UR5e` resembles ur5e, and `kr6 r900` two arms of KUKA; `irb 1200` is no irb120.
     """
     wanted = _plain(name)
-    plain = {own: [key for key in (_plain(own), _plain(own.partition("_")[2])) if key] for own in arm_names()}
-    exact = [own for own, keys in plain.items() if wanted in keys]
-    parts = [own for own, keys in plain.items() if len(wanted) >= _LEAST_NAME and wanted in keys[0]]
-    contained = {
-        own: max(len(key) for key in keys if key in wanted)
-        for own, keys in plain.items()
-        if any(len(key) >= _LEAST_NAME and key in wanted for key in keys)
-    }
+    models = {own: _words(own.partition("_")[2] or own) for own in arm_names()}
+    exact = [own for own in models if wanted and wanted in (_plain(own), _plain(own.partition("_")[2]))]
+    given = _words(name)
+    parts = [own for own in models if len(wanted) >= _LEAST_NAME and _stands_in(given, _words(own))]
+    contained = {own: len(model) for own, model in models.items() if _stands_in(model, given)}
     longest = [own for own, length in contained.items() if length == max(contained.values())]
     return [_read(own) for own in exact or parts or longest]
 
 
+def _words(name: str) -> list[str]:
+    """Return the words of a name in small letters; a number belongs to the letters before it, whatever separates them (`KR 6` is `kr6`)."""
+    return re.findall(r"[a-z0-9]+", re.sub(r"(?<=[a-z])[^a-z0-9]+(?=[0-9])", "", name.lower()))
+
+
+def _stands_in(some: list[str], words: list[str]) -> bool:
+    """Return whether some words, one of them with a digit, stand among others one after the other."""
+    n = len(some)
+    has_digit = any(character.isdigit() for word in some for character in word)
+    return has_digit and any(words[k : k + n] == some for k in range(len(words) - n + 1))
+
+
 def largest_payload(name: str) -> float | None:
-    """Return the largest rated payload [kg] of the arms whose name resembles one that a user gave; None if none of their names states it."""
-    return max((arm.payload for arm in resembling(name) if arm.payload is not None), default=None)
+    """Return the largest rated payload [kg] of the arms whose name resembles one that a user gave; None if one of their names does not state it."""
+    stated = [arm.payload for arm in resembling(name)]
+    known = [payload for payload in stated if payload is not None]
+    return max(known) if known and len(known) == len(stated) else None
 
 
 @cache

@@ -51,3 +51,45 @@ def test_a_payload_of_the_library_stands_in_the_name(name):
     arm = read_arm(name)
     assert [other.name for other in resembling(name)] == [name]
     assert arm.payload is None or f"{arm.payload:g}" in "".join(c for c in arm.model + name if c.isalnum())
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "my IRB 1600",
+        "IRB1200 cell 4",
+        "Yaskawa GP88",
+        "motoman gp250",
+        "GP70L",
+        "M-10iA/7L",
+        "UR10",
+        "kuka",
+        "abb irb",
+        "tx2_90xl",
+    ],
+)
+def test_another_model_and_a_maker_alone_resemble_nothing(name):
+    """A model's name that begins like another one's is not that of the other, and a maker builds many arms."""
+    assert not {
+        "abb_irb120",
+        "yaskawa_gp8",
+        "yaskawa_gp25",
+        "yaskawa_gp7",
+        "fanuc_m10ia",
+        "ur10e",
+        "kuka_kr16_2",
+        "staubli_tx2_90",
+    } & {arm.name for arm in resembling(name)}
+
+
+@pytest.mark.parametrize(
+    ("name", "found"),
+    [
+        ("my UR5e", ["ur5e"]),
+        ("KR 6 R900", ["kuka_kr6_r900_2", "kuka_kr6_r900_sixx"]),
+        ("Yaskawa GP-8, left", ["yaskawa_gp8"]),
+    ],
+)
+def test_a_model_is_found_in_a_longer_or_a_shorter_name(name, found):
+    """The words of one name stand in the other."""
+    assert [arm.name for arm in resembling(name)] == found

@@ -40,3 +40,10 @@ def test_the_rail_is_no_lever():
     arm = Robot.from_mapping(robot_mapping("vs060"))
     on_floor = BaseCompliance((1, 2)).base_screws(arm, Poses.from_arrays(np.ones((3, 6)), {}, 6))
     assert not on_floor[:, 3:].any()
+
+
+def test_no_tilt_of_an_axis_is_the_same_as_a_tilt_of_the_carriage():
+    """The axis of the first joint that turns tilts with the carriage, so it is no rival; those of the joints after it are."""
+    rng = np.random.default_rng(4)
+    dataset = RailAndArm.drawn(rng).dataset(poses(20, rng), 1e-5, rng)
+    assert {tilt.joint for tilt in BaseCompliance((2, 3)).imitators(dataset)} == {3, 4, 5, 6, 7}  # type: ignore[attr-defined]

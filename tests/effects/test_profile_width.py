@@ -29,4 +29,4 @@ def test_only_scanners_of_profiles_have_a_width(kind, count):
     """The range's zero has it as a rival, with a scanner of profiles alone."""
     dataset = make_scene(kind=kind, seed=2, poses_per_plane=6).dataset
     assert len(profile_width(dataset)) == count
-    assert len(RangeOffset().equal_imitators(dataset)) == count
+    assert len(RangeOffset().imitators(dataset)) == count

@@ -74,7 +74,7 @@ class UnattributedTilt(Unattributed, LinkEffect):
     def described_as(self) -> str:
         """Return which axis tilts."""
         if self.joint == 1:
-            return "a tilt of the base, or of the axis of joint 1, that has play and falls to the side of the weight"
+            return "play of the base, or of the bearing of joint 1: it leans to the side of the weight by a fixed angle"
         return f"a tilt of the axis of joint {self.joint} under the weight that it bears"
 
     @property
@@ -128,15 +128,13 @@ def longest_moment(robot: Robot, joint: int) -> float:
     return max(float(ends.sum()), 1e-300)
 
 
-def tilts(dataset: Dataset, first: int = 2) -> list[UnattributedTilt]:
-    """Return a tilt of every joint that turns.
+def tilts(dataset: Dataset, *, with_base: bool = False) -> list[UnattributedTilt]:
+    """Return a tilt of every joint that turns but the first of them, whose axis tilts with the base.
 
     Args:
         dataset: On which they act.
-        first: The first of these joints, from 1; joint 1 is tried as a rival of named effects alone.
+        with_base: Whether to return the play of the base too, where joint 1 turns; it is tried as a rival of named effects alone.
     """
-    return [
-        UnattributedTilt(j)
-        for j in range(first, dataset.robot.n_joints + 1)
-        if not dataset.robot.slides[j - 1]
-    ]
+    turning = [j for j in range(1, dataset.robot.n_joints + 1) if not dataset.robot.slides[j - 1]]
+    of_base = [UnattributedTilt(1)] if with_base and 1 in turning else []
+    return of_base + [UnattributedTilt(j) for j in turning[1:]]
