@@ -229,7 +229,7 @@ def _with_named_effects(
 def _selected(before: FittedState, candidates: CandidateSet) -> FittedState:
     """Return the state with the named effects that are selected: one after the other, as a whole set, and those of common causes."""
     selected = select_jointly(before, select_forward(before, candidates), candidates)
-    if _scatter_is_no_jitter(selected):
+    if _jitter_may_hide_effects(selected):
         equally = select_forward(before.with_equal_weights(), candidates)
         afresh = select_jointly(before, before.refitted(equally.effects, equally.model), candidates)
         if afresh.effects and _explains_more(afresh, selected, candidates):
@@ -237,7 +237,7 @@ def _selected(before: FittedState, candidates: CandidateSet) -> FittedState:
     return with_common_causes(with_terms_of_loads(selected, candidates), candidates)
 
 
-def _scatter_is_no_jitter(state: FittedState) -> bool:
+def _jitter_may_hide_effects(state: FittedState) -> bool:
     """Return whether the likeliest variance component of a state is a jitter larger than half of what the worst arms have.
 
     It may then stand for something that the model lacks. Poses that are weighted by it hide this: with several targets on the flange, a coupling of

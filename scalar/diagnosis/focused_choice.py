@@ -25,9 +25,10 @@ import numpy as np
 from scipy.stats import chi2
 
 from scalar.diagnosis.fitted_state import FittedState, plausibly_refitted
-from scalar.diagnosis.jackknife import Linearised, covariance_of, mean_square, variance_of
+from scalar.diagnosis.jackknife import Linearised, covariance_of, variance_of
 from scalar.effects import Effect
 from scalar.effects.registry import known
+from scalar.estimation.displacement import position_std, position_variance
 from scalar.geometry.se3 import Array
 from scalar.units import MM
 
@@ -229,8 +230,9 @@ class NestedModels:
         The first is over random poses within the joint limits, the second over random poses within the measured ranges, the third over measured
         poses.
         """
-        step, left_out = self._fitted(kept)
-        linear, covariance = self.linear, self._covariance(kept)
+        linear, free = self.linear, self._free(kept)
+        step, left_out = linear.fitted(free)
+        covariance = self._covariance(free, left_out)
         within_limits, within_ranges, measured = (
             self._error(step, left_out, covariance, columns)
             for columns in (linear.columns, linear.columns_in_ranges, linear.columns_measured)
@@ -239,7 +241,8 @@ class NestedModels:
 
     def std(self, kept: tuple[int, ...]) -> float:
         """Return the standard error [m] of a predicted position, root mean square over poses within the joint limits; arguments as for ``errors``."""
-        return float(np.sqrt(mean_square(self._covariance(kept), self.linear.columns)))
+        free = self._free(kept)
+        return position_std(self.linear.columns, self._covariance(free, self.linear.fitted(free)[1]))
 
     def p_value(self, index: int) -> float:
         """Return the probability of coefficients as large as those of an effect in the wide model if all of them were zero (Wald's test).
@@ -253,14 +256,15 @@ class NestedModels:
         wald = estimate @ np.linalg.pinv(covariance, hermitian=True) @ estimate
         return float(chi2.sf(wald, len(estimate)))
 
-    def _fitted(self, kept: tuple[int, ...]) -> tuple[Array, Array]:
-        """Return the step to the optimum of a nested model and the steps without each pose, as ``Linearised.fitted`` returns them."""
-        return self.linear.fitted(self._free(kept))
+    def _covariance(self, free: Array, left_out: Array) -> Array:
+        """Return the covariance ``(F, F)`` of the coordinates of a nested model: by the jackknife, and by what the data sheet may err.
 
-    def _covariance(self, kept: tuple[int, ...]) -> Array:
-        """Return the covariance ``(F, F)`` of the coordinates of a nested model: by the jackknife, and by what the data sheet may err."""
-        by_data_sheet = self.linear.steps_of_data_sheet(self._free(kept))
-        return covariance_of(self._fitted(kept)[1]) + by_data_sheet.T @ by_data_sheet
+        Args:
+            free: ``(F,)`` bool, the coordinates that the nested model has.
+            left_out: ``(N, F)``, the steps from its fit when each of the N poses is left out, as ``Linearised.fitted`` returns them.
+        """
+        by_data_sheet = self.linear.steps_of_data_sheet(free)
+        return covariance_of(left_out) + by_data_sheet.T @ by_data_sheet
 
     def _free(self, kept: tuple[int, ...]) -> Array:
         """Return which coordinates ``(F,)`` a nested model has."""
@@ -280,4 +284,4 @@ class NestedModels:
         squared_distance = float(difference @ difference) / (len(difference) / 3)
         by_chance = variance_of(left_out - wide_left_out, columns)
         squared_bias = max(squared_distance - self.beyond_chance**2 * by_chance, 0.0)
-        return float(np.sqrt(mean_square(covariance, columns) + squared_bias))
+        return float(np.sqrt(position_variance(columns, covariance) + squared_bias))

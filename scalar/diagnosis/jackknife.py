@@ -23,6 +23,7 @@ from scalar.diagnosis.predicted_displacements import (
     poses_measured,
     poses_within,
 )
+from scalar.estimation.displacement import position_variance
 from scalar.geometry.se3 import Array
 
 N_POSES = 200  # random poses at which predictions are compared
@@ -122,7 +123,8 @@ class Linearised:
             free: ``(F,)`` bool, as for ``fitted``.
         """
         steps = np.zeros((len(self._data_sheet), len(free)))
-        steps[:, free] = self._data_sheet[:, free] @ self._inverse(free)
+        if len(steps):
+            steps[:, free] = self._data_sheet[:, free] @ self._inverse(free)
         return steps
 
     def _inverse(self, free: Array) -> Array:
@@ -166,17 +168,7 @@ def variance_of(steps: Array, columns: Array) -> float:
         steps: ``(N, F)``, as ``steps_left_out`` gives them.
         columns: ``(3 K, F)``, derivatives of the predicted positions [m].
     """
-    return mean_square(covariance_of(steps), columns)
-
-
-def mean_square(covariance: Array, columns: Array) -> float:
-    """Return the squared standard error of a predicted position [m^2], mean over the K poses of ``columns``.
-
-    Args:
-        covariance: ``(F, F)``, of the coefficients.
-        columns: ``(3 K, F)``, derivatives of the predicted positions [m].
-    """
-    return float(np.sum((columns @ covariance) * columns) / (len(columns) / 3))
+    return position_variance(columns, covariance_of(steps))
 
 
 def covariance_of(steps: Array) -> Array:

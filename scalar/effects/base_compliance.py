@@ -45,6 +45,7 @@ class BaseCompliance(BaseEffect):
     alike: bool = False
 
     name: ClassVar[str] = "base_compliance"
+    imitators_are_as_likely: ClassVar[bool] = True
     load: ClassVar[str] = WEIGHT
     kind: ClassVar[str] = "compliance of the base"
     sentence: ClassVar[str] = (
@@ -109,11 +110,6 @@ class BaseCompliance(BaseEffect):
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return tilts of the joints' axes, and of the base, under the weight that they bear."""
         return [*tilts(dataset, with_base=True)]
-
-    @property
-    def imitators_are_as_likely(self) -> bool:
-        """Return that they are."""
-        return True
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
@@ -200,26 +196,25 @@ class BaseCompliance(BaseEffect):
 
 def _frames_that_load(robot: Robot) -> tuple[int, ...]:
     """Return the frames, from 1, whose first moments of mass tilt the base: all but those of rails."""
-    rails = _rails(robot)
+    rails, _ = _rails(robot)
     return tuple(f for f in range(1, robot.n_joints + 1) if f - 1 not in rails)
 
 
-def _rails(robot: Robot) -> list[int]:
-    """Return the joints, from 0, that slide horizontally below the first joint that turns."""
+def _rails(robot: Robot) -> tuple[list[int], Array]:
+    """Return the joints, from 0, that slide horizontally below the first joint that turns, and their axes ``(r, 3)`` in the base frame."""
+    sliding = list(itertools.takewhile(lambda j: j in robot.prismatic, range(robot.n_joints)))
+    if not sliding:
+        return [], np.zeros((0, 3))
     axes = robot.frames(np.zeros((1, robot.n_joints)))[0, 1:, :3, 2]
-    found = []
-    for j in itertools.takewhile(lambda j: j in robot.prismatic, range(robot.n_joints)):
-        if abs(float(axes[j] @ robot.down)) < HORIZONTAL:
-            found.append(j)
-    return found
+    rails = [j for j in sliding if abs(float(axes[j] @ robot.down)) < HORIZONTAL]
+    return rails, axes[rails]
 
 
 def _about_carriage(robot: Robot, poses: Poses, w: Array) -> Array:
     """Return screws ``(N, 6, k)`` of tilts ``(N, k, 3)`` about the place to which rails carry the origin of the base frame."""
-    rails = _rails(robot)
+    rails, axes = _rails(robot)
     v = np.zeros_like(w)
     if rails:
-        axes = robot.frames(np.zeros((1, robot.n_joints)))[0, 1:, :3, 2]
-        place = poses.q[:, rails] @ axes[rails]
+        place = poses.q[:, rails] @ axes
         v = cross(np.broadcast_to(place[:, None, :], w.shape), w)
     return np.concatenate([np.swapaxes(w, 1, 2), np.swapaxes(v, 1, 2)], axis=1)

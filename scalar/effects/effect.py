@@ -47,6 +47,8 @@ class Effect(Described):
     )
     load: ClassVar[str] = ""  # under which something gives way; effects of one load imitate one another
     acts_by_joint_angles: ClassVar[bool] = True  # whether its predictions depend on joint angles alone
+    # Whether the effects of ``imitators`` are as likely beforehand and as specific, so that none of their evidence is discounted.
+    imitators_are_as_likely: ClassVar[bool] = False
     most_words: ClassVar[int] = 1  # most words that may follow the name on a command line
 
     # Saving.
@@ -158,11 +160,6 @@ class Effect(Described):
     def partial_imitators(self, dataset: Dataset) -> list[Effect]:
         """Return flexible effects of which a few together might be mistaken for this one."""
         return []
-
-    @property
-    def imitators_are_as_likely(self) -> bool:
-        """Return whether the effects of ``imitators`` are as likely beforehand and as specific, so that none of their evidence is discounted."""
-        return False
 
     def alike_at_few_positions(self, dataset: Dataset) -> list[Effect]:
         """Return named effects that are not tried, because a joint takes few positions, although they may be the cause."""

@@ -60,6 +60,7 @@ class JointBacklash(OneAxis, SingleJointEffect):
     slides: bool = False
 
     name: ClassVar[str] = "joint_backlash"
+    imitators_are_as_likely: ClassVar[bool] = True
     kind: ClassVar[str] = "backlash"
     sentence: ClassVar[str] = "the joint has play and rests on one side of it or on the other"
     natural: ClassVar[Mapping[str, float]] = {"rad": 3e-4, "m": 5e-5}
@@ -166,11 +167,6 @@ class JointBacklash(OneAxis, SingleJointEffect):
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return tilts of the joints' axes, and of the base, under the weight that they bear, if the weight tells the side."""
         return [*tilts(dataset, with_base=True)] if self.by == "torque" else []
-
-    @property
-    def imitators_are_as_likely(self) -> bool:
-        """Return that they are."""
-        return True
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:

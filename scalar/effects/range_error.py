@@ -35,14 +35,8 @@ def check_measures_range(dataset: Dataset) -> None:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class RangeError(PointEffect):
-    """An error of the measured range along the direction in which the scanner errs."""
-
-    @property
-    def target(self) -> dict[str, Any]:
-        """Empty: there is one sensor."""
-        return {}
+class ScannerError(PointEffect):
+    """An error of the points that a scanner measures, for which the arm is not at fault."""
 
     @property
     def how_to_measure(self) -> str:
@@ -53,6 +47,16 @@ class RangeError(PointEffect):
     def in_controller(self) -> str:
         """Return what changes in the controller."""
         return NOTHING_FOR_THE_SCANNER
+
+
+@dataclass(frozen=True, eq=False)
+class RangeError(ScannerError):
+    """An error of the measured range along the direction in which the scanner errs."""
+
+    @property
+    def target(self) -> dict[str, Any]:
+        """Empty: there is one sensor."""
+        return {}
 
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array

@@ -23,6 +23,7 @@ class RangeOffset(RangeError):
     """The measured range needs a constant: ``r -> r + o``."""
 
     name: ClassVar[str] = "range_offset"
+    imitators_are_as_likely: ClassVar[bool] = True
     kind: ClassVar[str] = "range offset of the laser"
     sentence: ClassVar[str] = "the scanner measures all distances too long or too short by the same amount"
     natural: ClassVar[Mapping[str, float]] = {"m": 3e-4}
@@ -46,11 +47,6 @@ class RangeOffset(RangeError):
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return a factor of the width of profiles, which an offset imitates where the range hardly varies."""
         return [*profile_width(dataset)]
-
-    @property
-    def imitators_are_as_likely(self) -> bool:
-        """Return that they are."""
-        return True
 
     def generalised(self, dataset: Dataset) -> Effect | None:
         """Return a map of the scanner's error over its profile, where it scans profiles."""

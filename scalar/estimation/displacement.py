@@ -26,14 +26,19 @@ def shifts(kinematics: Kinematics, screws: Array) -> Array:
     return (screws[:, 3:] - skew(o) @ screws[:, :3]).reshape(3 * len(o), -1)
 
 
-def position_std(columns: Array, covariance: Array) -> float:
-    """Return the standard error of a predicted position [m], root mean square over K poses.
+def position_variance(columns: Array, covariance: Array) -> float:
+    """Return the squared standard error of a predicted position [m^2], mean over K poses.
 
     Args:
         columns: ``(3 K, P)``, derivatives of the positions [m] by the parameters.
         covariance: ``(P, P)``, of the parameters.
     """
-    return float(np.sqrt(np.sum((columns @ covariance) * columns) / (len(columns) / 3)))
+    return float(np.sum((columns @ covariance) * columns) / (len(columns) / 3))
+
+
+def position_std(columns: Array, covariance: Array) -> float:
+    """Return the standard error of a predicted position [m], root mean square over K poses; arguments as for ``position_variance``."""
+    return float(np.sqrt(position_variance(columns, covariance)))
 
 
 def displacement_columns(model: Model, poses: Poses) -> Array:
@@ -42,7 +47,7 @@ def displacement_columns(model: Model, poses: Poses) -> Array:
     From each column, the rigid motion of the base that fits it best is subtracted.
     """
     kinematics = kinematics_at(model, poses)
-    return _but_rigid(kinematics.T_base_sensor, shifts(kinematics, kinematics.screws()))
+    return _without_rigid_motion(kinematics.T_base_sensor, shifts(kinematics, kinematics.screws()))
 
 
 def stretch_of(model: Model, poses: Poses) -> float:
@@ -52,10 +57,10 @@ def stretch_of(model: Model, poses: Poses) -> float:
     """
     T = kinematics_at(model, poses).T_base_sensor
     column = (T[:, :3, 3] - model.nominal.T_base_0[:3, 3]).reshape(-1, 1)
-    return position_std(_but_rigid(T, column), np.eye(1))
+    return position_std(_without_rigid_motion(T, column), np.eye(1))
 
 
-def _but_rigid(T: Array, columns: Array) -> Array:
+def _without_rigid_motion(T: Array, columns: Array) -> Array:
     """Return columns ``(3 N, k)`` of displacements [m] less the rigid motion of the base that fits each best, at frames ``(N, 4, 4)``."""
     basis = np.linalg.qr(base_and_sensor_columns(T)[:, :6])[0]
     return columns - basis @ (basis.T @ columns)

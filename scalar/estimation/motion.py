@@ -10,9 +10,9 @@ from scalar.data.sensor_formats import sensor_formats
 from scalar.errors import Fault, InvalidInput
 from scalar.units import MM
 
-_SPANS = (
+_LEAST_OUT_OF_PLANE = (
     10 * MM
-)  # standard deviation of the nominal flange along its third direction: an arm that moves so far out of any plane
+)  # standard deviation of the nominal flange across the plane that fits its places best
 _SEVERAL = 5  # points; fewer may have a coordinate in common
 
 
@@ -40,7 +40,7 @@ def _coordinates_filled_in(dataset: Dataset, file: str) -> list[Fault]:
         return []
     places = dataset.robot.flange(dataset.q)[:, :3, 3]
     smallest = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)[-1] / np.sqrt(len(places))
-    if smallest < _SPANS:
+    if smallest < _LEAST_OUT_OF_PLANE:
         return []
     return [
         Fault(

@@ -11,7 +11,7 @@ import difflib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
 from typing import Any
 
@@ -83,7 +83,8 @@ def read_arm(name: str) -> LibraryArm:
     return _read(own)
 
 
-def resembling(name: str) -> list[LibraryArm]:
+@lru_cache(maxsize=16)  # a calibration asks twice for the name of its arm
+def resembling(name: str) -> tuple[LibraryArm, ...]:
     """Return the arms whose name in the library resembles the name that a user gave an arm; none if that name says nothing of the model.
 
     All words of one name have to stand in the other one after the other, where the library's may lack the maker, and one of them has to have a digit:
@@ -96,7 +97,7 @@ def resembling(name: str) -> list[LibraryArm]:
     parts = [own for own in models if len(wanted) >= _LEAST_NAME and _stands_in(given, _words(own))]
     contained = {own: len(model) for own, model in models.items() if _stands_in(model, given)}
     longest = [own for own, length in contained.items() if length == max(contained.values())]
-    return [_read(own) for own in exact or parts or longest]
+    return tuple(_read(own) for own in exact or parts or longest)
 
 
 def _words(name: str) -> list[str]:

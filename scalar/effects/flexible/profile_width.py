@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from scalar.data.poses import Poses
 from scalar.effects.flexible.unattributed import NAME, Unattributed
 from scalar.effects.picture import Map, Profile, View
-from scalar.effects.places import PointEffect
-from scalar.effects.remedies import MEASURE_ON_A_STAGE, NOTHING_FOR_THE_SCANNER
+from scalar.effects.range_error import ScannerError
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 
@@ -19,11 +18,12 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class UnattributedProfileWidth(Unattributed, PointEffect):
+class UnattributedProfileWidth(Unattributed, ScannerError):
     """The measured x of each point needs a factor, ``x -> x (1 + s)``, while z is right.
 
     It is the rival of an error of the range's zero: at a distance r, that widens profiles by its share of r, and only its change with the distance
-    tells the two apart. Without a known length, a factor of z alone is the same as this, because a factor of both is that of all lengths.
+    distinguishes the two. Without a known length, a factor of z cannot be distinguished from this one, because a common factor of x and z only
+    changes all lengths.
     """
 
     place: ClassVar[str] = "profile_width"
@@ -68,16 +68,6 @@ class UnattributedProfileWidth(Unattributed, PointEffect):
             "Check the width of the scanner's profiles and its distances against an artefact of known size, or have its maker calibrate it: "
             "the arm is not at fault."
         ]
-
-    @property
-    def how_to_measure(self) -> str:
-        """Return how to see it directly."""
-        return MEASURE_ON_A_STAGE
-
-    @property
-    def in_controller(self) -> str:
-        """Return that nothing changes there."""
-        return NOTHING_FOR_THE_SCANNER
 
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return none: the error is a straight line over x, whose slope the text states."""
