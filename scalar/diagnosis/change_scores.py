@@ -54,9 +54,9 @@ class ChangeColumns:
             background: The background of a model with all its effects; directions that it has released are not taken into account.
             E: ``(N, m, e)``, the columns if the change begins with the first pose.
             index: Indices of the poses that the change touches.
-            margin: Least number of these poses before the change, and from its beginning on.
+            margin: Least number of these poses before the change, and from its beginning on; not fewer than it has columns.
         """
-        Ei = E[index]
+        Ei, margin = E[index], max(margin, E.shape[2])
         grams_from = np.cumsum(np.einsum("nmi,nmj->nij", Ei, Ei)[::-1], axis=0)[::-1]
         at = np.arange(margin, len(index) - margin + 1)
         shared = _from_each_on(background.Q, E, index)[at]

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.diagnosis.beside_nuisances import explained_by_nuisances
 from scalar.diagnosis.brief_changes import between_brief_changes
 from scalar.diagnosis.candidate_columns import CandidateSet, named_candidates
 from scalar.diagnosis.common_causes import with_common_causes
@@ -234,7 +235,8 @@ def _selected(before: FittedState, candidates: CandidateSet) -> FittedState:
         afresh = select_jointly(before, before.refitted(equally.effects, equally.model), candidates)
         if afresh.effects and _explains_more(afresh, selected, candidates):
             selected = afresh
-    return with_common_causes(with_terms_of_loads(selected, candidates), candidates)
+    complete = with_common_causes(with_terms_of_loads(selected, candidates), candidates)
+    return explained_by_nuisances(complete, candidates)
 
 
 def _jitter_may_hide_effects(state: FittedState) -> bool:

@@ -138,7 +138,7 @@ def _replaced(
     explain it about as well, because an explanation with one cause less is more probable. Where a change in time has a form that follows a recorded
     column instead (growth with the temperature in place of a warm-up by the clock), that form need only explain it about as well. The search for the
     time constant favours the warm-up, since the constant counts as a coefficient only afterwards; and only growth with the temperature holds in
-    another campaign.
+    another campaign. A step likewise replaces a creep that explains it little better, since the length of the creep was chosen as well.
 
     Args:
         state: The state with the effect.
@@ -159,11 +159,16 @@ def _replaced(
         None,
     )
     recorded = next((r for r in ranking if _follows_a_record(r, own, margin)), None)
-    better = best.effect.label != own.effect.label and best.evidence > own.evidence + margin
-    for entry in (best if better else None, recorded, joining):
+    sudden = next((r for r in ranking if _is_sudden_form(r, own, margin)), None)
+    favoured = own.effect.in_every_setup and best.effect.acts_on_arm
+    more = margin + (settings.confounded_margin if favoured else 0.0)
+    better = best.effect.label != own.effect.label and best.evidence > own.evidence + more
+    for entry in (best if better else None, recorded, sudden, joining):
         if entry is None:
             continue
-        allowance = 0.0 if entry is not joining else _joining_margin(own, entry, settings)
+        allowance = {id(joining): _joining_margin(own, entry, settings), id(sudden): margin}.get(
+            id(entry), 0.0
+        )
         kept = others if entry.other_parts is None else (*others, entry.other_parts)
         trial = state.refitted(merged(kept, entry.effect))
         # Both fits are compared under the same whitening, because the larger variance component of a worse fit would hide that it is worse.
@@ -189,6 +194,17 @@ def _follows_a_record(entry: Scored, own: Scored, margin: float) -> bool:
         and entry.effect.same_place(own.effect)
         and own.effect.is_change_in_time
         and not entry.effect.is_change_in_time
+        and entry.evidence > own.evidence - margin
+    )
+
+
+def _is_sudden_form(entry: Scored, own: Scored, margin: float) -> bool:
+    """Return whether a candidate is a step in place of a change of the same kind and place that takes its time, and explains it little worse."""
+    return (
+        entry.other_parts is None
+        and entry.effect.same_place(own.effect)
+        and own.effect.takes_time
+        and not entry.effect.takes_time
         and entry.evidence > own.evidence - margin
     )
 

@@ -17,7 +17,7 @@ from scalar.diagnosis.conditional_scores import background_without, score_togeth
 from scalar.diagnosis.evidence_of_states import evidence_of
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.forward_selection import reconsidered, select_forward
-from scalar.diagnosis.hold_out import held_out_errors, improvement, no_worse
+from scalar.diagnosis.hold_out import held_out_errors, improvement, most_blocks_gain, no_worse
 from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.subset_search import best_subset
 
@@ -73,7 +73,8 @@ def clearly_better(
     """Return the trial if its coefficients are plausible, it has clearly more evidence and it predicts held-out poses clearly better, else the state.
 
     *Clearly* means by ``swap_margin`` [nats] of evidence and by ``least_improvement`` [standard errors] of the whitened held-out error; the error in
-    metres must not clearly grow either (``no_worse``). With more than ``overwhelming_evidence`` [nats], the whitened error only must not grow.
+    metres must not clearly grow either (``no_worse``). With more than ``overwhelming_evidence`` [nats], it is enough that they fall in most blocks
+    (``most_blocks_gain``), or that the whitened error does not grow.
 
     Args:
         state: A fitted state.
@@ -85,9 +86,13 @@ def clearly_better(
     more = evidence_of(trial, candidates) - evidence_of(state, candidates)
     if not trial.is_plausible or more <= settings.swap_margin:
         return state
+    whitened = held_out_errors(state, state.whitening), held_out_errors(trial, state.whitening)
     if least_improvement is None:
-        least_improvement = 0.0 if more > settings.overwhelming_evidence else settings.least_improvement
-    gain = improvement(held_out_errors(state, state.whitening), held_out_errors(trial, state.whitening))
+        overwhelming = more > settings.overwhelming_evidence
+        if overwhelming and most_blocks_gain(*whitened):
+            return trial
+        least_improvement = 0.0 if overwhelming else settings.least_improvement
+    gain = improvement(*whitened)
     if gain < least_improvement or not no_worse(held_out_errors(state), held_out_errors(trial)):
         return state
     return trial

@@ -10,9 +10,9 @@ The shipped model need not contain exactly the effects that were found: effects 
 left out, and others may be added (``focused_choice``). If the model without effects has smaller errors than the fit with the chosen effects and equal
 weights, it is shipped instead, and the effects remain findings, because a correction that does harm is worse than one that is missing. The errors
 compared are those of held-out poses, of held-out regions of the joint space (effects may predict poses between measured ones well and yet not
-extrapolate), and of unseen poses where they are known. It is shipped as well if the fit with effects is expected to err far more within the joint
-limits than the model without effects errs at held-out poses, unless that model is itself as uncertain: what few joints show does not extrapolate
-then.
+extrapolate), and of unseen poses where they are known. If much is expected of the effects, a single block of held-out poses may not decide. The model
+without effects is shipped as well if the fit with effects is expected to err far more within the joint limits than the model without effects errs at
+held-out poses, unless that model is itself as uncertain: what few joints show does not extrapolate then.
 
 A test of whether the fits with and without weights differ (Hausman, Econometrica 46, 1978) is only reported: wrong weights lose efficiency but cause
 no bias, so the test does not protect against them.
@@ -25,15 +25,17 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.focused_choice import LIMITS, FocusedChoice, focused_choice
+from scalar.diagnosis.focused_choice import FocusedChoice, focused_choice
 from scalar.diagnosis.harmonic_spectrum import priors_for_whitened_rows
 from scalar.diagnosis.hold_out import (
     HeldOutErrors,
     held_out_errors,
     held_out_regions,
+    most_blocks_gain,
     no_worse,
 )
 from scalar.diagnosis.jackknife import prediction_changes
+from scalar.diagnosis.nested_models import LIMITS, MEASURED
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 from scalar.units import MM
@@ -192,7 +194,13 @@ def shipped_fit(
     against = "expected_error" if choice.left_out and not after.effects else None
     if after.effects:
         regions = _regions(before, after)
-        judged = {"held_out": (without, equal), "regions": regions, "unseen": unseen}
+        judged = {
+            "held_out": None
+            if _promises_more(choice) and most_blocks_gain(without, equal)
+            else (without, equal),
+            "regions": regions,
+            "unseen": unseen,
+        }
         against = next((name for name, errors in judged.items() if errors and not no_worse(*errors)), None)
         if all(effect.flexible for effect in after.effects) and _few_equations(after):
             against = "few_poses"
@@ -221,6 +229,12 @@ def unconfirmed_effects_help(confirmed: FittedState, all_found: FittedState) -> 
         return False
     regions = _regions(confirmed, all_found)
     return regions is None or no_worse(*regions)
+
+
+def _promises_more(choice: FocusedChoice) -> bool:
+    """Return whether the chosen effects are expected to reduce the errors so much that the loss of a single held-out block does not matter."""
+    most = choice.state.settings.shipped_fit.worth_doubtful
+    return all(choice.errors_as_chosen[k] <= most * choice.errors_without[k] for k in (LIMITS, MEASURED))
 
 
 def _few_equations(state: FittedState) -> bool:

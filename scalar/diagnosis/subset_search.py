@@ -201,10 +201,10 @@ def _changes_at(
             example).
         acting: ``(N m, w)``, its columns if it acts from the first pose on.
         moments: Indices of poses. For each of them the change begins with the first pose, at or after it, that the change touches. At least
-            ``change_margin`` poses that it touches come before its beginning, and as many from there on.
+            ``change_margin`` poses that it touches come before its beginning, and as many from there on; not fewer than it has columns.
     """
     effect, touched = change
-    index, margin = np.flatnonzero(touched), state.settings.selection.change_margin
+    index, margin = np.flatnonzero(touched), max(state.settings.selection.change_margin, acting.shape[1])
     possible = index[margin : len(index) - margin + 1]
     after = np.searchsorted(possible, np.array(sorted(moments), dtype=int))
     order, time = state.residuals.poses.order, state.residuals.poses.columns.get("time")

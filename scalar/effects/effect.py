@@ -47,6 +47,9 @@ class Effect(Described):
     )
     load: ClassVar[str] = ""  # under which something gives way; effects of one load imitate one another
     acts_by_joint_angles: ClassVar[bool] = True  # whether its predictions depend on joint angles alone
+    # Whether every set-up has its effects to a small degree. They are no choice among the candidates: a diagnosis prefers them to an effect of the
+    # arm that explains no more, and the model that judges corrections contains all of them.
+    in_every_setup: ClassVar[bool] = False
     # Whether the effects of ``imitators`` are as likely beforehand and as specific, so that none of their evidence is discounted.
     imitators_are_as_likely: ClassVar[bool] = False
     most_words: ClassVar[int] = 1  # most words that may follow the name on a command line
@@ -135,14 +138,6 @@ class Effect(Described):
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return flexible effects that might be mistaken for this one, besides those that are tried on every dataset."""
-        return []
-
-    @classmethod
-    def nuisances(cls, dataset: Dataset) -> list[Effect]:
-        """Return the effects of this kind that every set-up has to a small degree.
-
-        When a diagnosis decides which effects to correct for, the model that judges corrections contains all of them.
-        """
         return []
 
     @classmethod
@@ -260,6 +255,11 @@ class Effect(Described):
     @property
     def is_change_in_time(self) -> bool:
         """Return whether the effect is a change in the course of the acquisition."""
+        return False
+
+    @property
+    def takes_time(self) -> bool:
+        """Return whether a change that begins at some pose takes a while, which was chosen as well, until it is complete."""
         return False
 
     def since(self, poses: Poses) -> Array | None:

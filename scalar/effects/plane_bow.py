@@ -38,6 +38,7 @@ class PlaneBow(PointEffect):
     centre: tuple[float, float, float]
 
     name: ClassVar[str] = "plane_bow"
+    in_every_setup: ClassVar[bool] = True  # no plate is quite flat
     kind: ClassVar[str] = "bow"
     sentence: ClassVar[str] = "the target plane is not flat but bowed"
     natural: ClassVar[Mapping[str, float]] = {"1/m": 2e-3}
@@ -87,11 +88,6 @@ class PlaneBow(PointEffect):
         """Return a bow of every plane that is measured, where the sensor scans planes."""
         used = used_planes(dataset) if kind_of(dataset).scans else []
         return [cls(p.name, plane_centre(dataset, p.name)) for p in dataset.planes if p.name in used]
-
-    @classmethod
-    def nuisances(cls, dataset: Dataset) -> list[Effect]:
-        """Return the bow of every plane: none is quite flat."""
-        return cls.candidates(dataset)
 
     @classmethod
     def together(cls, dataset: Dataset) -> list[list[Effect]]:

@@ -206,6 +206,11 @@ class PlaneMoved(PointEffect):
         """Always true."""
         return True
 
+    @property
+    def takes_time(self) -> bool:
+        """Return whether the plane creeps."""
+        return bool(self.creep_span)
+
     def not_transferable(self, dataset: Dataset) -> str | None:
         """Return that planes are another campaign's."""
         return "the planes are set up anew for every campaign"

@@ -23,6 +23,7 @@ class RangeOffset(RangeError):
     """The measured range needs a constant: ``r -> r + o``."""
 
     name: ClassVar[str] = "range_offset"
+    in_every_setup: ClassVar[bool] = True  # no scanner's zero is exact
     imitators_are_as_likely: ClassVar[bool] = True
     kind: ClassVar[str] = "range offset of the laser"
     sentence: ClassVar[str] = "the scanner measures all distances too long or too short by the same amount"
@@ -38,11 +39,6 @@ class RangeOffset(RangeError):
         "varies, an error of the laser's zero cannot be distinguished from a shift of the scanner on the flange."
     )
     basis_names: ClassVar[tuple[str, ...]] = ("ux", "uz")
-
-    @classmethod
-    def nuisances(cls, dataset: Dataset) -> list[Effect]:
-        """Return the offset: no scanner's zero is exact."""
-        return cls.candidates(dataset)
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return a factor of the width of profiles, which an offset imitates where the range hardly varies."""

@@ -10,10 +10,11 @@ from __future__ import annotations
 import importlib.util
 import inspect
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.base_compliance import BaseCompliance
@@ -41,6 +42,9 @@ from scalar.effects.target_drift import TargetDrift
 from scalar.effects.thermal_drift import ThermalDrift
 from scalar.effects.torque_compliance import TorqueCompliance
 from scalar.errors import Fault, InvalidInput
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
 
 GROUP = "scalar.effects"
 OPTION = "--effects-module"
@@ -78,6 +82,13 @@ _asked = False  # whether the entry points of installed packages have been loade
 def known() -> dict[str, type[Effect]]:
     """Return every kind of effect by its name, the package's own first."""
     return {kind.name: kind for kind in BUILT_IN} | {name: kind for name, (kind, _) in _of_users().items()}
+
+
+def nuisances_beside(dataset: Dataset, effects: Sequence[Effect]) -> list[Effect]:
+    """Return what every set-up has to a small degree (``Effect.in_every_setup``) at places at which none of ``effects`` acts."""
+    kinds = [kind for kind in known().values() if kind.in_every_setup]
+    possible = [nuisance for kind in kinds for nuisance in kind.candidates(dataset)]
+    return [e for e in possible if not any(e.same_place(other) for other in effects)]
 
 
 def module_of(effect: Effect) -> str | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scalar.diagnosis.focused_choice import LIMITS
+from scalar.diagnosis.nested_models import LIMITS
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
 from scalar.report.beyond_ranges import beyond_ranges
 from scalar.report.narrow_ranges import narrow_ranges

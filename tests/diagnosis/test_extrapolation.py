@@ -9,8 +9,9 @@ import pytest
 
 from scalar.diagnosis import diagnose
 from scalar.diagnosis.fitted_state import FittedState, refit
-from scalar.diagnosis.focused_choice import LIMITS, FocusedChoice, focused_choice
+from scalar.diagnosis.focused_choice import FocusedChoice, focused_choice
 from scalar.diagnosis.hold_out import held_out_errors
+from scalar.diagnosis.nested_models import LIMITS
 from scalar.diagnosis.shipped_fit import BEFORE, EQUAL, shipped_fit
 from scalar.effects.joint_scale import JointScale
 from scalar.errors import Undetermined

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.fitted_state import FittedState, refit
-from scalar.diagnosis.focused_choice import LIMITS, RANGES, NestedModels, focused_choice
+from scalar.diagnosis.focused_choice import focused_choice
 from scalar.diagnosis.jackknife import prediction_changes
+from scalar.diagnosis.nested_models import LIMITS, RANGES, NestedModels
 from scalar.effects import Effect
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
@@ -187,6 +188,7 @@ def test_the_p_value_of_an_effect_in_the_wide_model():
     flaws = Flaws(joints=on_joint(3, lambda at: 1e-3 * at.q[:, 2]))
     absent = [JointHarmonic(joint, (order,)) for joint in (2, 4, 5) for order in (5, 7, 9, 11, 13, 17)]
     wide = NestedModels(fitted(make_cell(flaws, seed=83, poses_per_plane=60).dataset, JointScale(3), *absent))
-    assert wide.p_value(0) < 1e-6
-    p_values = np.array([wide.p_value(1 + i) for i in range(len(absent))])
+    every = tuple(range(1 + len(absent)))
+    assert wide.p_value(0, every) < 1e-6
+    p_values = np.array([wide.p_value(1 + i, every) for i in range(len(absent))])
     assert np.sum(p_values <= 0.05) < 7 and np.sum(p_values > 0.5) > 2

@@ -74,17 +74,38 @@ def test_a_choice_that_becomes_implausible_is_not_made(monkeypatch):
     assert chosen(monkeypatch, errors).left_out and not chosen(monkeypatch, errors, plausible=False).left_out
 
 
-def chosen(monkeypatch, errors, plausible=True):
+@pytest.mark.parametrize(("left", "all_of_it", "kept"), [(0.4, 9.0, 2), (0.6, 9.0, 1), (0.6, 0.2, 2)])
+def test_a_doubtful_effect_is_corrected_only_where_much_is_expected_of_it(left, all_of_it, kept, monkeypatch):
+    """A doubtful effect beside a sure one is corrected if it leaves 40 % of the error, and not if it leaves 60 %.
+
+    It is corrected as well if both leave a fifth of the error without effects. The error with the sure effect alone is 1, and ``all_of_it`` is the
+    share of the error without effects that both leave.
+    """
+    without = left / all_of_it if all_of_it < 1 else 1.5
+    errors = {(0, 1): (left,) * 3, (0,): (1.0,) * 3, (): (without,) * 3}
+    assert len(chosen(monkeypatch, errors, unsure=["scale_1"]).left_out) == 2 - kept
+
+
+def chosen(monkeypatch, errors, plausible=True, unsure=()):
     """Return the choice among two effects, given the expected errors of some models; those of all others are large."""
     wide = SimpleNamespace(errors=lambda kept: errors.get(kept, (10.0, 10.0, 10.0)), std=lambda kept: 1.0)
     monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
-    monkeypatch.setattr(focused_choice, "_nuisances", lambda _: [])
-    effects = (SimpleNamespace(generalised=lambda _: None, flexible=False, key="scale"),) * 2
+    monkeypatch.setattr(focused_choice, "nuisances_beside", lambda *_: [])
+    poses = SimpleNamespace(order=np.arange(10.0))
+    effects = tuple(
+        SimpleNamespace(generalised=lambda _: None, flexible=False, key=f"scale_{k}", since=lambda _: None)
+        for k in range(2)
+    )
     fewer = SimpleNamespace(is_plausible=plausible)
     after: Any = SimpleNamespace(
-        effects=effects, dataset=None, settings=DEFAULTS, refitted=lambda _: fewer, is_plausible=True
+        effects=effects,
+        dataset=None,
+        settings=DEFAULTS,
+        refitted=lambda _: fewer,
+        is_plausible=True,
+        residuals=SimpleNamespace(poses=poses),
     )
-    return focused_choice.focused_choice(after)
+    return focused_choice.focused_choice(after, unsure)
 
 
 @pytest.mark.parametrize(("share", "fit"), [(0.6, "weights_of_component"), (0.8, "equal_weights")])

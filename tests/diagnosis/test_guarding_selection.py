@@ -89,6 +89,7 @@ def test_held_out_poses_need_not_confirm_what_is_overwhelming(more, enough, monk
         monkeypatch.setattr(module, "held_out_errors", lambda *_: None)
         monkeypatch.setattr(module, "improvement", lambda *_: 1.0)
     monkeypatch.setattr(joint_selection, "no_worse", lambda *_: True)
+    monkeypatch.setattr(joint_selection, "most_blocks_gain", lambda *_: False)
     monkeypatch.setattr(
         backward_elimination, "held_out_errors_without", lambda _, left_out, __: [None] * len(left_out)
     )

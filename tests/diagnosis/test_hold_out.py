@@ -17,6 +17,7 @@ from scalar.diagnosis.hold_out import (
     held_out_errors,
     held_out_regions,
     improvement,
+    most_blocks_gain,
     moving_joints,
 )
 from scalar.diagnosis.settings import DEFAULTS
@@ -170,3 +171,19 @@ def test_one_block_that_gains_most_hides_no_others():
     assert improvement(errors[0], errors[2]) < 0
     lost = HeldOutErrors(before - np.where(block == 7, -5000.0, 2.0), metric, counts, block)
     assert improvement(errors[0], lost) < 0
+
+
+@pytest.mark.parametrize(
+    ("gaining", "lost", "in_metres", "gain"),
+    [(18, 500.0, True, True), (18, 500.0, False, False), (8, 500.0, True, False), (18, 1.0, True, True)],
+)
+def test_no_single_block_decides_whether_most_gain(gaining, lost, in_metres, gain):
+    """Eighteen of twenty blocks gain, and two lose whatever they lose; with eight it is otherwise. In metres errors have to fall as well."""
+    before = np.full(20, 10.0)
+    after = before + np.where(np.arange(20) < gaining, -1.0, lost)
+    metres = after if in_metres else before + 1.0
+
+    def errors(whitened, metric):
+        return HeldOutErrors(whitened, metric, np.ones(20), np.arange(20))
+
+    assert most_blocks_gain(errors(before, before), errors(after, metres)) == gain

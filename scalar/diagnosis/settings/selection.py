@@ -119,10 +119,10 @@ class SelectionSettings:
         "chosen: harmonics of several joints take many steps; the selection usually ends by itself",
     )  # fmt: skip
     change_margin: int = setting(
-        6,
+        4,
         "poses",
-        "least number of poses before a change, and after its beginning",
-        "a slip of the sensor has six coefficients",
+        "least number of poses before a change, and after its beginning; not fewer than the change has coefficients",
+        "a plane that moves has three coefficients, and each scan of it shows two; with 60 poses, a knock after five scans of the plane was missed",
     )
     refinement_rounds: int = setting(
         3, "rounds", "nonlinear parameters are refined at most this often with steps of each size; so are the shapes that together replace a named "

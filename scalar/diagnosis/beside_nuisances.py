@@ -1,0 +1,79 @@
+"""Drop effects of the arm that are not needed beside what every set-up has to a small degree: no plate is flat, and no scanner's zero is exact.
+
+A bow of the plates is small, and forward selection may find an effect of the arm that describes the bows of several plates at once with fewer
+coefficients: a scale error of a joint, or a harmonic of the first order. Evidence prefers it, since it counts coefficients, and since it takes each
+bow for a choice among all candidates. What every set-up has (``Effect.in_every_setup``) is no such choice, however. Here every effect of the arm is
+therefore scored once more with all nuisances in the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scalar.diagnosis.candidate_columns import CandidateSet
+from scalar.diagnosis.conditional_scores import background_without, score_together
+from scalar.diagnosis.evidence_of_states import evidence_of
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.hold_out import held_out_errors, improvement
+from scalar.effects import Effect
+from scalar.effects.registry import nuisances_beside
+
+
+def explained_by_nuisances(state: FittedState, candidates: CandidateSet) -> FittedState:
+    """Return the state in which nuisances replace those effects of the arm that explain next to nothing beside them.
+
+    Next to nothing is less than ``confounded_margin`` [nats] of log evidence. Nuisances that explain nothing themselves are left out again. The
+    result is returned if its log evidence is not smaller by more than that margin, where nuisances are no choice among the candidates, and if
+    held-out poses are not predicted clearly worse.
+
+    Args:
+        state: The state with the effects that were selected.
+        candidates: The candidate set.
+    """
+    new = nuisances_beside(state.dataset, state.effects)
+    if not new or not any(effect.acts_on_arm for effect in state.effects):
+        return state
+    settings = state.settings.selection
+    of_arm = [effect for effect in state.effects if effect.acts_on_arm]
+    beside = _needed(state.refitted((*state.effects, *new)), candidates, of_arm, settings.confounded_margin)
+    if all(any(e.same_place(other) for other in beside.effects) for e in state.effects):
+        return state
+    trial = _needed(beside, candidates, new, 0.0)
+    if not all(_most_are_there(kind, trial) for kind in {type(effect) for effect in new}):
+        return state
+    added = len([e for e in trial.effects if any(e.same_place(other) for other in new)])
+    lost = evidence_of(state, candidates) - evidence_of(trial, candidates) - added * np.log(candidates.total)
+    if not trial.is_plausible or lost > settings.confounded_margin:
+        return state
+    worse = improvement(held_out_errors(trial, state.whitening), held_out_errors(state, state.whitening))
+    return state if worse >= settings.least_improvement else trial
+
+
+def _most_are_there(kind: type[Effect], state: FittedState) -> bool:
+    """Return whether a state has none of the nuisances of a kind, or most of them: plates bend alike, so that a single bow among many is a guess."""
+    there = sum(isinstance(effect, kind) for effect in state.effects)
+    return there == 0 or 2 * there > len(kind.candidates(state.dataset))
+
+
+def _needed(
+    state: FittedState, candidates: CandidateSet, doubted: Sequence[Effect], least: float
+) -> FittedState:
+    """Return the state without those of some effects that explain too little given the others, the one that explains least dropped first.
+
+    Args:
+        state: A fitted state.
+        candidates: The candidate set.
+        doubted: The effects that may be dropped.
+        least: Log evidence [nats] that each of them needs.
+    """
+    while True:
+        scores = {
+            i: score_together(state, [i], candidates, background_without(state, [i])).evidence
+            for i, effect in enumerate(state.effects)
+            if any(effect.same_place(other) for other in doubted)
+        }
+        if not scores or scores[weakest := min(scores, key=lambda i: scores[i])] > least:
+            return state
+        state = state.refitted([effect for i, effect in enumerate(state.effects) if i != weakest])
