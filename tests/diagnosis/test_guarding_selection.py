@@ -203,3 +203,16 @@ def test_an_order_with_a_prior_of_its_own_is_plausible_up_to_the_size_in_real_ge
     for size, plausible in ((1e-3, True), (4e-2, False)):
         given = with_effect(effect.with_coefficients([size, 0.0]))
         assert FittedState.is_plausible.fget(given) == plausible  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(("more", "enough"), [(40.0, False), (70.0, True)])
+def test_one_block_does_not_decide_against_what_is_overwhelming(more, enough, monkeypatch):
+    """Held-out errors grow by one standard error, but most blocks gain: a set is taken with seventy nats more evidence, and not with forty."""
+    monkeypatch.setattr(joint_selection, "evidence_of", lambda state, _: state.nats)
+    monkeypatch.setattr(joint_selection, "held_out_errors", lambda *_: None)
+    monkeypatch.setattr(joint_selection, "improvement", lambda *_: -1.0)
+    monkeypatch.setattr(joint_selection, "no_worse", lambda *_: False)
+    monkeypatch.setattr(joint_selection, "most_blocks_gain", lambda *_: True)
+    smaller = state(nats=100.0, is_plausible=True, whitening=None, effects=())
+    larger = state(nats=100.0 + more, is_plausible=True, whitening=None, effects=(JointScale(2),))
+    assert (joint_selection.clearly_better(smaller, larger, None) is larger) == enough  # type: ignore[arg-type]

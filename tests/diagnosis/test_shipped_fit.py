@@ -11,6 +11,7 @@ import pytest
 from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
 from scalar.diagnosis.fitted_state import FittedState, refit, whitened
+from scalar.diagnosis.focused_choice import focused_choice
 from scalar.diagnosis.hold_out import held_out_errors
 from scalar.diagnosis.jackknife import N_POSES, prediction_changes
 from scalar.diagnosis.predicted_displacements import displacement_columns, random_poses
@@ -245,3 +246,22 @@ def test_a_true_effect_extrapolates():
     without, effects = shipped.regions
     assert effects.rms < 0.5 * without.rms
     assert shipped_fit(before, before, None).regions is None
+
+
+@pytest.mark.parametrize(
+    ("left", "most_gain", "decided_by"),
+    [(0.4, True, "only_one"), (0.6, True, "held_out"), (0.4, False, "held_out")],
+)
+def test_a_single_block_does_not_decide_against_effects_of_which_much_is_expected(
+    monkeypatch, left, most_gain, decided_by
+):
+    """Held-out errors in metres grow. If most blocks gain, effects that are expected to leave 40 % of the error are shipped, and not with 60 %."""
+    state = fitted(83, Flaws(joints=on_joint(3, lambda at: 1e-3 * at.q[:, 2])))
+    expected = {"errors_as_chosen": (left,) * 3, "errors_without": (1.0,) * 3, "std_without": 9.0}
+    module = "scalar.diagnosis.shipped_fit."
+    monkeypatch.setattr(
+        module + "focused_choice", lambda found, _: replace(focused_choice(found), **expected)
+    )
+    monkeypatch.setattr(module + "no_worse", lambda without, _: without is not held_out_errors(state))
+    monkeypatch.setattr(module + "most_blocks_gain", lambda *_: most_gain)
+    assert shipped_fit(state, state.refitted([JointScale(3)]), None).decided_by == decided_by
