@@ -51,12 +51,18 @@ def with_flexible_terms(
     """
     if state.is_rounding:
         return state
-    for _ in range(state.settings.flexible_terms.max_terms):
-        trial = _with_replacement(state, named, pools) or _with_best(state, pools)
-        if trial is None:
+    for _ in range(2):
+        for _ in range(state.settings.flexible_terms.max_terms):
+            trial = _with_replacement(state, named, pools) or _with_best(state, pools)
+            if trial is None:
+                break
+            state = without_effects_of_same_curve(select_forward(reconsidered(trial, named)[0], named))
+        complete, state = state, without_effects_of_same_curve(reconsidered(state, named)[0])
+        state = without_minor_effects(state)
+        # Without an effect that proved to be unneeded, a term may show that its presence had hidden.
+        if len(state.effects) >= len(complete.effects):
             break
-        state = without_effects_of_same_curve(select_forward(reconsidered(trial, named)[0], named))
-    return without_minor_effects(without_effects_of_same_curve(reconsidered(state, named)[0]))
+    return state
 
 
 def _in_parts(pool: Sequence[Effect]) -> list[CandidateSet]:

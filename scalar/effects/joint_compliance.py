@@ -11,6 +11,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.command_words import all_turning_named
 from scalar.effects.effect import WEIGHT, Effect
+from scalar.effects.flexible.yielding import yielding_rivals
 from scalar.effects.gravity import AXES, torque_about, unit_moments_at
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
@@ -132,6 +133,10 @@ class JointCompliance(JointEffect):
     def same_place(self, other: Effect) -> bool:
         """Return whether the other is a compliance of joints as well."""
         return isinstance(other, JointCompliance)
+
+    def imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return changes of the stiffness of each joint at a torque, if the compliance has been fitted: gears are softer under small torques."""
+        return [*yielding_rivals(dataset, self.terms, self.coefficients)] if self.coefficients.any() else []
 
     @property
     def clause(self) -> str:
