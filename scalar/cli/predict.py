@@ -73,7 +73,8 @@ def predict(
     measured are counted: no measurement shows how large the error of the arm is there.
 
     With --units deg,mm the joint angles are read in degrees (the travel of a joint that slides in mm), and x_mm..rz_deg are
-    written. With --units deg, or columns q1_deg..qn_deg, lengths are written in mm as well. A column whose name states no unit is in m or rad.
+    written. With --units deg, or columns q1_deg..qn_deg, lengths are written in mm as well, unless a travel is read in m.
+    A column whose name states no unit is in m or rad.
 
     \b
     Example:
@@ -87,6 +88,7 @@ def predict(
         lines_on_measured_ranges,
         lines_on_moves,
         lines_on_small_degrees,
+        lines_on_small_travels,
     )
     from scalar.data.moves import joint_angles
     from scalar.data.pose_tables import read_pose_table
@@ -115,7 +117,7 @@ def predict(
     with naming_table(joints.name), naming_text(table):
         covariance = model.predict_covariance(table, target=target) if with_std else None
         frames = model.predict(table, target=target)
-    written_in = units_to_write(units, columns)
+    written_in = units_to_write(units, columns, robot.prismatic)
     write_frames(
         output,
         table["pose"].to_numpy(),
@@ -129,6 +131,7 @@ def predict(
     q = joint_angles(table, robot.n_joints)
     for line in [
         *lines_on_small_degrees(robot, q, written_in.angle),
+        *lines_on_small_travels(robot, q, columns, in_units),
         *lines_on_limits(robot, table["pose"].to_numpy(), q),
         *lines_on_measured_ranges(model, q),
         *lines_on_measured_columns(model, table),
