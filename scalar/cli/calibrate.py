@@ -74,7 +74,7 @@ def calibrate(
     Effects that --effects takes, by name, or by their title in the report ("joint 3: tilted axis"):
       joint_compliance[:JOINT...]    torque_compliance[:JOINT...]    payload_deflection[:JOINT...]
       joint_harmonic[:JOINT[:ORDER...]]    joint_ripple:JOINT:ORDER[...]    joint_scale[:JOINT]
-      joint_coupling:JOINT:SOURCE    joint_backlash[:JOINT]    joint_hysteresis[:JOINT]
+      joint_coupling:JOINT:SOURCE    joint_backlash[:JOINT[:approach|moves|torque]]    joint_hysteresis[:JOINT]
       pose_lag[:JOINT[:step][:speed][:passing]]    axis_nonparallel[:JOINT]    base_compliance    thermal_drift[:COLUMN]
       restarted_warm_up[:CLOCK]    target_drift[:CLOCK]    target_drift:FROM
       sensor_slip:FROM    sensor_map    range_scale    range_offset    range_distortion
