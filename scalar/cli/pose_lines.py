@@ -107,12 +107,15 @@ def lines_on_small_travels(robot: Robot, q: Array, columns: Sequence[str], units
 
 
 def lines_on_setup(calibration: Calibration) -> list[str]:
-    """Return a line for each doubt of the calibration about its table of joints, by which the joint angles of a program are understood."""
+    """Return a line for each doubt of the calibration about its table of joints, by which the joint angles of a program are understood.
+
+    That the robot's name is that of another arm is none: the numbers of the table fit the measurements.
+    """
     return [
         f"  check the table of joints first: {doubt['sentence']}. This program is understood by that table: if the controller has the right "
         "number, the corrections are wrong by as much"
         for doubt in calibration.summary.get("setup", ())
-        if doubt["what"] in _OF_THE_TABLE
+        if doubt["what"] in _OF_THE_TABLE and doubt.get("where") != "robot.name"
     ]
 
 
