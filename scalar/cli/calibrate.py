@@ -133,6 +133,7 @@ def describe_calibration(calibration: Calibration) -> str:
     from scalar.geometry.standard_dh import in_rows
     from scalar.report.calibration_residual import residual_in_words
     from scalar.report.parameter_table import gauge_rows
+    from scalar.report.scale_words import scanner_scale_in_words
     from scalar.report.unstated_noise import unstated_noise_in_words
 
     summary = calibration.summary
@@ -160,6 +161,8 @@ def describe_calibration(calibration: Calibration) -> str:
             lines.append(f"  the noise explains the residual (ratio {misfit:.2f})")
     elif unstated := unstated_noise_in_words(calibration):
         lines.append(f"  {unstated}")
+    if scale := scanner_scale_in_words(calibration):
+        lines.append(f"  {scale}")
     std = calibration.std
     standard = model.nominal.standard_dh
 

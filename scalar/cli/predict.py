@@ -96,6 +96,7 @@ def predict(
     from scalar.estimation.frame_tables import write_frames
     from scalar.estimation.misfit import lacks_something
     from scalar.estimation.result import load_calibration
+    from scalar.report.scale_words import scanner_scale_in_words
 
     in_units = units_named(units)
     refuse_foreign([(output, table_with("pose", "x", "rz"))], force, [calibration, joints])
@@ -137,5 +138,6 @@ def predict(
         *lines_on_measured_columns(model, table),
         *lines_on_moves(model, table),
         *([_LACKS] if with_std and lacks_something(model.summary) else []),
+        *([f"  {scale}"] if with_std and (scale := scanner_scale_in_words(model)) else []),
     ]:
         say(line)
