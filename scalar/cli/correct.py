@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from scalar.estimation.model import Model
     from scalar.geometry.se3 import Array
 
-_CHOSEN = "  each posture was chosen near that of the row before; joint angles q1..qn beside the frames choose another, a turn back for one"
+_CHOSEN = "  each posture was chosen near that of the row before; to choose another one, give its joint angles q1..qn beside the frames"
 
 
 @cli.command()

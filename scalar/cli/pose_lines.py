@@ -112,8 +112,8 @@ def lines_on_setup(calibration: Calibration) -> list[str]:
     That the robot's name is that of another arm is none: the numbers of the table fit the measurements.
     """
     return [
-        f"  check the table of joints first: {doubt['sentence']}. This program is understood by that table: if the controller has the right "
-        "number, the corrections are wrong by as much"
+        f"  check the table of joints first: {doubt['sentence']}. The joint angles of this program are read by that table: if the controller has "
+        "another number and that one is right, the corrections are wrong by the difference"
         for doubt in calibration.summary.get("setup", ())
         if doubt["what"] in _OF_THE_TABLE and doubt.get("where") != "robot.name"
     ]
@@ -173,7 +173,8 @@ def lines_on_measured_columns(calibration: Calibration, table: pd.DataFrame) -> 
         if count:
             lines.append(
                 f"  {count} {'pose has' if count == 1 else 'poses have'} a {name} outside of what was measured ({limits[0]:g} to {limits[1]:g}; here "
-                f"{values.min():g} to {values.max():g}): no measurement shows that the effect goes on as it did; check the unit of the column too"
+                f"{values.min():g} to {values.max():g}): no measurement shows that the effect continues in the same way there; check the unit of the "
+                "column too"
             )
     return lines
 

@@ -13,8 +13,8 @@ from scalar.cli.outputs import FORCE, refuse_foreign, table_with
 from scalar.cli.terminal import say, say_written
 
 _LACKS = (
-    "  the model lacks something: the standard errors hold the chance errors of the measurements, and the arm may err by several times as much "
-    "(`scalar diagnose` looks for it)"
+    "  the model lacks something: the standard errors contain only the chance errors of the measurements, and the arm may err by several times as "
+    "much (`scalar diagnose` looks for it)"
 )
 
 

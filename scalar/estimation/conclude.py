@@ -175,7 +175,7 @@ def _check_plausible(model: Model, settings: FitSettings) -> None:
         Undetermined: A length or an angle ran away from its nominal value.
     """
     reasons = [
-        f"{as_stated(name, model.nominal)} ran {size:.0f} {unit} away from its nominal value, past the bound of {bound:.0f} {unit}: "
+        f"{as_stated(name, model.nominal)} ran {size:.0f} {unit} away from its nominal value, and at most {bound:.0f} {unit} are plausible: "
         "check it in robot.joints of dataset.yaml, and whether this is the robot; if both are right, the poses hardly determine it"
         for name, size, bound, unit in ran_away(model, settings)
     ]
