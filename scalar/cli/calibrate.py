@@ -74,7 +74,7 @@ def calibrate(
     Effects that --effects takes, by name, or by their title in the report ("joint 3: tilted axis"):
       joint_compliance[:JOINT...]    torque_compliance[:JOINT...]    payload_deflection[:JOINT...]
       joint_harmonic[:JOINT[:ORDER...]]    joint_ripple:JOINT:ORDER[...]    joint_scale[:JOINT]
-      joint_coupling:JOINT:SOURCE    joint_backlash[:JOINT]    joint_hysteresis[:JOINT]
+      joint_coupling:JOINT:SOURCE    joint_backlash[:JOINT[:approach|moves|torque]]    joint_hysteresis[:JOINT]
       pose_lag[:JOINT[:step][:speed][:passing]]    axis_nonparallel[:JOINT]    base_compliance    thermal_drift[:COLUMN]
       restarted_warm_up[:CLOCK]    target_drift[:CLOCK]    target_drift:FROM
       sensor_slip:FROM    sensor_map    range_scale    range_offset    range_distortion
@@ -95,7 +95,7 @@ def calibrate(
     from scalar.effects.command_line import parse_effects
     from scalar.estimation.calibrate import calibrate
     from scalar.estimation.result import load_calibration
-    from scalar.estimation.transfer import carried
+    from scalar.estimation.transfer import carried, note_on_names
     from scalar.geometry.standard_dh import from_row
     from scalar.report.calibration_residual import far_poses_in_words
     from scalar.report.output import write_calibration
@@ -109,13 +109,16 @@ def calibrate(
     held = [from_row(name, data.robot) for name in split_names(hold)]
     data = data.commanded() if commanded else data
     wanted = parse_effects(effects, data) if effects else ()
-    given = carried(load_calibration(effects_from).model, data) if effects_from else None
+    source = load_calibration(effects_from).model if effects_from else None
+    given = carried(source, data) if source else None
     with corrected_description(dataset, output), progress("calibrating"):
         result = calibrate(data, effects=wanted, fixed_effects=given.effects if given else (), fix=held)
     if given:
         result = replace(result, summary={**result.summary, "effects_from": given.to_mapping()})
     write_calibration(result, data, output, with_page=with_report)
     say(describe_calibration(result))
+    for line in note_on_names(source.nominal.name, data.robot.name) if source else ():
+        say(line)
     for sentence in far_poses_in_words(result, data):
         say(f"  {sentence}")
     say(f"written: {output / 'calibration.json'}{', report.html' if with_report else ''}")
@@ -130,6 +133,7 @@ def describe_calibration(calibration: Calibration) -> str:
     from scalar.geometry.standard_dh import in_rows
     from scalar.report.calibration_residual import residual_in_words
     from scalar.report.parameter_table import gauge_rows
+    from scalar.report.scale_words import scanner_scale_in_words
     from scalar.report.unstated_noise import unstated_noise_in_words
 
     summary = calibration.summary
@@ -157,6 +161,8 @@ def describe_calibration(calibration: Calibration) -> str:
             lines.append(f"  the noise explains the residual (ratio {misfit:.2f})")
     elif unstated := unstated_noise_in_words(calibration):
         lines.append(f"  {unstated}")
+    if scale := scanner_scale_in_words(calibration):
+        lines.append(f"  {scale}")
     std = calibration.std
     standard = model.nominal.standard_dh
 

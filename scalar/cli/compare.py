@@ -139,7 +139,7 @@ def describe_comparison(comparison: Comparison, residuals: Mapping[str, float] =
         lines.append(f"no change of the arm beyond chance{rest}")
     if lacking and comparison.changed:
         lines.append(
-            "  this does not tell a change of the arm from other poses, on which the parameters of a model that lacks something depend. "
+            "  this does not prove a change of the arm: the parameters of a model that lacks something depend on the poses, which may differ. "
             f"{with_what_it_lacks(comparison)}, or measure the same poses in both campaigns"
         )
     for change, moved in zip(comparison.changes, comparison.moved, strict=True):

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from scalar.estimation.model import Model
     from scalar.geometry.se3 import Array
 
-_CHOSEN = "  each posture was chosen near that of the row before; joint angles q1..qn beside the frames choose another, a turn back for one"
+_CHOSEN = "  each posture was chosen near that of the row before; to choose another one, give its joint angles q1..qn beside the frames"
 
 
 @cli.command()
@@ -96,6 +96,7 @@ def correct(
         lines_on_moves,
         lines_on_setup,
         lines_on_small_degrees,
+        lines_on_small_travels,
     )
     from scalar.data.io.csv_reader import cells_as_written
     from scalar.data.moves import joint_angles
@@ -138,8 +139,9 @@ def correct(
             copied=True,
         )
     angles = joint_angles(table, robot.n_joints) if with_joints else np.empty((0, robot.n_joints))
-    written_in = units_to_write(units, columns)
+    written_in = units_to_write(units, columns, robot.prismatic)
     unsure = lines_on_small_degrees(robot, angles, written_in.angle)
+    unsure += lines_on_small_travels(robot, angles, columns, in_units)
     rows, dropped = np.arange(len(table)), []
     if frames_wanted:
         stated = in_units.angle == "deg" or any(f"{name}_deg" in columns for name in form)

@@ -114,7 +114,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     from scalar.report.excess_residual import cause_of_excess, excess_beside_findings
     from scalar.report.few_poses import few_poses
     from scalar.report.opening import verdict_on_effects
-    from scalar.report.scale_words import scale_in_words
+    from scalar.report.scale_words import scale_in_words, scanner_scale_in_words
     from scalar.report.shipped_words import shipped_sentences
     from scalar.report.unseen_words import unseen_sentences
 
@@ -182,6 +182,8 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     lines += [f"  {sentence}" for sentence in sentences]
     if scale := scale_in_words(diagnosis.calibration_after):
         lines.append(f"  no length is known in these data: every length is relative to {scale}")
+    if scale := scanner_scale_in_words(diagnosis.calibration_after):
+        lines.append(f"  {scale}")
     outliers = d["outliers"]
     if outliers["poses"] or outliers["points"]:
         lines.append(f"  set aside: {set_aside_in_words(outliers)}")

@@ -202,5 +202,5 @@ def _answer(job: Job, cores: int, folder: Path) -> dict[str, Any]:
 def _lost(code: int | None) -> dict[str, Any]:
     """Return the line of a process that ended without a result."""
     why = f"by signal {-code}" if code is not None and code < 0 else f"with status {code}"
-    message = f"its process ended {why} and left no result, for lack of memory or of space on the disk perhaps; run the same command again"
+    message = f"its process ended {why} and left no result, perhaps because memory or disk space ran out; run the same command again"
     return {"status": unexpected.EXIT_STATUS, "message": message}

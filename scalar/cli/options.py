@@ -32,7 +32,7 @@ UNITS = click.option(
     "--units",
     metavar="deg,mm",
     help="Units of the tables: deg or rad, mm or m; rad,m if not given. A column may state its own (q1_deg, x_mm); the output then has them too. "
-    "Degrees are written with mm unless m is stated.",
+    "Degrees are written with mm unless m is stated or the travel of a joint is read in m.",
 )
 
 EFFECTS_MODULE = click.option(

@@ -168,8 +168,8 @@ def _not_separable(pair: Pair, answer: Answer, candidates: int) -> str:
         return f"{said}, and {ANSWERED**0.5:g} are needed: at its size it moves the sensor by less than these measurements can show"
     remedy = f"; {pair.effect.remedy}" if pair.effect.remedy else ""
     return (
-        f"{said}, and {ANSWERED**0.5:g} are needed: at all of them, what else may act moves the measurements in the same way, so a better sensor "
-        f"would not help{remedy}"
+        f"{said}, and {ANSWERED**0.5:g} are needed: at all candidates, other causes move the measurements in the same way, so a better sensor would "
+        f"not help{remedy}"
     )
 
 

@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 from scalar.units import DEG, MM, unit_of_joint
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import pandas as pd
 
+    from scalar.data.table_units import TableUnits
     from scalar.estimation.result import Calibration
     from scalar.geometry.robot import Robot
     from scalar.geometry.se3 import Array
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
 MOST_SHOWN = 10
 """Most poses that are listed one by one."""
 _FEW_ROWS = 3  # chosen: so few poses may all be near zero
+_SMALL_TRAVEL = 10.0  # mm, chosen: a rail whose program has no larger number was probably written in metres
 _OF_THE_TABLE = ("robot", "joint_zero", "length_unit")  # what a calibration may doubt in the table of joints
 _LARGE_TURN, _LARGE_TRAVEL = 1 * DEG, 10 * MM
 """Chosen: ten times what the errors of an arm usually take away from singularities."""
@@ -74,13 +78,44 @@ def lines_on_small_degrees(robot: Robot, q: Array, unit: str) -> list[str]:
     ]
 
 
+def lines_on_small_travels(robot: Robot, q: Array, columns: Sequence[str], units: TableUnits) -> list[str]:
+    """Return a line for each joint that slides whose travels, read in millimetres, are all so small that they are probably metres.
+
+    Args:
+        robot: Whose joints slide or turn.
+        q: ``(N, n)`` [rad; m of a joint that slides].
+        columns: Names in the first line of the table.
+        units: Units of the columns whose names state none.
+    """
+    import numpy as np
+
+    lines = []
+    for joint in robot.prismatic:
+        name = f"q{joint + 1}"
+        in_mm = units.length == "mm" if name in columns else f"{name}_mm" in columns
+        numbers = q[:, joint] / MM
+        low, high = robot.limits[joint]
+        largest = np.abs(numbers).max(initial=0.0)
+        if not in_mm or not 0.0 < largest < _SMALL_TRAVEL or numbers.min() < low or numbers.max() > high:
+            continue  # as metres they would be beyond the limits
+        say = f"name the column {name}_m" if name in columns else f"rename the column {name}_mm to {name}_m"
+        lines.append(
+            f"  check the units: joint {joint + 1} slides, and its largest travel in this table is {largest:.3g} mm; if the column {name} is in "
+            f"metres, {say}"
+        )
+    return lines
+
+
 def lines_on_setup(calibration: Calibration) -> list[str]:
-    """Return a line for each doubt of the calibration about its table of joints, by which the joint angles of a program are understood."""
+    """Return a line for each doubt of the calibration about its table of joints, by which the joint angles of a program are understood.
+
+    That the robot's name is that of another arm is none: the numbers of the table fit the measurements.
+    """
     return [
-        f"  check the table of joints first: {doubt['sentence']}. This program is understood by that table: if the controller has the right "
-        "number, the corrections are wrong by as much"
+        f"  check the table of joints first: {doubt['sentence']}. The joint angles of this program are read by that table: if the controller has "
+        "another number and that one is right, the corrections are wrong by the difference"
         for doubt in calibration.summary.get("setup", ())
-        if doubt["what"] in _OF_THE_TABLE
+        if doubt["what"] in _OF_THE_TABLE and doubt.get("where") != "robot.name"
     ]
 
 
@@ -138,7 +173,8 @@ def lines_on_measured_columns(calibration: Calibration, table: pd.DataFrame) -> 
         if count:
             lines.append(
                 f"  {count} {'pose has' if count == 1 else 'poses have'} a {name} outside of what was measured ({limits[0]:g} to {limits[1]:g}; here "
-                f"{values.min():g} to {values.max():g}): no measurement shows that the effect goes on as it did; check the unit of the column too"
+                f"{values.min():g} to {values.max():g}): no measurement shows that the effect continues in the same way there; check the unit of the "
+                "column too"
             )
     return lines
 

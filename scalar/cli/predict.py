@@ -13,8 +13,8 @@ from scalar.cli.outputs import FORCE, refuse_foreign, table_with
 from scalar.cli.terminal import say, say_written
 
 _LACKS = (
-    "  the model lacks something: the standard errors hold the chance errors of the measurements, and the arm may err by several times as much "
-    "(`scalar diagnose` looks for it)"
+    "  the model lacks something: the standard errors contain only the chance errors of the measurements, and the arm may err by several times as "
+    "much (`scalar diagnose` looks for it)"
 )
 
 
@@ -73,7 +73,8 @@ def predict(
     measured are counted: no measurement shows how large the error of the arm is there.
 
     With --units deg,mm the joint angles are read in degrees (the travel of a joint that slides in mm), and x_mm..rz_deg are
-    written. With --units deg, or columns q1_deg..qn_deg, lengths are written in mm as well. A column whose name states no unit is in m or rad.
+    written. With --units deg, or columns q1_deg..qn_deg, lengths are written in mm as well, unless a travel is read in m.
+    A column whose name states no unit is in m or rad.
 
     \b
     Example:
@@ -87,6 +88,7 @@ def predict(
         lines_on_measured_ranges,
         lines_on_moves,
         lines_on_small_degrees,
+        lines_on_small_travels,
     )
     from scalar.data.moves import joint_angles
     from scalar.data.pose_tables import read_pose_table
@@ -94,6 +96,7 @@ def predict(
     from scalar.estimation.frame_tables import write_frames
     from scalar.estimation.misfit import lacks_something
     from scalar.estimation.result import load_calibration
+    from scalar.report.scale_words import scanner_scale_in_words
 
     in_units = units_named(units)
     refuse_foreign([(output, table_with("pose", "x", "rz"))], force, [calibration, joints])
@@ -115,7 +118,7 @@ def predict(
     with naming_table(joints.name), naming_text(table):
         covariance = model.predict_covariance(table, target=target) if with_std else None
         frames = model.predict(table, target=target)
-    written_in = units_to_write(units, columns)
+    written_in = units_to_write(units, columns, robot.prismatic)
     write_frames(
         output,
         table["pose"].to_numpy(),
@@ -129,10 +132,12 @@ def predict(
     q = joint_angles(table, robot.n_joints)
     for line in [
         *lines_on_small_degrees(robot, q, written_in.angle),
+        *lines_on_small_travels(robot, q, columns, in_units),
         *lines_on_limits(robot, table["pose"].to_numpy(), q),
         *lines_on_measured_ranges(model, q),
         *lines_on_measured_columns(model, table),
         *lines_on_moves(model, table),
         *([_LACKS] if with_std and lacks_something(model.summary) else []),
+        *([f"  {scale}"] if with_std and (scale := scanner_scale_in_words(model)) else []),
     ]:
         say(line)

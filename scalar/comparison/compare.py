@@ -223,7 +223,7 @@ def _say_of_tilts(not_compared: dict[str, str], arm: ArmParameters) -> None:
         if joint in compared or joint not in parallel:
             del not_compared[f"beta_{joint}"]
         else:
-            not_compared[f"beta_{joint}"] = "it is estimated with --effects axis_nonparallel only"
+            not_compared[f"beta_{joint}"] = "estimated with --effects axis_nonparallel only"
 
 
 def _check_comparable(a: Calibration, b: Calibration) -> None:

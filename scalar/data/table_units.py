@@ -106,11 +106,16 @@ def columns_of(path: Path) -> list[str]:
     return split(line) or [name.strip().strip('"') for name in line.split(",")]
 
 
-def units_to_write(text: str | None, columns: Sequence[str]) -> TableUnits:
+def units_to_write(text: str | None, columns: Sequence[str], prismatic: Sequence[int] = ()) -> TableUnits:
     """Return the units of a table that is written: those of an option such as ``deg,mm``, else those that the names of the columns read state.
 
     If there are joint angles, the names of their columns decide; other columns may be in other units. Degrees go with millimetres, unless
-    the option states metres, or names of columns alone decide and a joint's travel is in metres.
+    the option states metres, or a joint's travel is read in metres.
+
+    Args:
+        text: The option, if it was given.
+        columns: Names in the first line of the table that was read.
+        prismatic: Indices, from 0, of the prismatic joints.
 
     Raises:
         InvalidInput: As for ``units_named``.
@@ -118,6 +123,8 @@ def units_to_write(text: str | None, columns: Sequence[str]) -> TableUnits:
     if text is not None:
         named = units_named(text)
         metres = any(word.strip() == SI.length for word in text.split(","))
+        # A travel whose column states no unit is read in the unit of the option, which is metres here.
+        metres = metres or any(f"q{i + 1}{end}" in columns for i in prismatic for end in ("", "_m"))
         return named if metres or named.angle != "deg" else replace(named, length="mm")
     spelt = [(base_name(column), column.rpartition("_")[2]) for column in columns]
     deciding = [(name, unit) for name, unit in spelt if _JOINT.fullmatch(name)] or [

@@ -27,7 +27,7 @@ from scalar.estimation.conclude import with_suspicions
 from scalar.estimation.measured_effects import with_target_motion
 from scalar.estimation.motion import refuse_without_motion
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
-from scalar.estimation.setup.session_boundary import misplaced_boundaries
+from scalar.estimation.setup.session_boundary import boundaries_near_changes, misplaced_boundaries
 
 MAX_RANKING = 25  # candidates that the ranking of a diagnosis lists
 
@@ -88,6 +88,7 @@ def diagnose(
     calibrations = final.calibrated(shipped, component)
     model, set_aside = calibrations[0].model, run.cleaned.outlier_poses
     boundaries = misplaced_boundaries(dataset, set_aside, model)
+    boundaries += boundaries_near_changes(dataset, [finding.effect for finding in found])
     calibration_before, calibration_found, calibration_after = (
         with_suspicions(calibration, boundaries) for calibration in calibrations
     )

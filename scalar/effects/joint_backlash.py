@@ -18,6 +18,7 @@ from scalar.effects.gravity import torque_of, typical_masses, typical_torque
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View, angle_axis
 from scalar.effects.places import OneAxis, SingleJointEffect
+from scalar.effects.sides_of_play import told_by, unknown_side
 from scalar.effects.title import joints_in_words
 from scalar.effects.wording import angle, length, side_of_travel
 from scalar.geometry.robot import Robot
@@ -63,6 +64,7 @@ class JointBacklash(OneAxis, SingleJointEffect):
     imitators_are_as_likely: ClassVar[bool] = True
     kind: ClassVar[str] = "backlash"
     sentence: ClassVar[str] = "the joint has play and rests on one side of it or on the other"
+    most_words: ClassVar[int] = 2
     natural: ClassVar[Mapping[str, float]] = {"rad": 3e-4, "m": 5e-5}
     natural_source: ClassVar[str] = (
         "half of 2 arc minutes, twice the play with which new gears are sold (Nabtesco RV-E, catalogue: 1 arc minute); "
@@ -170,12 +172,24 @@ class JointBacklash(OneAxis, SingleJointEffect):
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
-        """Return the backlash of a joint, or of every joint."""
+        """Return the backlash of a joint, or of every joint, by what the second word says determines the side, or by what is recorded.
+
+        Raises:
+            ValueError: The robot has no such joint, or what would determine its side is not known.
+        """
         found: list[Effect] = []
         for j in joints_named(dataset, words):
             by, slides = told_by(dataset, j), bool(dataset.robot.slides[j - 1])
-            found.append(cls(j, "moves" if slides and by == "torque" else by, slides=slides))
+            by = "moves" if slides and by == "torque" else by
+            if words[1:] and (lacks := unknown_side(dataset, j, words[1])):
+                raise ValueError(lacks)
+            found.append(cls(j, words[1] if words[1:] else by, slides=slides))
         return found
+
+    @property
+    def command_words(self) -> list[str]:
+        """Return what determines the side, unless it is the recorded direction, which goes without saying."""
+        return [] if self.by == "approach" else [self.by]
 
     def variations(self, scale: float) -> list[Self]:
         """Return the effect with one first moment of mass a little larger or smaller, so that the torque changes its sign at other poses."""
@@ -274,10 +288,3 @@ class JointBacklash(OneAxis, SingleJointEffect):
         x = torque / max(float(np.max(np.abs(torque))), 1e-300)
         axis = Axis(f"gravity torque on joint {j}, relative to the largest", "1")
         return [joint_profile(view, self, j, axis, x, side=np.sign(torque))]
-
-
-def told_by(dataset: Dataset, joint: int) -> str:
-    """Return what determines on which side of its play a joint rests: ``approach`` if it is recorded and varies, else ``torque``."""
-    name = f"approach{joint}"
-    recorded = name in dataset.poses and len(np.unique(dataset.poses[name].to_numpy())) > 1
-    return "approach" if recorded else "torque"

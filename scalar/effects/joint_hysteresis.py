@@ -13,10 +13,10 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import moving_joints, steps_are_known
 from scalar.effects.command_words import joints_named
 from scalar.effects.effect import Effect
-from scalar.effects.joint_backlash import told_by
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import OneAxis, SingleJointEffect
+from scalar.effects.sides_of_play import told_by
 from scalar.effects.wording import angle, length, side_of_travel
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array

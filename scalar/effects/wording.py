@@ -175,8 +175,8 @@ _CALLED = {
 
 KNOWN_LENGTH = "a reference of known length would show it"
 KNOWN_LENGTH_ADVICE = (
-    "Add a length that is known: two target planes whose distance was measured, or one whose place in the base frame is known "
-    "(known: {distance_std: ..., normal_std: ...} of that plane in dataset.yaml). Such a length fixes the scale, which these data "
-    "do not determine."
+    "Add lengths that are known: measure where three target planes that are not parallel stand in the base frame, and state it in dataset.yaml "
+    "(known: {distance_std: ..., normal_std: ...} of each plane). They fix the scale, which these data do not determine. One or two of them may "
+    "leave it open, and 'scalar calibrate' says if they do."
 )
 """What would show an error that scales the whole workcell: a clause, and whole sentences of advice."""

@@ -23,6 +23,7 @@ from scalar.estimation.random_poses import ranges_of_joints
 from scalar.estimation.reporting import reporting, sensor_mapping
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration
+from scalar.estimation.scanner_scale import SCANNER_SCALE_SHIFT, unchecked_scale
 from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.lengths import LENGTH_UNIT
 from scalar.estimation.setup.plausibility import implausible
@@ -100,6 +101,8 @@ def conclude(
         "singular_values": [float(s) for s in prepared.identifiability.singular_values],
     }
     _check_plausible(model, settings)
+    if (shift := unchecked_scale(dataset, model, found.free)) is not None:
+        summary[SCANNER_SCALE_SHIFT] = shift
     covariance = covariance * (lack.inflation * alike)
     to_stated = residuals.measurement.ratio_to_stated
     std = np.full(len(names), np.nan)
@@ -172,7 +175,7 @@ def _check_plausible(model: Model, settings: FitSettings) -> None:
         Undetermined: A length or an angle ran away from its nominal value.
     """
     reasons = [
-        f"{as_stated(name, model.nominal)} ran {size:.0f} {unit} away from its nominal value, past the bound of {bound:.0f} {unit}: "
+        f"{as_stated(name, model.nominal)} ran {size:.0f} {unit} away from its nominal value, and at most {bound:.0f} {unit} are plausible: "
         "check it in robot.joints of dataset.yaml, and whether this is the robot; if both are right, the poses hardly determine it"
         for name, size, bound, unit in ran_away(model, settings)
     ]

@@ -35,23 +35,28 @@ def other_labels(
     assert isinstance(planes, Planes)
     T = dataset.robot.with_geometry(model.robot.geometry).flange(dataset.q) @ model.T_flange_sensor
     measurement = measure(dataset)
+    # A target is a plane in one session. A pose may lie on another plane of its session; on a plane of another session, its label is not at fault.
+    targets = measurement.initial_target(dataset).names
+    labelled = dataset.poses["plane"].to_numpy(dtype=object)
+    indices = {name: k for k, name in enumerate(planes.names)}
+    own = np.array([indices.get(targets[k], -1) for k in measurement.target_index])
+    limit = outlier_limit(
+        pose_distances(measurement, T, planes, np.maximum(own, 0))[keep & (own >= 0)], settings.gross_errors
+    )
     every = np.stack(
-        [
-            pose_distances(measurement, T, planes, np.full(dataset.n_poses, k))
-            for k in range(len(planes.names))
-        ],
+        [pose_distances(measurement, T, planes, np.full(dataset.n_poses, k)) for k in range(len(indices))],
         axis=1,
-    )[off]
-    distances_own = pose_distances(measurement, T, planes, measurement.target_index)
-    limit = outlier_limit(distances_own[keep], settings.gross_errors)
-    own = [
-        planes.names.index(name) if name in planes.names else -1
-        for name in dataset.poses["plane"].to_numpy()[off]
-    ]
+    )
     labels = {}
-    for i, distances, mine in zip(off, every, own, strict=True):
-        best = int(np.argmin(distances))
-        near = distances[best] < limit
-        if best != mine and near and distances[best] < settings.gross_errors.label_ratio * distances[mine]:
-            labels[int(i)] = planes.names[best].split("@")[0]
+    for i in off:
+        session = targets[measurement.target_index[i]].removeprefix(str(labelled[i]))
+        others = {
+            plane.name: float(every[i, indices[f"{plane.name}{session}"]])
+            for plane in dataset.planes
+            if plane.name != labelled[i] and f"{plane.name}{session}" in indices
+        }
+        best = min(others, key=lambda name: others[name], default=None)
+        mine = float(every[i, own[i]]) if own[i] >= 0 else np.inf
+        if best is not None and others[best] < min(limit, settings.gross_errors.label_ratio * mine):
+            labels[int(i)] = best
     return labels

@@ -261,9 +261,9 @@ class FitFailed(Undetermined):
     def __init__(self, q: Array) -> None:
         super().__init__(
             [
-                "no fit stays near the arm and the planes that dataset.yaml describes: no single sign, zero, length, unit, label or convention "
-                "explains it, and no sign and zero of one joint; check several of them, the table of joints, and whether the angles and labels of "
-                "poses.csv and the measurements belong together" + still_clause(q)
+                "no fit stays near the arm and the planes that dataset.yaml describes. One wrong sign, zero, length, unit, label or convention does "
+                "not explain it, nor do a sign and a zero of one joint: check whether the angles and labels of poses.csv and the measurements belong "
+                "together, and then whether several of these are wrong at once" + still_clause(q)
             ]
         )
 

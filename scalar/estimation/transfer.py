@@ -59,6 +59,22 @@ def carried(model: Model, dataset: Dataset) -> Carried:
     )
 
 
+def note_on_names(there: str, here: str) -> list[str]:
+    """Return a line if the arm of the other calibration and that of a dataset have different names, though their tables of joints agree; else none.
+
+    Args:
+        there: Name of the arm in the other calibration.
+        here: Name of the arm in the dataset.
+    """
+    plain = ["".join(filter(str.isalnum, name)).casefold() for name in (there, here)]
+    if plain[0] == plain[1]:
+        return []
+    return [
+        f"  check the arm: the effects were found for an arm called '{there}', and this one is called '{here}'. Their tables of joints agree, but "
+        "two arms of one model have gears, loads and play of their own: take effects from a campaign with this very arm"
+    ]
+
+
 def describe(entry: object) -> list[str]:
     """Return lines that say which effects were taken and which were not, from a calibration's summary."""
     if not isinstance(entry, dict):

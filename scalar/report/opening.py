@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 _CLAUSES = 3  # clauses on effects in the first sentence; further kinds of effects are counted
 
+EVEN = 0.5  # confidence: a name with no more is as often wrong as right
+
 Pictures = Sequence[Profile | Map]
 
 
@@ -65,6 +67,8 @@ UNSURE = "found that the model lacks something, and not surely what"
 """The verdict on a diagnosis in which ``nothing_sure``."""
 MORE = "found something that the model lacks; the residual holds more"
 """The verdict where the residual clearly exceeds the noise with everything that was found."""
+IN_PART = "found something that the model lacks; not every name is sure"
+"""The verdict where some names are sure and others are not."""
 FOUND = "found what the model lacks"
 
 
@@ -72,7 +76,9 @@ def verdict_on_effects(diagnosis: Diagnosis) -> str:
     """Return the verdict on a diagnosis that has found effects."""
     if nothing_sure(diagnosis):
         return UNSURE
-    return MORE if excess_beside_findings(diagnosis) else FOUND
+    if excess_beside_findings(diagnosis):
+        return MORE
+    return IN_PART if any(_is_unsure(finding) for finding in diagnosis.findings) else FOUND
 
 
 def nothing_sure(diagnosis: Diagnosis) -> bool:
@@ -88,7 +94,8 @@ def _is_unsure(finding: Finding) -> bool:
 def _as_unsure(clause: str, size: str, findings: Sequence[Finding]) -> str:
     """Return a clause on effects whose names are not sure, with the names of the rivals that the data do not distinguish from them."""
     rivals = dict.fromkeys(words.quoted(rival.title) for f in findings for rival in f.confounded_with)
-    said = _with_size(f"{'perhaps' if rivals else 'probably'} {clause}", size)
+    likely = not rivals and min(finding.confidence for finding in findings) > EVEN
+    said = _with_size(f"{'probably' if likely else 'perhaps'} {clause}", size)
     return (
         f"{said}, which these data do not distinguish from {words.listed(list(rivals), 'or')}"
         if rivals

@@ -1,8 +1,9 @@
-"""The words on the scale of an arm of which no length is known."""
+"""The words on the scale of an arm of which no length is known, or all lengths are known from the scanner alone."""
 
 from __future__ import annotations
 
 from scalar.estimation.result import Calibration
+from scalar.estimation.scanner_scale import NATURAL, SCANNER_SCALE_SHIFT
 from scalar.estimation.unknown_scale import unknown_scale
 from scalar.report.parameter_table import in_rows
 from scalar.report.words import number
@@ -17,4 +18,16 @@ def scale_in_words(judged: Calibration) -> str:
     return (
         f"{in_rows(found.name, judged.model.nominal)}, which is taken from the data sheet; the figures count an error of it of "
         f"{number(found.std / MM, 2)} mm (one standard deviation, {number(100 * found.relative, 2)} % of all lengths)"
+    )
+
+
+def scanner_scale_in_words(judged: Calibration) -> str:
+    """Return how far an error of the scanner's scale would move predicted positions, where nothing in the data checks that scale; else nothing."""
+    shift = judged.summary.get(SCANNER_SCALE_SHIFT)
+    if shift is None:
+        return ""
+    return (
+        f"nothing in these data checks the scale of the scanner: if it measures {100 * NATURAL:g} % too long or too short, as scanners may, "
+        f"predicted positions are off by about {number(shift / MM, 2)} mm (RMS), and no standard error contains that. Check the scanner against a "
+        "known length, or measure where the planes stand in the base frame and declare them as known in dataset.yaml"
     )

@@ -30,7 +30,7 @@ def _sentence(robot: Robot, own: BetweenAxes, listed: BetweenAxes, arm: LibraryA
     ask = (
         f"under `convention: {convention}` it would be that arm's; is the convention stated wrongly?"
         if found is not None and found[0] <= 1.0
-        else "is a number mistyped, or is this another version or another robot? Then the name does no harm"
+        else "is a number mistyped? If this is another version or another robot, the name does no harm"
     )
     return (
         f"the robot is called '{robot.name}', but its table of joints is not that of {arm.maker} {arm.model} in the library: "

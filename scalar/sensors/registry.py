@@ -87,7 +87,7 @@ def _register_installed() -> None:
             raise InvalidInput(
                 Fault(
                     f"entry point {GROUP}",
-                    f"'{entry.value}' cannot be loaded ({error}); mend or uninstall it",
+                    f"'{entry.value}' cannot be loaded ({error}); repair or uninstall it",
                 )
             ) from error
 

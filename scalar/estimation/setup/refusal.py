@@ -36,15 +36,16 @@ def misfit_refused(dataset: Dataset, distances: Array) -> Undetermined:
     """
     planes, label = (" or the planes", ", label") if dataset.planes else ("", "")
     robot = "the robot, the sensor" if dataset.planes else "the robot or the sensor"
-    moved = "planes or base" if dataset.planes else "tracker or base, no exchange of the target"
+    moved = "planes or base" if dataset.planes else "tracker or base, an exchange of the target"
     worst = int(dataset.pose_ids[np.argmax(distances)])
     residual = float(np.sqrt(np.mean(distances**2)))
     rounded = rounded_angles(dataset.robot, dataset.q, residual)
     first = f"{rounded}. If they are exact, " if rounded else ""
     return Undetermined(
         [f"the best fit is still {residual / MM:.0f} mm RMS off, pose {worst} most of all: {first}this is not "
-         f"{robot}{planes} that dataset.yaml describes; no single sign, zero, length, unit{label} or convention "
-         f"explains it, no sign and zero of one joint, no two zeros, no two or three signs, no lost row, and no move of {moved}: check "
-         "first whether joint angles and measurements belong together, row by row, and then several of these"
+         f"{robot}{planes} that dataset.yaml describes. These were tried, and none explains it: one wrong sign, zero, length, unit{label} or "
+         "convention; a sign and a zero of one joint; two zeros; two or three signs; rows of measurements that are moved or lost; a move of "
+         f"{moved}. Check first whether joint angles and measurements belong together, row by row, and then whether several of these are wrong at "
+         "once"
          f"{still_clause(dataset.q)}"]
     )  # fmt: skip

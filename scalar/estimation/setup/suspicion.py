@@ -17,6 +17,7 @@ from scalar.errors import Fault, InvalidInput
 from scalar.estimation.setup.alternatives import Alternative, alternatives, with_limits_counted_back
 from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
+from scalar.estimation.setup.exchanged_columns import exchanged_columns
 from scalar.estimation.setup.exchanged_target import exchanged_targets
 from scalar.estimation.setup.lost_row import lost_rows
 from scalar.estimation.setup.mistyped_numbers import length_signs, slipped_digits, twist_signs
@@ -26,6 +27,7 @@ from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
 from scalar.estimation.setup.sign_and_zero import signs_and_zeros
 from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
 from scalar.estimation.setup.two_zeros import two_zeros
+from scalar.estimation.setup.unrelated_rows import rows_apart, unrelated, unrelated_in_words
 from scalar.geometry.robot import Robot
 from scalar.units import DEG, MM
 
@@ -47,7 +49,16 @@ CLEARLY_NEARER_SHIFT = 30 * MM  # the same for places
 TIMES_NEARER = (
     2.0  # places may be guessed badly: to be taken, a correction has to be nearer by this factor as well
 )
-SINGLE = (alternatives, twist_signs, length_signs, slipped_digits, angle_units, coupled_joints)
+SINGLE = (
+    alternatives,
+    twist_signs,
+    length_signs,
+    slipped_digits,
+    angle_units,
+    coupled_joints,
+    exchanged_columns,
+    rows_apart,
+)
 """What yields the alternatives with one change."""
 LAST = (lost_rows, moved_targets, exchanged_targets)
 """What yields the alternatives that hold from a pose on; they are tried where no other explains the data."""
@@ -60,8 +71,9 @@ class Suspicion:
 
     Attributes:
         what: As in ``Alternative``; ``known_plane``, ``plane_guess``, ``robot``, ``sensor_pose``, ``orientation`` or ``noise`` if a fit ended
-            implausibly; ``points`` if points lie off the line of their scan; ``copies`` if rows are copies of others; ``rounded_angles`` or
-            ``rounded_points``; ``column`` if one may be misspelt, or in another unit; ``motion`` if several joints never move.
+            implausibly; ``unrelated_rows`` if measurements and joint angles have nothing to do with one another; ``points`` if points lie off the
+            line of their scan; ``copies`` if rows are copies of others; ``rounded_angles`` or ``rounded_points``; ``column`` if one may be
+            misspelt, or in another unit; ``motion`` if several joints never move.
         where: What it concerns, as a person names it.
         sentence: What is suspected, with the figures, and what to do.
         rms_before: Residual with the set-up as described [m], or None if no fit was possible.
@@ -95,7 +107,9 @@ class WrongSetup(InvalidInput):
 
     def __init__(self, suspicions: tuple[Suspicion, ...]) -> None:
         self.suspicions = suspicions
-        super().__init__([Fault("dataset.yaml", suspicion.sentence) for suspicion in suspicions])
+        super().__init__(
+            [Fault(s.where if s.where.endswith(".csv") else "dataset.yaml", s.sentence) for s in suspicions]
+        )
 
 
 def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
@@ -105,7 +119,7 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
     explains the data with sensor and planes near their stated places. A sign and a zero of one joint are tried before the pairs, where no single
     alternative explains the data; two zeros, and errors that begin at some pose, are tried last. If the data do not distinguish several alternatives,
-    all are returned.
+    all are returned. Measurements that have nothing to do with the joint angles are said to be that, and no more is tried.
     """
     as_it_is = first_look(dataset)
     before = _residual(full_fit(dataset), as_it_is)
@@ -115,6 +129,8 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
         tried = single if count == 1 else several_signs(dataset, count)
         found += _explaining(tried, as_it_is, before)
         if count == 1 and not found:
+            if unrelated(dataset):
+                return (Suspicion("unrelated_rows", "poses.csv", unrelated_in_words(dataset), before),)
             found += _explaining(signs_and_zeros(dataset), as_it_is, before)
         if count > 1 and any(look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in found):
             break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then

@@ -1,0 +1,61 @@
+"""The scale of a scanner that nothing in the data checks: its error stretches the whole arm, leaves no residual, and is in no standard error.
+
+Where the places of the target planes are only guessed, all lengths of the calibrated arm come from the scanner. If its ranges are too long by
+0.1 %, so are the links, and every position is off by 1 mm for each metre. Known places of the planes, or ranges and angles of the scans that tell a
+wrong scale from a wrong arm, would show it. The effect ``range_scale`` describes such an error; here it is asked how far it moves predicted positions
+in its natural size where the data determine it no better.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.effects.range_scale import RangeScale
+from scalar.estimation.model import Model
+from scalar.estimation.random_poses import random_poses
+from scalar.estimation.residuals import Residuals
+from scalar.geometry.se3 import Array
+from scalar.sensors import kind_of
+
+NATURAL = RangeScale.natural["m/m"]
+"""Standard deviation of a scanner's scale before anything is measured, as a share of all lengths."""
+DETERMINED = 0.5  # of the natural size, chosen: with a smaller standard deviation, the data show the scale
+SCANNER_SCALE_SHIFT = "scanner_scale_shift_m"
+"""Key of a calibration's summary: what ``unchecked_scale`` returns."""
+_POSES = 200
+_RANK_TOLERANCE = 1e-10
+
+
+def unchecked_scale(dataset: Dataset, model: Model, free: Array) -> float | None:
+    """Return how far predicted positions move if the scanner's scale is off by its natural size [m], RMS over random poses within the joint limits.
+
+    None is returned if the sensor measures no ranges, if the model contains their scale, or if the data determine it.
+
+    Args:
+        dataset: What was measured.
+        model: Where the fit ended.
+        free: ``(P,)`` bool, in the order of ``model.names``.
+    """
+    if not kind_of(dataset).measures_range or any(effect.name == RangeScale.name for effect in model.effects):
+        return None
+    scaled = replace(model, effects=(*model.effects, RangeScale()))
+    residuals = Residuals.of(dataset, scaled).reweighted(scaled)
+    measured = len(residuals.linearise_measured(scaled)[0])
+    jacobian = residuals.linearise(scaled)[1]
+    column = jacobian[:, -1].copy()
+    column[measured:] = 0.0  # what is assumed of the scale is no measurement of it
+    known = jacobian[:, :-1][:, free]
+    absorbed = np.linalg.lstsq(known, column, rcond=_RANK_TOLERANCE)[0]
+    left = float(np.linalg.norm(column - known @ absorbed))
+    if left * DETERMINED * NATURAL > 1.0:
+        return None
+    vector = model.vector.copy()
+    vector[free] -= NATURAL * absorbed
+    q = random_poses(model, _POSES).q
+    here, there = (
+        (m.robot.flange(q) @ m.T_flange_sensor)[:, :3, 3] for m in (model, model.with_vector(vector))
+    )
+    return float(np.sqrt(np.mean(np.sum((here - there) ** 2, axis=1))))

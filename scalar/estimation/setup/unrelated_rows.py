@@ -1,0 +1,98 @@
+"""Measurements that belong to other rows of poses.csv: some rows before or after theirs, or to no row at all, as those of another campaign.
+
+Whatever is wrong in the description of an arm, the place of its wrist is a sum of products of the cosines and sines of its first joint angles (of
+travels themselves), in any frame, for any zeros and signs. How much of the variance of the measured places a regression on these products explains
+needs neither the table of joints nor the tracker's frame. If it is no more than among measurements in random order, the measurements have nothing to
+do with these joint angles, and no sign or zero needs to be searched for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.estimation.setup.alternatives import Alternative, shifted
+from scalar.geometry.se3 import Array
+from scalar.sensors import kind_of
+
+FARTHEST_ROW = 10  # rows
+LEAST_POSES = 60  # fewer may show no relation by chance: of 45 poses of arms with seven joints, some do not
+FIRST_JOINTS = 3  # that move the wrist of most arms
+POSES_PER_COLUMN = 2  # fewest poses for each column of the regression
+_ORDERS = 200  # random orders with which the order of the table is compared
+
+
+def rows_apart(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield the alternatives in which each measurement belongs to a pose some rows before or after its own; one row is tried elsewhere."""
+    for labels_go_along in (False, True) if dataset.planes else (False,):
+        for rows in range(2, min(FARTHEST_ROW, dataset.n_poses // 3) + 1):
+            for shift in (rows, -rows):
+                yield Alternative(
+                    "shifted_poses",
+                    "poses.csv",
+                    f"each measurement belongs to the pose {rows} rows {'before' if shift > 0 else 'after'} the one that it is listed with",
+                    f"with the joint angles moved by {rows} rows",
+                    "look where the rows of angles and of measurements were joined",
+                    shifted(dataset, np.full(dataset.n_poses, shift), labels_go_along),
+                )
+
+
+def unrelated(dataset: Dataset) -> bool:
+    """Return whether the measured places have nothing to do with the joint angles of their row, of a row near it, or of the reverse order.
+
+    False where no places in space were measured, or too few.
+    """
+    places = _places(dataset)
+    seen = np.flatnonzero(np.isfinite(places[:, 0]))
+    if len(seen) < LEAST_POSES:
+        return False
+    centred = places[seen] - places[seen].mean(axis=0)
+    columns = _products(dataset.q[seen], dataset.robot.slides)
+    basis = np.linalg.qr(columns - columns.mean(axis=0))[0]
+    rng, n = np.random.default_rng(0), len(seen)
+
+    def share(order: Array) -> float:
+        """Return the share of the variance of the places that is explained where they belong to the poses in another order."""
+        return float(np.sum((basis.T @ centred[order]) ** 2) / max(np.sum(centred**2), 1e-300))
+
+    rows = np.arange(n)
+    near = [share(np.roll(rows, shift)) for shift in range(-FARTHEST_ROW, FARTHEST_ROW + 1)]
+    by_chance = max(share(rng.permutation(n)) for _ in range(_ORDERS))
+    return max(*near, share(rows[::-1])) < by_chance
+
+
+def _products(q: Array, slides: Array) -> Array:
+    """Return the products ``(N, k)`` of 1, cosine and sine (or the travel) of the first joints that move, as many joints as the poses allow."""
+    columns = np.ones((len(q), 1))
+    moving = [j for j in range(q.shape[1]) if np.ptp(q[:, j]) > 0]
+    for j in moving[:FIRST_JOINTS]:
+        own = [np.ones(len(q)), *([q[:, j]] if slides[j] else [np.cos(q[:, j]), np.sin(q[:, j])])]
+        wider = (columns[:, :, None] * np.stack(own, axis=1)[:, None, :]).reshape(len(q), -1)
+        if POSES_PER_COLUMN * wider.shape[1] > len(q):
+            break
+        columns = wider
+    return columns[:, 1:]
+
+
+def _places(dataset: Dataset) -> Array:
+    """Return the measured place of the target that most poses show ``(N, 3)`` [m]; NaN where it was not measured."""
+    places = np.full((dataset.n_poses, 3), np.nan)
+    if dataset.planes or dataset.points.ndim != 2 or dataset.points.shape[1] != 3:
+        return places
+    pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
+    target = dataset.point_columns.get("target", np.zeros(len(dataset.points))).astype(int)
+    mine = target == np.argmax(np.bincount(target, minlength=1)) if len(target) else target == 0
+    places[pose[mine]] = dataset.points[mine]
+    return places
+
+
+def unrelated_in_words(dataset: Dataset) -> str:
+    """Return what is wrong with measurements that are ``unrelated`` to the joint angles, and what to do."""
+    file = kind_of(dataset).format.measured_in
+    return (
+        f"the measurements in {file} do not belong to the joint angles in poses.csv: the angles explain no more of the measured places than in "
+        f"random order, and the same holds if the rows are moved by up to {FARTHEST_ROW} rows, or reversed; check whether both files are of one "
+        "campaign, and whether the numbers in their column pose mean the same poses"
+    )
