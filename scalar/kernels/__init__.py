@@ -75,7 +75,7 @@ _ARGUMENTS = {
     "scatter": (_int, _int, _int, _at, _at, _at, _at),
     "off_lines": (_int, _at, _at, _at),
     "normals": (ctypes.POINTER(ProblemStruct), ctypes.POINTER(FreeStruct), _at, _at, _at, ctypes.POINTER(_float)),
-    "shrunk_gains": (_int, _int, _at, _at, _at, _at, _at),
+    "shrunk_gains": (_int, _int, _int, _at, _at, _at, _at, _at),
     "set_gains": (_int, _at, _at, _int, _int, _at, _at, _at),
     "extension_gains": (_int, _at, _at, _int, _at, _at, _int, _at, _at, _at, _at),
 }  # fmt: skip

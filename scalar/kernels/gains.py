@@ -20,19 +20,22 @@ _WIDEST = 8  # columns: Jacobi's method is slower than LAPACK for larger matrice
 
 
 def shrunk_gains(grams: Array, projections: Array) -> tuple[Array, IntArray] | None:
-    """Return gains ``(T,)`` and degrees of freedom ``(T,)`` as ``scalar.diagnosis.score_test.shrunk_gain``; None if the library does not apply.
+    """Return gains ``(T,)`` and degrees of freedom ``(T,)`` as ``scalar.diagnosis.score_test.shrunk_gain``; None without the library.
+
+    Of more than ``_WIDEST`` columns, the gain follows from a Cholesky factor if all eigenvalues clearly exceed 1; else -1 stands for the degrees of
+    freedom, and LAPACK should compute both.
 
     Args:
         grams: ``(T, w, w)``, inner products of the w columns of each of T candidates.
         projections: ``(T, w)``, inner products of these columns with the residual.
     """
     T, w = projections.shape
-    if kernels.LIBRARY is None or w > _WIDEST:
+    if kernels.LIBRARY is None:
         return None
     grams, projections, work = contiguous(grams), contiguous(projections), np.empty(w * (2 * w + 1))
     gain, seen = np.empty(T), np.empty(T, dtype=np.int64)
     kernels.LIBRARY.shrunk_gains(
-        T, w, address(grams), address(projections), address(work), address(gain), address(seen)
+        T, w, _WIDEST, address(grams), address(projections), address(work), address(gain), address(seen)
     )
     return gain, seen
 
