@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from scalar.data.columns_on_demand import ColumnsOnDemand
 from scalar.data.moves import joint_angles, moves, moves_in_order
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
+from scalar.kernels.chain import turned
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,6 +58,15 @@ def session_codes(labels: pd.Series) -> Array:
         return pd.factorize(labels)[0].astype(np.int64)
 
 
+def _columns(frame: pd.DataFrame, q: Array, *, ordered: bool) -> dict[str, Array]:
+    """Return the numeric columns of a table of poses but joints, ids and order; with those of the moves to the poses if their order is known."""
+    joints = [f"q{i + 1}" for i in range(q.shape[1])]
+    # Column by column: ``select_dtypes`` and a selection of several columns build tables, at many times the cost.
+    numeric = [c for c, kind in zip(frame.columns, frame.dtypes, strict=True) if kind.kind in "iuf"]
+    found = {c: frame[c].to_numpy(dtype=float) for c in numeric if c not in (*joints, "pose", "order")}
+    return found | moves(frame, q.shape[1], q) if ordered else found
+
+
 @dataclass(frozen=True, eq=False)
 class Poses:
     """N poses as the encoders read them, with what else was recorded.
@@ -68,7 +80,7 @@ class Poses:
 
     q: Array
     order: Array
-    columns: dict[str, Array]
+    columns: Mapping[str, Array]
 
     @classmethod
     def from_frame(
@@ -86,14 +98,15 @@ class Poses:
             order = frame["order"].to_numpy(dtype=float)
         else:
             order = np.arange(len(frame), dtype=float) if order_is_row else np.full(len(frame), np.inf)
-        joints = [f"q{i + 1}" for i in range(n_joints)]
         q = joint_angles(frame, n_joints) if q is None else q
-        # Column by column: ``select_dtypes`` and a selection of several columns build tables, at many times the cost.
-        numeric = [c for c, kind in zip(frame.columns, frame.dtypes, strict=True) if kind.kind in "iuf"]
-        columns = {c: frame[c].to_numpy(dtype=float) for c in numeric if c not in (*joints, "pose", "order")}
-        if "order" in frame or order_is_row:
-            columns |= moves(frame, n_joints, q)
-        return cls(q, order, columns)
+        return cls(
+            q, order, ColumnsOnDemand(partial(_columns, frame, q, ordered="order" in frame or order_is_row))
+        )
+
+    @classmethod
+    def of_joints(cls, q: Array) -> Poses:
+        """Return poses of which the joint angles ``(N, n)`` [rad, m] alone are known, in this order."""
+        return cls(q, np.arange(len(q), dtype=float), {})
 
     @classmethod
     def from_arrays(cls, q: ArrayLike, columns: Mapping[str, ArrayLike], n_joints: int) -> Poses:
@@ -134,6 +147,11 @@ class Poses:
     def __len__(self) -> int:
         """Return the number of poses."""
         return len(self.q)
+
+    @cached_property
+    def turned(self) -> Array:
+        """Return the cosine and the sine of each joint angle ``(N, n, 2)``, for the compiled library."""
+        return turned(self.q)
 
     def column(self, name: str) -> Array:
         """Return a column ``(N,)`` by name.

@@ -153,8 +153,17 @@ def shrunk_gain(grams: Array, projections: Array) -> tuple[Array, Array]:
         projections: ``(T, w)``, in the same units.
     """
     compiled = shrunk_gains(grams, projections)
-    if compiled is not None:
-        return compiled
+    if compiled is None:
+        return _gain_along_eigenvectors(grams, projections)
+    gain, dof = compiled
+    left = np.flatnonzero(dof < 0)
+    if len(left):
+        gain[left], dof[left] = _gain_along_eigenvectors(grams[left], projections[left])
+    return gain, dof
+
+
+def _gain_along_eigenvectors(grams: Array, projections: Array) -> tuple[Array, Array]:
+    """Return what ``shrunk_gain`` does, from the eigenvalues of each matrix."""
     values, components = _in_eigenvectors(grams, projections)
     determined = values > 1.0
     gain = np.sum(np.where(determined, components**2 / (1.0 + np.maximum(values, 0.0)), 0.0), axis=1)

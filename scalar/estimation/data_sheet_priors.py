@@ -96,6 +96,9 @@ def _determined(residuals: Residuals, model: Model, free: Array, scale: Array, l
         least: Length [standard deviations of the noise].
     """
     index = np.flatnonzero(free)
+    longer = residuals.normal_equations(model, free).all_longer(scale[index], least)
+    if longer is not None:
+        return longer
     columns = residuals.linearise(model.with_priors((), 1.0))[1][:, index] * scale[index]
     if len(columns) < len(index):
         return False

@@ -15,7 +15,9 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
+from scipy.linalg.lapack import dpotrf  # pyright: ignore[reportAttributeAccessIssue]  # made by f2py
 
+from scalar.data.poses import Poses
 from scalar.errors import Undetermined
 from scalar.estimation.fixed_parameter import FixedParameter, explain
 from scalar.estimation.gauge_choice import choose_fixed, preference
@@ -31,6 +33,7 @@ STRUCTURAL_POSES_PER_TARGET = (
     40  # random poses within the limits: they give many more equations than there are parameters
 )
 _ZERO_COLUMN = 1e-12  # of the largest column: no residual depends on a parameter whose column is shorter
+_ROUNDING = 1e-13  # of the trace of J'J: some hundred times what rounding changes in a factor
 _STRUCTURAL = 1e-5  # of a direction of unit length: a smaller part outside the structural null space is a rounding error
 
 
@@ -92,11 +95,11 @@ def analyse(
     """
     tolerance = settings.null_tolerance
     ideal = replace(model, robot=with_parallel_axes(model.robot), effects=()).rebased()
-    measurement, q = residuals.measurement, residuals.poses.q.copy()
-    still = np.ptp(q, axis=0) < settings.still
+    measurement, poses = residuals.measurement, residuals.poses
+    still = np.ptp(poses.q, axis=0) < settings.still
     if still.any():
-        q[:, still] = np.median(q[:, still], axis=0)
-    J = perfect_jacobian(residuals, measurement, ideal, q, measurement.target_index)[:, candidates]
+        poses = _at_rest(poses.q, still, np.median(poses.q[:, still], axis=0))
+    J = perfect_jacobian(residuals, measurement, ideal, poses, measurement.target_index)[:, candidates]
     if not len(J):
         raise Undetermined(
             ["no pose reaches its target with the geometry that was found, so that nothing can be determined there: "
@@ -104,13 +107,13 @@ def analyse(
         )  # fmt: skip
     names = tuple(name for name, wanted in zip(ideal.names, candidates, strict=True) if wanted)
     scale, values, null = _null_space(J, tolerance)
-    q_any, index_any = _any_poses(ideal.robot, int(measurement.target_index.max()) + 1)
-    J_any = perfect_jacobian(residuals, measurement, ideal, q_any, index_any)[:, candidates]
-    structural = _null_space_of_scaled(J_any / scale, tolerance)[1]
+    anywhere, index_any = _any_poses(ideal.robot, int(measurement.target_index.max()) + 1)
+    J_any = perfect_jacobian(residuals, measurement, ideal, anywhere, index_any)[:, candidates]
+    structural = _null_space_within(J_any / scale, null, tolerance)
     J_still, hidden_by_still = J_any, structural
     if still.any():
-        q_any[:, still] = q[:1, still]
-        J_still = perfect_jacobian(residuals, measurement, ideal, q_any, index_any)[:, candidates]
+        anywhere = _at_rest(anywhere.q, still, poses.q[0, still])
+        J_still = perfect_jacobian(residuals, measurement, ideal, anywhere, index_any)[:, candidates]
         hidden_by_still = _null_space_of_scaled(J_still / scale, tolerance)[1]
     rows = J / scale
     n_left_to_priors = 0
@@ -137,11 +140,19 @@ def analyse(
     return Identifiability(names, values, directions, structural.shape[1], fixed, n_left_to_priors)
 
 
-def _any_poses(robot: Robot, n_targets: int) -> tuple[Array, Array]:
-    """Return random joint angles within the limits, and a target for each; they are the same for every dataset of a robot."""
+def _at_rest(q: Array, still: Array, angles: Array) -> Poses:
+    """Return poses with other angles of the joints that are still ``(n,)`` bool, the same at all poses."""
+    q = q.copy()
+    q[:, still] = angles
+    return Poses.of_joints(q)
+
+
+def _any_poses(robot: Robot, n_targets: int) -> tuple[Poses, Array]:
+    """Return random poses within the limits, and a target for each; they are the same for every dataset of a robot."""
     count = STRUCTURAL_POSES_PER_TARGET * n_targets
     unit = _uniform(count, robot.n_joints)
-    return robot.limits[:, 0] + unit * np.ptp(robot.limits, axis=1), np.arange(count) % n_targets
+    q = robot.limits[:, 0] + unit * np.ptp(robot.limits, axis=1)
+    return Poses.of_joints(q), np.arange(count) % n_targets
 
 
 @cache
@@ -166,3 +177,23 @@ def _null_space_of_scaled(J: Array, tolerance: float) -> tuple[Array, Array]:
     if len(s):
         values[: len(s)] = s / s[0]
     return values, Vt[values < tolerance].T
+
+
+def _null_space_within(J: Array, space: Array, tolerance: float) -> Array:
+    """Return the null space ``(C, r)`` of a scaled Jacobian ``(rows, C)``, which most likely is a part of another space ``(C, s)``.
+
+    Within that space it is sought by the few singular values there; a Cholesky factor proves that there is none outside, in a tenth of the time that
+    all singular values take. These decide where one of the former comes near the tolerance.
+    """
+    gram = J.T @ J
+    total = float(np.trace(gram))
+    # The square of the largest singular value lies between that of the longest column and the sum of all of them.
+    least, most = tolerance**2 * float(gram.diagonal().max(initial=0.0)), tolerance**2 * total
+    _, s, Vt = np.linalg.svd(J @ space, full_matrices=False)
+    if J.shape[0] >= space.shape[1] and not np.any((s**2 > least / 4) & (s**2 < 4 * most)):
+        found = space @ Vt[s**2 < least].T
+        lifted = gram + total * (found @ found.T)
+        lifted[np.diag_indices_from(lifted)] -= max(4 * most, _ROUNDING * total)
+        if total > 0 and dpotrf(lifted)[1] == 0:
+            return found
+    return _null_space_of_scaled(J, tolerance)[1]

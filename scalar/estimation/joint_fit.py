@@ -93,8 +93,7 @@ def fit_from(
             model = model.with_priors(model.priors, misfit_ratio(residuals, model, free, settings))
         found = fit(residuals, model, free)
         again = residuals.reweighted(found.model)
-        residual, jacobian = again.linearise(found.model)
-        settled = covariance_and_step(jacobian[:, free], residual)[1] < settings.fit.settled_step
+        settled = remaining_step(again, found.model, free) < settings.fit.settled_step
         if settled:
             break
     assert found is not None
@@ -106,6 +105,17 @@ def fit_from(
              "lists them)"]
         )  # fmt: skip
     return found, residuals
+
+
+def remaining_step(residuals: Residuals, model: Model, free: Array) -> float:
+    """Return the length of the remaining Gauss-Newton step in standard deviations, as ``covariance_and_step`` counts it."""
+    step = None
+    if not model.priors:
+        step = residuals.normal_equations(model, free).step()
+    if step is None:
+        residual, jacobian = residuals.linearise(model)
+        step = covariance_and_step(jacobian[:, free], residual)[1]
+    return step
 
 
 def unobservable_coefficients(

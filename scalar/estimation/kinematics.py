@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from scalar import kernels
 from scalar.data.poses import Poses
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.model import Model
 from scalar.geometry.screws import change_frame, exp_screw, exp_screw_derivative, rotations_about
 from scalar.geometry.se3 import Array, left_jacobian_so3
+from scalar.kernels.chain import ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +23,7 @@ class Kinematics:
     Attributes:
         model: The model at which everything below is computed.
         bases: The columns of the model's effects at these poses.
-        frames: ``(N, n + 1, 4, 4)``, of the base and of every link, in the base frame before effects move the base.
+        q: ``(N, n)`` [rad], joint angles with what effects add to them.
         geometry_offsets: ``(N, 5, n)`` [m, rad] or None: what effects add to ``Robot.geometry``.
         T_base_tilted: ``(N, 4, 4)`` or None: the motion of the base that effects cause.
         T_base_mount: ``(N, 4, 4)``: where the sensor would be without effects on the sensor.
@@ -29,7 +32,7 @@ class Kinematics:
 
     model: Model
     bases: EffectBases
-    frames: Array
+    q: Array
     geometry_offsets: Array | None
     T_base_tilted: Array | None
     T_base_mount: Array
@@ -52,8 +55,13 @@ class Kinematics:
         for basis, where in bases.links:
             step = basis @ c[where]
             offsets = step if offsets is None else offsets + step
-        frames = model.robot.frames(q, offsets)
-        T = frames[:, -1] @ (model.robot.T_n_flange @ model.T_flange_sensor)
+        robot, T_n_sensor = model.robot, model.robot.T_n_flange @ model.T_flange_sensor
+        frames: Array | None = None
+        if kernels.LIBRARY is None or bases.joints or bases.links or robot.prismatic:
+            frames = robot.frames(q, offsets)
+            T = frames[:, -1] @ T_n_sensor
+        else:
+            T = ends(poses.turned, robot.geometry, robot.T_base_0, T_n_sensor)
         T_tilted = None
         for basis, where in bases.base:
             step = exp_screw(basis @ c[where])
@@ -63,7 +71,15 @@ class Kinematics:
         T_mount = T
         for basis, where in bases.sensor:
             T = T @ exp_screw(basis @ c[where])
-        return cls(model, bases, frames, offsets, T_tilted, T_mount, T)
+        found = cls(model, bases, q, offsets, T_tilted, T_mount, T)
+        if frames is not None:
+            vars(found)["frames"] = frames  # in the place of the cached property
+        return found
+
+    @cached_property
+    def frames(self) -> Array:
+        """Return the frames of the base and of every link ``(N, n + 1, 4, 4)``, in the base frame before effects move the base."""
+        return self.model.robot.frames(self.q, self.geometry_offsets)
 
     def screws(self, *, joint_effects: bool = True) -> Array:
         """Return the derivative of the sensor's pose by every coordinate of robot, sensor and effects, as a screw in the base frame.

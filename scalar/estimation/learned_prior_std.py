@@ -15,6 +15,7 @@ from functools import cache
 import numpy as np
 
 from scalar.estimation.model import Model
+from scalar.estimation.normal_equations import solved
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS, IdentifiabilitySettings
 from scalar.geometry.robot import GEOMETRY, LENGTHS
@@ -53,8 +54,7 @@ def learned_prior_stds(
     """
     index = np.flatnonzero(free)
     names = [model.names[i] for i in index]
-    residual, jacobian = residuals.linearise(model.with_priors((), 1.0))  # effects' own priors stay
-    J, r = jacobian[:, index] / model.misfit_ratio, residual / model.misfit_ratio
+    normal, variance = residuals.normal_equations(model, free), model.misfit_ratio**2
     means, stds = np.zeros(len(index)), np.full(len(index), np.inf)
     at = {name: k for k, name in enumerate(names)}
     for prior in model.priors:
@@ -63,7 +63,9 @@ def learned_prior_stds(
     off = np.where(np.isfinite(stds), model.vector[index] - means, 0.0)
     group = np.array([group_of(name) for name in names])
     groups = {g: group == g for g in ("length", "angle", "zero")}
-    return most_likely_prior_stds(J.T @ J, J.T @ r, off, stds, groups, typical_prior_stds(settings))
+    return most_likely_prior_stds(
+        normal.gram / variance, normal.gradient / variance, off, stds, groups, typical_prior_stds(settings)
+    )
 
 
 def typical_prior_stds(settings: IdentifiabilitySettings) -> dict[str, tuple[float, float]]:
@@ -103,12 +105,11 @@ def most_likely_prior_stds(
         H = gram.copy()
         H[diagonal, diagonal] += weight
         scale = 1.0 / np.sqrt(np.maximum(H[diagonal, diagonal], 1e-300))
-        both = scale[:, None] * scale
-        H *= both
+        H *= scale[:, None] * scale
         H[diagonal, diagonal] += _RIDGE
-        inverse = np.linalg.inv(H) * both
-        m = off - inverse @ (gradient + weight * off)
-        determined = belongs @ (1.0 - weight * inverse[diagonal, diagonal])
+        step, variance = solved(H, scale * (gradient + weight * off))
+        m = off - scale * step
+        determined = belongs @ (1.0 - weight * variance * scale**2)
         new = np.sqrt((belongs @ m**2 + count * prior**2) / (np.maximum(determined, 0.0) + count))
         change = np.max(np.abs(np.log(new / prior_stds)))
         prior_stds = new

@@ -89,9 +89,11 @@ def misfit(
         least_p_value: With a smaller p-value the model counts as incomplete.
     """
     measurement = residuals.measurement
-    # First, since the residual is then known as well.
     degrees_of_freedom = int(measurement.equations.sum()) - determined_by_data(residuals, model, free)
-    chi_squared = float(np.sum(residuals.residual(model) ** 2)) - float(np.sum(model.prior_rows()[0] ** 2))
+    if model.priors:
+        chi_squared = residuals.normal_equations(model, free).squares
+    else:
+        chi_squared = float(np.sum(residuals.residual(model) ** 2))
     T = residuals.kinematics(model).T_base_sensor
     within, _ = measurement.scatter(T, model.target, residuals.point_effects(model))
     chi_squared -= float(within.sum())
@@ -152,9 +154,15 @@ def determined_by_data(residuals: Residuals, model: Model, free: Array) -> float
     count = float(free.sum())
     if not model.priors:
         return count
-    residual, jacobian = residuals.linearise(model)
-    covariance, _ = covariance_and_step(jacobian[:, free], residual)
-    variance = np.full(len(free), np.nan)
-    variance[free] = np.diag(covariance)
-    _, index, slope = model.prior_rows()
+    off, index, slope = model.prior_rows()
+    variance, place = np.full(len(free), np.nan), np.cumsum(free) - 1
+    if free[index].all() and len(set(index.tolist())) == len(index):
+        normal = residuals.normal_equations(model, free).with_priors(place[index], off, slope)
+        variances = normal.variances()
+    else:
+        variances = None
+    if variances is None:
+        residual, jacobian = residuals.linearise(model)
+        variances = np.diag(covariance_and_step(jacobian[:, free], residual)[0])
+    variance[free] = variances
     return count - float(variance[index] @ slope**2)

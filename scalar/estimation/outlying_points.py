@@ -9,6 +9,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.estimation.settings import DEFAULTS, GrossErrorSettings
 from scalar.geometry.se3 import Array
+from scalar.kernels.contacts import off_lines
 from scalar.sensors import kind_of
 from scalar.sensors.robust_scale import MAD_TO_STD
 
@@ -60,6 +61,9 @@ def without_outlying_points(
 def scatter_about_lines(dataset: Dataset) -> Array:
     """Return the standard deviation of the points of every scan about its own line of least squares, ``(N,)`` [m]; each has more than two points."""
     counts = np.diff(dataset.starts)
+    compiled = off_lines(dataset.points, dataset.starts)
+    if compiled is not None:
+        return np.sqrt(compiled / (counts - 2))
     first, scan = dataset.starts[:-1], np.repeat(np.arange(len(counts)), counts)
     off = _line_distance(dataset.points, np.ones(len(dataset.points)), first, scan)
     return np.sqrt(np.add.reduceat(off * off, first) / (counts - 2))

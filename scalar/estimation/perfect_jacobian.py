@@ -20,7 +20,7 @@ from scalar.sensors import Measurement, by_coordinates
 
 
 def perfect_jacobian(
-    residuals: Residuals, measurement: Measurement, model: Model, q: Array, index: Array
+    residuals: Residuals, measurement: Measurement, model: Model, poses: Poses, index: Array
 ) -> Array:
     """Return the Jacobian ``(rows, P)`` of measurements that satisfy the model exactly.
 
@@ -28,12 +28,12 @@ def perfect_jacobian(
         residuals: Of the dataset; states which planes are known as references.
         measurement: The sensor kind's rows.
         model: Without effects.
-        q: ``(N, n)`` [rad], joint angles near which the perfect measurements are taken.
+        poses: With joint angles ``(N, n)`` [rad], near which the perfect measurements are taken.
         index: ``(N,)``, index of the plane or tracker frame that each pose measures.
     """
-    J = _of_scans(measurement, model, q, index)
+    J = _of_scans(measurement, model, poses, index)
     if J is None:
-        J = _of_any_kind(measurement, model, q, index)
+        J = _of_any_kind(measurement, model, poses.q, index)
     where = model.blocks["target"]
     if residuals.known is None:
         return J
@@ -43,11 +43,11 @@ def perfect_jacobian(
     return np.vstack([J, below])
 
 
-def _of_scans(measurement: Measurement, model: Model, q: Array, index: Array) -> Array | None:
+def _of_scans(measurement: Measurement, model: Model, poses: Poses, index: Array) -> Array | None:
     """Return the measured rows for scans of planes, by the compiled library; None for other kinds, and without the library."""
     if not measurement.scans or measurement.contact_factors is None:
         return None
-    problem = plane_problem(model, q, index, np.broadcast_to(np.eye(3), (len(q), 3, 3)))
+    problem = plane_problem(model, poses, index, np.broadcast_to(np.eye(3), (len(poses), 3, 3)))
     if problem is None:
         return None
     c, by = problem.linearise(model.vector)
@@ -61,7 +61,7 @@ def _of_any_kind(measurement: Measurement, model: Model, q: Array, index: Array)
     none = EffectBases([], [], [], [])
 
     def kinematics(q: Array) -> Kinematics:
-        return Kinematics.of(model, Poses(q, np.arange(len(q), dtype=float), {}), none)
+        return Kinematics.of(model, Poses.of_joints(q), none)
 
     at = kinematics(q)
     moving = np.ptp(q, axis=0) > 0

@@ -19,6 +19,7 @@ from scalar.effects import Effect, PointEffect
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
+from scalar.estimation.normal_equations import NormalEquations
 from scalar.estimation.reference_planes import ReferencePlanes
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
@@ -80,6 +81,7 @@ class Residuals:
     _latest: tuple[Model, Kinematics, Rows] | None = field(default=None, init=False, repr=False)
     _kinematics: Kinematics | None = field(default=None, init=False, repr=False)
     _linearised: tuple[Model, Array, Array] | None = field(default=None, init=False, repr=False)
+    _normal: tuple[Model, Array, NormalEquations] | None = field(default=None, init=False, repr=False)
     _problem: tuple[tuple[Any, ...], PlaneProblem | None] | None = field(default=None, init=False, repr=False)
 
     @classmethod
@@ -132,7 +134,7 @@ class Residuals:
             new is not old for new, old in zip(references, self._problem[0], strict=True)
         ):
             index, factors = self.measurement.target_index, self.measurement.contact_factors
-            problem = None if factors is None else plane_problem(model, self.poses.q, index, factors)
+            problem = None if factors is None else plane_problem(model, self.poses, index, factors)
             self._problem = references, problem
         return self._problem[1]
 
@@ -196,6 +198,24 @@ class Residuals:
             start += k
         return rows.residual.ravel(), jacobian.reshape(N * m, -1)
 
+    def normal_equations(self, model: Model, free: Array) -> NormalEquations:
+        """Return the normal equations of all rows but those of priors on parameters by the free coordinates ``(P,)`` bool; the latest are kept."""
+        if (
+            self._normal is not None
+            and self._normal[0].differs_in_priors_alone(model)
+            and np.array_equal(self._normal[1], free)
+        ):
+            return self._normal[2]
+        problem = None if self.known is not None else self.plane_problem(model)
+        if problem is None:
+            residual, jacobian = self.linearise(model.with_priors((), 1.0))
+            found = NormalEquations.of(residual, jacobian[:, np.flatnonzero(free)])
+        else:
+            N, m, _ = problem.shape
+            found = NormalEquations(*problem.normal_equations(model.vector, np.flatnonzero(free)), N * m)
+        self._normal = model, free, found
+        return found
+
     def _priors(self, model: Model) -> tuple[Array, Array]:
         """Return the rows of prior information ``(k,)`` and their Jacobian ``(k, P)``: reference planes, effects' priors, priors on parameters."""
         blocks = model.blocks
@@ -245,14 +265,14 @@ class Residuals:
         return np.sqrt(squares / counts)
 
 
-def plane_problem(model: Model, q: Array, index: Array, factors: Array) -> PlaneProblem | None:
+def plane_problem(model: Model, poses: Poses, index: Array, factors: Array) -> PlaneProblem | None:
     """Return rows ``factors @ c``, c the contact vectors (defined at ``PlaneProblem``), as a problem of the compiled library.
 
     None is returned without the library, and for what it does not support: targets other than planes, prismatic joints, effects.
 
     Args:
         model: Gives what does not change with the coordinates: fixed transforms and references.
-        q: ``(N, n)`` [rad].
+        poses: With joint angles ``(N, n)`` [rad].
         index: ``(N,)``, which plane each pose measures.
         factors: ``(N, m, 3)``.
     """
@@ -260,7 +280,7 @@ def plane_problem(model: Model, q: Array, index: Array, factors: Array) -> Plane
     if LIBRARY is None or model.effects or model.robot.prismatic or not isinstance(target, Planes):
         return None
     fixed = model.robot.T_base_0, model.robot.T_n_flange, model.reference_rotation
-    return PlaneProblem(q, index, factors, *fixed, target.reference_normals, target.tangents)
+    return PlaneProblem(poses.turned, index, factors, *fixed, target.reference_normals, target.tangents)
 
 
 def extra_basis_of(effects: Sequence[Effect]) -> tuple[str, ...]:

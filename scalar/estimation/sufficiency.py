@@ -16,6 +16,7 @@ from scalar.estimation.settings import DEFAULTS, SufficiencySettings
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement
+from scalar.sensors.compression import compress
 from scalar.units import DEG
 
 LEAST_PLANES = 3  # space has three dimensions
@@ -160,19 +161,19 @@ def _extents(residuals: Residuals, model: Model) -> tuple[Array, Array]:
     """Return for each of K planes the longest and second-longest extent of its points, ``(K,)`` [m]: standard deviations."""
     measurement = residuals.measurement
     counts, means, factors = measurement.scatter_in_base(residuals.kinematics(model).T_base_sensor)
-    extents = []
-    for k in range(len(model.target.normals)):  # type: ignore[attr-defined]
-        mine = measurement.target_index == k
-        weights, points = counts[mine], means[mine]
-        total = weights.sum()
-        if total < _LEAST_POINTS:
-            extents.append([0.0, -1.0])  # narrower than anything
-            continue
-        off = points - weights @ points / total
-        rows = np.concatenate([np.sqrt(weights)[:, None] * off, factors[mine].reshape(-1, 3)])
-        extents.append(np.linalg.svd(np.linalg.qr(rows, mode="r"), compute_uv=False)[:2] / np.sqrt(total - 1))
-    longest, second = np.array(extents).T
-    return longest, second
+    on_plane = measurement.target_index == np.arange(len(model.target.normals))[:, None]  # type: ignore[attr-defined]
+    totals = on_plane @ counts
+    centres = on_plane @ (counts[:, None] * means) / np.maximum(totals, 1.0)[:, None]
+    off = np.sqrt(counts)[:, None] * (means - centres[measurement.target_index])
+    rows = np.concatenate([off[:, None], factors], axis=1)  # three for each pose
+    order = np.argsort(measurement.target_index, kind="stable")
+    starts = len(rows[0]) * np.append(0, np.cumsum(on_plane.sum(axis=1)))
+    triangular = compress(rows[order].reshape(-1, 3), starts)
+    lengths = (
+        np.linalg.svd(triangular, compute_uv=False)[:, :2] / np.sqrt(np.maximum(totals - 1, 1.0))[:, None]
+    )
+    lengths[totals < _LEAST_POINTS] = 0.0, -1.0  # narrower than anything
+    return lengths[:, 0], lengths[:, 1]
 
 
 def _poses_give(count: int) -> str:

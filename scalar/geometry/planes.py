@@ -15,6 +15,7 @@ from typing import ClassVar
 import numpy as np
 
 from scalar.geometry.se3 import Array, cross
+from scalar.kernels.contacts import tangents
 
 PARAMETERS_PER_PLANE = 3
 _FACES_X = 0.9
@@ -144,6 +145,9 @@ class Planes:
 
 def tangent_basis(normals: Array) -> Array:
     """Return two unit vectors ``(K, 2, 3)`` perpendicular to each normal ``(K, 3)`` and to each other; the same for the same normal."""
+    compiled = tangents(normals)
+    if compiled is not None:
+        return compiled
     least = np.argmin(np.abs(normals), axis=1)
     axis = np.eye(3)[least]
     first = cross(normals, axis)

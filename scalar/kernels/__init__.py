@@ -10,6 +10,7 @@ import ctypes
 import os
 import zlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ class ProblemStruct(ctypes.Structure):
 
     _fields_ = (
         *((name, _int) for name in ("N", "n", "K", "m")),
-        *((name, _at) for name in ("q", "index", "factors", "T_base_0", "T_n_flange")),
+        *((name, _at) for name in ("turned", "index", "factors", "T_base_0", "T_n_flange")),
         *((name, _at) for name in ("R_sensor", "normals", "tangents")),
     )
 
@@ -67,7 +68,14 @@ _ARGUMENTS = {
         ctypes.POINTER(ProblemStruct), ctypes.POINTER(FreeStruct), _float, _float, _int, _at,
         ctypes.POINTER(_float), ctypes.POINTER(_int),
     ),
-    "shrunk_gains": (_int, _int, _at, _at, _at, _at, _at),
+    "turned": (_int, _at, _at),
+    "ends": (_int, _int, _at, _at, _at, _at, _at),
+    "contacts": (_int, _at, _at, _at, _at, _at),
+    "tangents": (_int, _at, _at),
+    "scatter": (_int, _int, _int, _at, _at, _at, _at),
+    "off_lines": (_int, _at, _at, _at),
+    "normals": (ctypes.POINTER(ProblemStruct), ctypes.POINTER(FreeStruct), _at, _at, _at, ctypes.POINTER(_float)),
+    "shrunk_gains": (_int, _int, _int, _at, _at, _at, _at, _at),
     "set_gains": (_int, _at, _at, _int, _int, _at, _at, _at),
     "extension_gains": (_int, _at, _at, _int, _at, _at, _int, _at, _at, _at, _at),
 }  # fmt: skip
@@ -105,6 +113,13 @@ def contiguous(values: NDArray[np.generic]) -> Array:
     return np.ascontiguousarray(values, dtype=np.float64)
 
 
+def address(array: NDArray[Any]) -> int:
+    """Return where the numbers of an array begin in memory: a quarter of the time of ``array.ctypes.data``, of which a calibration asks hundreds."""
+    if array.size and array.flags.writeable and array.flags.c_contiguous:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # pyright: ignore[reportArgumentType]
+    return array.ctypes.data
+
+
 def checked(status: int) -> None:
     """Check the status that a function of the library returned.
 
@@ -128,8 +143,8 @@ def frames(q: Array, geometry: Array, T_base_0: Array) -> Array | None:
     N, n = q.shape
     q, geometry, T_base_0 = contiguous(q), contiguous(geometry), contiguous(T_base_0)
     found = np.empty((N, n + 1, 4, 4))
-    angles, links, base = (each.ctypes.data for each in (q, geometry, T_base_0))
-    checked(LIBRARY.frames(N, n, angles, links, geometry.ndim == 3, base, found.ctypes.data))
+    angles, links, base = (address(each) for each in (q, geometry, T_base_0))
+    checked(LIBRARY.frames(N, n, angles, links, geometry.ndim == 3, base, address(found)))
     return found
 
 
@@ -146,9 +161,7 @@ def screws(frames: Array, geometry: Array, out: Array) -> bool:
     frames, geometry = contiguous(frames), contiguous(geometry)
     N, n = len(frames), geometry.shape[-1]
     assert out.flags.c_contiguous and out.shape[2] >= 5 * n
-    LIBRARY.screws(
-        N, n, frames.ctypes.data, geometry.ctypes.data, geometry.ndim == 3, out.shape[2], out.ctypes.data
-    )
+    LIBRARY.screws(N, n, address(frames), address(geometry), geometry.ndim == 3, out.shape[2], address(out))
     return True
 
 
@@ -177,10 +190,8 @@ def compress(
     place = None if contact is None else contiguous(contact)
     N = len(starts) - 1
     found = np.empty((N, 3, 3))
-    at = None if place is None else place.ctypes.data
-    checked(
-        LIBRARY.compress(N, points.ctypes.data, starts.ctypes.data, at, along_z, sigma, found.ctypes.data)
-    )
+    at = None if place is None else address(place)
+    checked(LIBRARY.compress(N, address(points), address(starts), at, along_z, sigma, address(found)))
     return found
 
 
@@ -196,7 +207,7 @@ def factors(basis: Array, starts: NDArray[np.int64]) -> Array | None:
     basis, starts = contiguous(basis), np.ascontiguousarray(starts, dtype=np.int64)
     N, k = len(starts) - 1, basis.shape[1]
     found = np.empty((N, k, k))
-    checked(LIBRARY.factors(N, k, basis.ctypes.data, starts.ctypes.data, found.ctypes.data))
+    checked(LIBRARY.factors(N, k, address(basis), address(starts), address(found)))
     return found
 
 
@@ -227,6 +238,6 @@ def profiles(
     starts, codes = (np.ascontiguousarray(numbers, dtype=np.int64) for numbers in (starts, codes))
     N, k = len(starts) - 1, len(codes)
     found = np.empty((N, 3, k))
-    where = (array.ctypes.data for array in (points, starts, contact))
-    checked(LIBRARY.profiles(N, *where, along_z, sigma, k, codes.ctypes.data, found.ctypes.data))
+    where = (address(array) for array in (points, starts, contact))
+    checked(LIBRARY.profiles(N, *where, along_z, sigma, k, address(codes), address(found)))
     return found

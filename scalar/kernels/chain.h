@@ -66,6 +66,35 @@ int frames(int64_t N, int64_t n, const double *q, const double *geometry, int of
     return 0;
 }
 
+/* The cosine and sine of q (count,): out (count, 2). */
+void turned(int64_t count, const double *q, double *out) {
+    for (int64_t i = 0; i < count; i++) out[2 * i] = cos(q[i]), out[2 * i + 1] = sin(q[i]);
+}
+
+/* Where the end of the chain is in each pose, out (N, 4, 4); turned (N, n, 2) as above, geometry (5, n), T_n_end (4, 4) its pose in the last frame. */
+int ends(int64_t N, int64_t n, const double *turned, const double *geometry, const double *T_base_0, const double *T_n_end, double *out) {
+    Link *links = malloc((size_t)(n + 1) * sizeof(Link));
+    if (!links) return -1;
+    double E[9], e[3], S[9], s[3];
+    read_frame(T_n_end, E, e);
+    for (int64_t i = 0; i < n; i++) link_of(geometry, n, i, links + i);
+    for (int64_t p = 0; p < N; p++, turned += 2 * n, out += 16) {
+        double R[9], o[3];
+        read_frame(T_base_0, R, o);
+        for (int64_t i = 0; i < n; i++) {
+            const Link *k = links + i;
+            step(k, turned[2 * i] * k->ct - turned[2 * i + 1] * k->st, turned[2 * i + 1] * k->ct + turned[2 * i] * k->st, R, o);
+        }
+        for (int r = 0; r < 3; r++) {
+            s[r] = o[r] + R[3 * r] * e[0] + R[3 * r + 1] * e[1] + R[3 * r + 2] * e[2];
+            for (int j = 0; j < 3; j++) S[3 * r + j] = R[3 * r] * E[j] + R[3 * r + 1] * E[3 + j] + R[3 * r + 2] * E[6 + j];
+        }
+        write_frame(S, s, out);
+    }
+    free(links);
+    return 0;
+}
+
 /* The screw (6), rotation then translation at the base's origin, of every geometric parameter from frames (N, n + 1, 4, 4): out (N, 6, width), of which
 the first 5 n columns are written. geometry as in `frames`. */
 WIDE void screws(int64_t N, int64_t n, const double *frames, const double *geometry, int of_each_pose, int64_t width, double *out) {

@@ -54,8 +54,8 @@ static int clearly_positive(const double *A, int64_t w, double shift, double *L)
 }
 
 /* The gain of columns with inner products A (w, w) and projections p (w), both overwritten, and how many directions have an eigenvalue above 1;
-the others are left out. Where all clearly have, which Cholesky's factor L (w, w) of A - I tells, the gain follows from that of A + I. */
-static double shrunk_gain(double *A, double *p, int64_t w, double *L, int64_t *seen) {
+the others are left out; -1 where w exceeds `widest` and they are not known. Where all clearly have, which Cholesky's factor L (w, w) of A - I tells, the gain follows from that of A + I. */
+static double shrunk_gain(double *A, double *p, int64_t w, int64_t widest, double *L, int64_t *seen) {
     double gain = 0.0;
     if (w > 2 && clearly_positive(A, w, -1.0, L) && clearly_positive(A, w, 1.0, L)) {
         for (int64_t i = 0; i < w; i++) {
@@ -66,8 +66,9 @@ static double shrunk_gain(double *A, double *p, int64_t w, double *L, int64_t *s
         *seen = w;
         return gain;
     }
+    *seen = w > widest ? -1 : 0;
+    if (w > widest) return NAN;
     diagonalise(A, p, w);
-    *seen = 0;
     for (int64_t i = 0; i < w; i++)
         if (A[i * w + i] > 1.0) {
             gain += p[i] * p[i] / (1.0 + A[i * w + i]);
@@ -76,14 +77,16 @@ static double shrunk_gain(double *A, double *p, int64_t w, double *L, int64_t *s
     return gain;
 }
 
-/* shrunk_gain of T matrices (T, w, w), of which the mean with their transposes is taken, and projections (T, w); work (w, 2 w + 1). */
-WIDE void shrunk_gains(int64_t T, int64_t w, const double *grams, const double *projections, double *work, double *gain, int64_t *seen) {
+/* shrunk_gain of T matrices (T, w, w), of which the mean with their transposes is taken, and projections (T, w); work (w, 2 w + 1). Of matrices wider than
+`widest`, Jacobi's method is left out: where they need it, seen is -1. */
+WIDE void shrunk_gains(int64_t T, int64_t w, int64_t widest, const double *grams, const double *projections, double *work, double *gain,
+                       int64_t *seen) {
     double *p = work + w * w, *L = p + w;
     for (int64_t t = 0; t < T; t++, grams += w * w, projections += w) {
         for (int64_t i = 0; i < w; i++)
             for (int64_t j = 0; j < w; j++) work[i * w + j] = 0.5 * (grams[i * w + j] + grams[j * w + i]);
         memcpy(p, projections, (size_t)w * sizeof(double));
-        gain[t] = shrunk_gain(work, p, w, L, seen + t);
+        gain[t] = shrunk_gain(work, p, w, widest, L, seen + t);
     }
 }
 
@@ -228,7 +231,7 @@ WIDE int extension_gains(int64_t e, const double *gram, const double *projection
                 for (int64_t j = i; j < w; j++) work[i * w + j] = work[j * w + i] = band[(j - i) * e + from + i];
                 p[i] = left[from + i];
             }
-            gain[k] = shrunk_gain(work, p, w, factor, seen + k);
+            gain[k] = shrunk_gain(work, p, w, w, factor, seen + k);
         }
     }
     free(memory), free(span);

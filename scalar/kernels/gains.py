@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scalar import kernels
-from scalar.kernels import Array, checked, contiguous
+from scalar.kernels import Array, address, checked, contiguous
 
 IntArray = NDArray[np.int64]
 
@@ -20,19 +20,22 @@ _WIDEST = 8  # columns: Jacobi's method is slower than LAPACK for larger matrice
 
 
 def shrunk_gains(grams: Array, projections: Array) -> tuple[Array, IntArray] | None:
-    """Return gains ``(T,)`` and degrees of freedom ``(T,)`` as ``scalar.diagnosis.score_test.shrunk_gain``; None if the library does not apply.
+    """Return gains ``(T,)`` and degrees of freedom ``(T,)`` as ``scalar.diagnosis.score_test.shrunk_gain``; None without the library.
+
+    Of more than ``_WIDEST`` columns, the gain follows from a Cholesky factor if all eigenvalues clearly exceed 1; else -1 stands for the degrees of
+    freedom, and LAPACK should compute both.
 
     Args:
         grams: ``(T, w, w)``, inner products of the w columns of each of T candidates.
         projections: ``(T, w)``, inner products of these columns with the residual.
     """
     T, w = projections.shape
-    if kernels.LIBRARY is None or w > _WIDEST:
+    if kernels.LIBRARY is None:
         return None
     grams, projections, work = contiguous(grams), contiguous(projections), np.empty(w * (2 * w + 1))
     gain, seen = np.empty(T), np.empty(T, dtype=np.int64)
     kernels.LIBRARY.shrunk_gains(
-        T, w, grams.ctypes.data, projections.ctypes.data, work.ctypes.data, gain.ctypes.data, seen.ctypes.data
+        T, w, _WIDEST, address(grams), address(projections), address(work), address(gain), address(seen)
     )
     return gain, seen
 
@@ -53,7 +56,7 @@ def set_gains(gram: Array, projection: Array, columns: NDArray[np.intp]) -> tupl
     T, s = columns.shape
     gain, seen = np.empty(T), np.empty(T, dtype=np.int64)
     status = kernels.LIBRARY.set_gains(
-        len(gram), gram.ctypes.data, projection.ctypes.data, T, s, columns.ctypes.data, gain.ctypes.data, seen.ctypes.data
+        len(gram), address(gram), address(projection), T, s, address(columns), address(gain), address(seen)
     )  # fmt: skip
     return None if _failed(status) else (gain, seen)
 
@@ -79,8 +82,8 @@ def extension_gains(
     T, n = len(given), len(first)
     gain, seen = np.empty((T, n)), np.empty((T, n), dtype=np.int64)
     status = kernels.LIBRARY.extension_gains(
-        len(gram), gram.ctypes.data, projection.ctypes.data, T, ends.ctypes.data, columns.ctypes.data, n, first.ctypes.data,
-        width.ctypes.data, gain.ctypes.data, seen.ctypes.data,
+        len(gram), address(gram), address(projection), T, address(ends), address(columns), n, address(first),
+        address(width), address(gain), address(seen),
     )  # fmt: skip
     return None if _failed(status) else (gain, seen)
 

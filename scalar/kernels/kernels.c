@@ -5,6 +5,7 @@ the functions; tests/test_kernels.py compares the two. All numbers are double pr
 The sums are written in a fixed order, and no flag lets the compiler change it: the same data give the same bytes on all processors of one architecture.
 */
 
+#include "contacts.h"
 #include "gains.h"
 #include "levenberg_marquardt.h"
 #include "linear_start.h"

@@ -21,6 +21,13 @@ WIDE int fit(const Problem *p, const Free *v, double tolerance, double factor, i
            *G = y + 2 * even, *trial = G + even * BLOCK, *work = trial + P;
     memset(G, 0, even * BLOCK * sizeof(double));
     memcpy(trial, x, (size_t)P * sizeof(double));
+    memset(work, 0, (size_t)work_size(p) * sizeof(double));
+    int arm_is_free = 0;
+    for (int64_t f = 0; f < F; f++) arm_is_free |= v->free[f] < 5 * p->n;
+    if (!arm_is_free) {
+        state_at(p, x, &s);
+        if (arm_stays(p, &s)) goto end;
+    }
     double norm = sqrt(cost_at(p, v, &s, x)), delta = 0.0, size_x = 0.0, par = 0.0;
     *evaluations = 1;
     if (!isfinite(norm)) goto end;

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scalar import kernels
-from scalar.kernels import Array, StartStruct, checked, contiguous
+from scalar.kernels import Array, StartStruct, address, checked, contiguous
 
 
 def linear_start(
@@ -39,13 +39,13 @@ def linear_start(
         return None
     R, *floats = (contiguous(each) for each in (R, R_metric, T_base_flange, normals, distances))
     index, used = (np.ascontiguousarray(each, dtype=np.int64) for each in (index, use))
-    metric, T, n, d = (each.ctypes.data for each in floats)
+    metric, T, n, d = (address(each) for each in floats)
     scans = StartStruct(
-        len(R), len(normals), R.shape[1], R.ctypes.data, metric, T, index.ctypes.data, used.ctypes.data, n, d
+        len(R), len(normals), R.shape[1], address(R), metric, T, address(index), address(used), n, d
     )
     found = np.zeros((2, 4, 4))
     found[:, 3, 3] = 1.0
     first, last = found
-    status = kernels.LIBRARY.linear_start(ctypes.byref(scans), rounds, first.ctypes.data, last.ctypes.data)
+    status = kernels.LIBRARY.linear_start(ctypes.byref(scans), rounds, address(first), address(last))
     checked(status)
     return (first, last) if status else None

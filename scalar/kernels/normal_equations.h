@@ -57,10 +57,10 @@ static ALWAYS void add_products(const double *G, int64_t F, double *H) {
         }
 }
 
-/* H = J'J (lower triangle) and g = J'r by the free coordinates, priors included. */
-static ALWAYS void normal_equations(const Problem *p, const Free *v, State *s, const double *x, double *H, double *g, double *G, double *work) {
+/* H = J'J (lower triangle) and g = J'r by the free coordinates, priors included. Returns r'r without them. */
+static ALWAYS double normal_equations(const Problem *p, const Free *v, State *s, const double *x, double *H, double *g, double *G, double *work) {
     int64_t A = 5 * p->n + 6, F = v->F, row = 0;
-    double c[3], by_plane[9] = {0}, r[BLOCK], *by = work + 15 * p->n;
+    double c[3], by_plane[9] = {0}, r[BLOCK], squares = 0.0, *by = work + 15 * p->n;
     memset(H, 0, (size_t)(F * F) * sizeof(double));
     memset(g, 0, (size_t)F * sizeof(double));
     state_at(p, x, s);
@@ -70,6 +70,7 @@ static ALWAYS void normal_equations(const Problem *p, const Free *v, State *s, c
             for (int64_t k = row; k < BLOCK; k++) r[k] = 0.0;
             add_products(G, F, H);
             for (int64_t f = 0; f < F; f++) g[f] += dot(G + f * BLOCK, r, BLOCK);
+            squares += dot(r, r, BLOCK);
             row = 0;
         }
         if (at == p->N) break;
@@ -93,4 +94,19 @@ static ALWAYS void normal_equations(const Problem *p, const Free *v, State *s, c
             H[f * F + f] += v->weight[f] * v->weight[f];
             g[f] += v->weight[f] * v->weight[f] * (x[v->free[f]] - v->mean[f]);
         }
+    return squares;
+}
+
+/* J'J (F, F) and J'r (F,) of the rows at x (P,) by the free coordinates, without priors, and r'r. */
+WIDE int normals(const Problem *p, const Free *v, const double *x, double *H, double *g, double *squares) {
+    int64_t F = v->F;
+    size_t even = (size_t)(F + 1); /* products are taken two by two */
+    double *memory = calloc(even * BLOCK + (size_t)work_size(p), sizeof(double));
+    State s;
+    int failed = state_begin(p, &s) || !memory;
+    if (!failed) *squares = normal_equations(p, v, &s, x, H, g, memory, memory + even * BLOCK);
+    for (int64_t i = 0; i < F && !failed; i++)
+        for (int64_t j = 0; j < i; j++) H[j * F + i] = H[i * F + j];
+    state_end(&s), free(memory);
+    return failed ? -1 : 0;
 }

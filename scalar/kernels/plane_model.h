@@ -7,7 +7,7 @@
 /* Coordinates x (P,): geometry (5, n), the sensor's translation and rotation vector, (u, v, d) of every plane. */
 typedef struct {
     int64_t N, n, K, m;       /* poses, joints, planes, rows a pose */
-    const double *q;          /* (N, n) */
+    const double *turned;     /* (N, n, 2): cosine and sine of the joint angles, which no coordinate changes */
     const int64_t *index;     /* (N,), plane of each pose */
     const double *factors;    /* (N, m, 3): the rows are factors @ contact */
     const double *T_base_0;   /* (4, 4) */
@@ -23,7 +23,7 @@ typedef struct {
     double R[9], t[3];               /* of the sensor on the flange */
     double turns[9];                 /* left Jacobian of its rotation vector */
     double *planes;                  /* (K, 10): n, d, dn/du, dn/dv */
-    double *turned;                  /* (N, n, 2): cosine and sine of q, which no coordinate changes */
+    double *flanges;                 /* (N, 12): rotation and origin of the flange in the base frame; NULL where the arm may change */
 } State;
 
 static void rotation(const double *r, double *R, double *left) {
@@ -46,14 +46,13 @@ static void rotation(const double *r, double *R, double *left) {
 static int state_begin(const Problem *p, State *s) {
     s->links = malloc((size_t)(p->n + 1) * sizeof(Link));
     s->planes = malloc((size_t)(p->K + 1) * 10 * sizeof(double));
-    s->turned = malloc((size_t)(p->N * p->n + 1) * 2 * sizeof(double));
-    if (!(s->links && s->planes && s->turned)) return -1;
+    s->flanges = NULL;
+    if (!(s->links && s->planes)) return -1;
     read_frame(p->T_n_flange, s->flange_R, s->flange_o);
-    for (int64_t i = 0; i < p->N * p->n; i++) s->turned[2 * i] = cos(p->q[i]), s->turned[2 * i + 1] = sin(p->q[i]);
     return 0;
 }
 
-static void state_end(State *s) { free(s->links), free(s->planes), free(s->turned); }
+static void state_end(State *s) { free(s->links), free(s->planes), free(s->flanges); }
 
 static void state_at(const Problem *p, const double *x, State *s) {
     double turned[9];
@@ -77,30 +76,56 @@ static void state_at(const Problem *p, const double *x, State *s) {
     }
 }
 
-/* One pose: contact c (3), and its derivatives (3, 5 n + 6) by the arm and the sensor and (3, 3) by its plane, where `by` is given. */
+static ALWAYS void flange_of(const State *s, const double *R, const double *o, double *F, double *place) {
+    const double *f = s->flange_R, *g = s->flange_o;
+    for (int r = 0; r < 3; r++) {
+        for (int j = 0; j < 3; j++) F[3 * r + j] = R[3 * r] * f[j] + R[3 * r + 1] * f[3 + j] + R[3 * r + 2] * f[6 + j];
+        place[r] = o[r] + R[3 * r] * g[0] + R[3 * r + 1] * g[1] + R[3 * r + 2] * g[2];
+    }
+}
+
+static ALWAYS void next_frame(const Problem *p, const State *s, int64_t at, int64_t i, double *R, double *o) {
+    const Link *link = s->links + i;
+    const double *q = p->turned + 2 * (at * p->n + i);
+    step(link, q[0] * link->ct - q[1] * link->st, q[1] * link->ct + q[0] * link->st, R, o);
+}
+
+/* For a fit in which the arm keeps the geometry of `state_at`: its flange in every pose, once. */
+static int arm_stays(const Problem *p, State *s) {
+    double R[9], o[3];
+    s->flanges = malloc((size_t)(12 * p->N + 1) * sizeof(double));
+    if (!s->flanges) return -1;
+    for (int64_t at = 0; at < p->N; at++) {
+        read_frame(p->T_base_0, R, o);
+        for (int64_t i = 0; i < p->n; i++) next_frame(p, s, at, i, R, o);
+        flange_of(s, R, o, s->flanges + 12 * at, s->flanges + 12 * at + 9);
+    }
+    return 0;
+}
+
+/* One pose: contact c (3), and its derivatives (3, 5 n + 6) by the arm and the sensor and (3, 3) by its plane, where `by` is given; those by an arm that
+stays are left as they are. */
 static ALWAYS void pose(const Problem *p, const State *s, int64_t at, double *c, double *by, double *by_plane, double *work) {
     int64_t n = p->n, A = 5 * n + 6;
-    double R[9], o[3], *x_before = work, *y_tilted = x_before + 3 * n, *z_after = y_tilted + 3 * n, *o_before = z_after + 3 * n,
+    double F[9], X[3], Z[3], place[3], R[9], o[3], *x_before = work, *y_tilted = x_before + 3 * n, *z_after = y_tilted + 3 * n, *o_before = z_after + 3 * n,
                        *o_after = o_before + 3 * n;
-    read_frame(p->T_base_0, R, o);
-    for (int64_t i = 0; i < n; i++) {
+    if (s->flanges)
+        memcpy(F, s->flanges + 12 * at, sizeof F), memcpy(place, s->flanges + 12 * at + 9, sizeof place);
+    else
+        read_frame(p->T_base_0, R, o);
+    for (int64_t i = 0; i < (s->flanges ? 0 : n); i++) {
         const Link *link = s->links + i;
         if (by)
             for (int r = 0; r < 3; r++) {
                 x_before[3 * i + r] = R[3 * r], o_before[3 * i + r] = o[r];
                 y_tilted[3 * i + r] = link->ca * R[3 * r + 1] + link->sa * R[3 * r + 2];
             }
-        const double *turned = s->turned + 2 * (at * n + i);
-        step(link, turned[0] * link->ct - turned[1] * link->st, turned[1] * link->ct + turned[0] * link->st, R, o);
+        next_frame(p, s, at, i, R, o);
         if (by)
             for (int r = 0; r < 3; r++) z_after[3 * i + r] = R[3 * r + 2], o_after[3 * i + r] = o[r];
     }
-    double F[9], X[3], Z[3], place[3];
-    const double *N = s->planes + 10 * p->index[at], *f = s->flange_R, *g = s->flange_o;
-    for (int r = 0; r < 3; r++) {
-        for (int j = 0; j < 3; j++) F[3 * r + j] = R[3 * r] * f[j] + R[3 * r + 1] * f[3 + j] + R[3 * r + 2] * f[6 + j];
-        place[r] = o[r] + R[3 * r] * g[0] + R[3 * r + 1] * g[1] + R[3 * r + 2] * g[2];
-    }
+    if (!s->flanges) flange_of(s, R, o, F, place);
+    const double *N = s->planes + 10 * p->index[at];
     for (int r = 0; r < 3; r++) {
         place[r] += F[3 * r] * s->t[0] + F[3 * r + 1] * s->t[1] + F[3 * r + 2] * s->t[2];
         X[r] = F[3 * r] * s->R[0] + F[3 * r + 1] * s->R[3] + F[3 * r + 2] * s->R[6];
@@ -111,8 +136,8 @@ static ALWAYS void pose(const Problem *p, const State *s, int64_t at, double *c,
     /* A turn about e through p changes the contact by e . ((o - p) x n, X x n, Z x n), a shift along e by (e . n, 0, 0). */
     double mX[3], mZ[3], arm[3], mo[3], *by_o = by, *by_X = by + A, *by_Z = by + 2 * A;
     cross3(X, N, mX), cross3(Z, N, mZ);
-    memset(by, 0, (size_t)(3 * A) * sizeof(double));
-    for (int64_t i = 0; i < n; i++) {
+    if (!s->flanges) memset(by, 0, (size_t)(3 * A) * sizeof(double));
+    for (int64_t i = 0; i < (s->flanges ? 0 : n); i++) {
         const double *x = x_before + 3 * i, *y = y_tilted + 3 * i, *z = z_after + 3 * i;
         by_o[i] = dot3(x, N), by_o[2 * n + i] = dot3(z, N);
         for (int r = 0; r < 3; r++) arm[r] = place[r] - o_before[3 * i + r];

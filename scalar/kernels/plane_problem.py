@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scalar.kernels import LIBRARY, Array, FreeStruct, ProblemStruct, checked, contiguous
+from scalar.kernels import LIBRARY, Array, FreeStruct, ProblemStruct, address, checked, contiguous
 
 ILL_CONDITIONED = -1
 """What the library returns instead of MINPACK's number if the normal equations are too ill-conditioned."""
@@ -41,7 +41,7 @@ class PlaneProblem:
 
     def __init__(
         self,
-        q: Array,
+        turned: Array,
         index: NDArray[np.int64],
         factors: Array,
         T_base_0: Array,
@@ -53,7 +53,7 @@ class PlaneProblem:
         """Store what does not change with the coordinates.
 
         Args:
-            q: ``(N, n)`` [rad], joint angles.
+            turned: ``(N, n, 2)``, cosine and sine of the joint angles, as ``turned`` returns them.
             index: ``(N,)``, index of the plane that each pose measures.
             factors: ``(N, m, 3)``, the factors of the contact vector in each row.
             T_base_0: ``(4, 4)``, transform before the first joint.
@@ -63,22 +63,21 @@ class PlaneProblem:
             tangents: ``(K, 2, 3)``, the directions in which u and v move each normal.
         """
         floats = [
-            contiguous(each) for each in (q, factors, T_base_0, T_n_flange, R_sensor, normals, tangents)
+            contiguous(each) for each in (turned, factors, T_base_0, T_n_flange, R_sensor, normals, tangents)
         ]
         index = np.ascontiguousarray(index, dtype=np.int64)
         self._kept = (*floats, index)  # the structure holds their addresses
-        self.shape = len(q), factors.shape[1], 5 * q.shape[1] + 6 + 3 * len(normals)
-        at = [each.ctypes.data for each in floats]
-        self._struct = ProblemStruct(
-            len(q), q.shape[1], len(normals), factors.shape[1], at[0], index.ctypes.data, *at[1:]
-        )
+        N, n = turned.shape[:2]
+        self.shape = N, factors.shape[1], 5 * n + 6 + 3 * len(normals)
+        at = [address(each) for each in floats]
+        self._struct = ProblemStruct(N, n, len(normals), factors.shape[1], at[0], address(index), *at[1:])
 
     def residual(self, vector: Array) -> Array:
         """Return the rows ``(N, m)`` at coordinates ``(P,)``."""
         assert LIBRARY is not None
         N, m, _ = self.shape
         vector, residual = contiguous(vector), np.empty((N, m))
-        checked(LIBRARY.linearise(ctypes.byref(self._struct), vector.ctypes.data, residual.ctypes.data, None))
+        checked(LIBRARY.linearise(ctypes.byref(self._struct), address(vector), address(residual), None))
         return residual
 
     def linearise(self, vector: Array) -> tuple[Array, Array]:
@@ -88,10 +87,26 @@ class PlaneProblem:
         vector, residual, jacobian = contiguous(vector), np.empty((N, m)), np.empty((N, m, P))
         checked(
             LIBRARY.linearise(
-                ctypes.byref(self._struct), vector.ctypes.data, residual.ctypes.data, jacobian.ctypes.data
+                ctypes.byref(self._struct), address(vector), address(residual), address(jacobian)
             )
         )
         return residual, jacobian
+
+    def normal_equations(self, vector: Array, free: NDArray[np.int64]) -> tuple[Array, Array, float]:
+        """Return ``J'J`` ``(F, F)`` and ``J'r`` ``(F,)`` by the free coordinates at coordinates ``(P,)``, and the sum of squares ``r'r``.
+
+        Args:
+            vector: ``(P,)``.
+            free: ``(F,)``, indices of the free coordinates.
+        """
+        assert LIBRARY is not None
+        vector, free = contiguous(vector), np.ascontiguousarray(free, dtype=np.int64)
+        F, none, squares = len(free), np.zeros(len(free)), ctypes.c_double()
+        gram, gradient = np.empty((F, F)), np.empty(F)
+        chosen = FreeStruct(F, address(free), address(none), address(none))
+        at = (address(each) for each in (vector, gram, gradient))
+        checked(LIBRARY.normals(ctypes.byref(self._struct), ctypes.byref(chosen), *at, ctypes.byref(squares)))
+        return gram, gradient, squares.value
 
     def fit(
         self,
@@ -118,10 +133,10 @@ class PlaneProblem:
         assert LIBRARY is not None
         free = np.ascontiguousarray(free, dtype=np.int64)
         mean, weight, vector = contiguous(mean), contiguous(weight), np.array(start, dtype=np.float64)
-        chosen = FreeStruct(len(free), free.ctypes.data, mean.ctypes.data, weight.ctypes.data)
+        chosen = FreeStruct(len(free), address(free), address(mean), address(weight))
         cost, evaluations = ctypes.c_double(), ctypes.c_int64()
         info = LIBRARY.fit(
-            ctypes.byref(self._struct), ctypes.byref(chosen), tolerance, first_step, max_evaluations, vector.ctypes.data,
+            ctypes.byref(self._struct), ctypes.byref(chosen), tolerance, first_step, max_evaluations, address(vector),
             ctypes.byref(cost), ctypes.byref(evaluations),
         )  # fmt: skip
         return None if info == ILL_CONDITIONED else FitEnd(info, vector, evaluations.value)

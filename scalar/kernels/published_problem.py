@@ -7,7 +7,7 @@ import ctypes
 import numpy as np
 from numpy.typing import NDArray
 
-from scalar.kernels import LIBRARY, Array, PublishedStruct, checked, contiguous
+from scalar.kernels import LIBRARY, Array, PublishedStruct, address, checked, contiguous
 
 READINGS = ("raise", "abs", "clip")
 """How the root of a negative number is read, in the order in which ``published_model.h`` counts the readings: as NaN (on which the caller ends
@@ -50,9 +50,9 @@ class PublishedProblem:
         self._kept = (*floats, index)  # the structure holds their addresses
         N, n = q.shape
         self.shape = N, 4 * n + 7 + 4 * n_planes
-        at = [each.ctypes.data for each in floats]
+        at = [address(each) for each in floats]
         self._struct = PublishedStruct(
-            N, n, n_planes, READINGS.index(reading), at[0], index.ctypes.data, *at[1:]
+            N, n, n_planes, READINGS.index(reading), at[0], address(index), *at[1:]
         )
 
     def rows(self, values: Array) -> Array:
@@ -73,8 +73,6 @@ class PublishedProblem:
         N, P = self.shape
         values, rows = contiguous(values), np.empty(3 * N)
         changes = np.empty((0 if steps is None else 3 * N, P))
-        stepped, out = (None, None) if steps is None else (steps.ctypes.data, changes.ctypes.data)
-        checked(
-            LIBRARY.published(ctypes.byref(self._struct), values.ctypes.data, stepped, rows.ctypes.data, out)
-        )
+        stepped, out = (None, None) if steps is None else (address(steps), address(changes))
+        checked(LIBRARY.published(ctypes.byref(self._struct), address(values), stepped, address(rows), out))
         return rows, changes

@@ -6,9 +6,8 @@ common normal of two successive axes, the angle between them, and the offset bet
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-
-import numpy as np
 
 from scalar.geometry.parallel_axes import near_parallel
 from scalar.geometry.robot import GEOMETRY, Robot
@@ -45,20 +44,23 @@ class BetweenAxes:
 
 def between_axes(robot: Robot) -> list[BetweenAxes]:
     """Return the distances and angles between the axes of an arm, and its offsets, those of the first joints first."""
-    a, alpha, d = robot.geometry[_A], robot.geometry[_ALPHA], robot.geometry[_D]
+    a, alpha, d = (robot.geometry[k].tolist() for k in (_A, _ALPHA, _D))
     found: list[BetweenAxes] = []
     for i in range(1, robot.n_joints):
         axes = f"axes {i} and {i + 1}"
-        found.append(BetweenAxes(f"the distance between {axes}", abs(float(a[i]))))
-        angle = float(np.arccos(np.clip(abs(np.cos(alpha[i])), 0.0, 1.0)))
+        found.append(BetweenAxes(f"the distance between {axes}", abs(a[i])))
+        angle = math.acos(min(abs(math.cos(alpha[i])), 1.0))
         found.append(BetweenAxes(f"the angle between {axes}", angle, is_angle=True))
     for run in _parallel_runs(robot):
-        if run[0] == 0 or run[-1] == robot.n_joints - 1 or robot.slides[run].any():
+        if run[0] == 0 or run[-1] == robot.n_joints - 1 or not set(robot.prismatic).isdisjoint(run):
             continue  # the place of base and flange, or of a travel, is a choice
-        along = np.cumprod(np.r_[1.0, np.sign(np.cos(alpha[run[1:]]))])
+        offset, along = d[run[0]], 1.0
+        for i in run[1:]:
+            along *= math.copysign(1.0, math.cos(alpha[i]))
+            offset += along * d[i]
         numbers = [str(i + 1) for i in run]
         axis = f"axis {numbers[0]}" if len(run) == 1 else f"axes {numbers[0]} to {numbers[-1]}"
-        found.append(BetweenAxes(f"the offset along {axis}", abs(float(along @ d[run]))))
+        found.append(BetweenAxes(f"the offset along {axis}", abs(offset)))
     return found
 
 
@@ -85,5 +87,5 @@ def largest_difference(robot: Robot, other: Robot) -> tuple[float, BetweenAxes, 
     if robot.n_joints != other.n_joints or not pairs:
         return None
     sizes = [abs(one.value - two.value) / (TURNED if one.is_angle else FAR) for one, two in pairs]
-    k = int(np.argmax(sizes))
+    k = sizes.index(max(sizes))
     return sizes[k], *pairs[k]

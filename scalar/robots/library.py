@@ -11,12 +11,13 @@ import difflib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from importlib import resources
 from typing import Any
 
 from scalar.data.io.plain_yaml import load_yaml
 from scalar.errors import Fault, InvalidInput
+from scalar.geometry.robot import Robot
 
 VERIFIED, UNVERIFIED = "verified", "unverified"
 _MOST_SUGGESTIONS = 5
@@ -60,6 +61,11 @@ class LibraryArm:
     payload: float | None
     note: str
     mapping: Mapping[str, Any]
+
+    @cached_property
+    def robot(self) -> Robot:
+        """Return the arm as a robot."""
+        return Robot.from_mapping(self.mapping)
 
 
 def arm_names() -> list[str]:

@@ -13,7 +13,7 @@ def doubt_of_name(robot: Robot) -> str:
     compared = [
         (*difference, arm)
         for arm in resembling(robot.name)
-        if (difference := largest_difference(robot, Robot.from_mapping(arm.mapping)))
+        if (difference := largest_difference(robot, arm.robot))
     ]
     if not compared:
         return ""
@@ -26,7 +26,7 @@ def _sentence(robot: Robot, own: BetweenAxes, listed: BetweenAxes, arm: LibraryA
     convention, read = (
         ("modified-dh", read_as_modified) if robot.standard_dh else ("standard-dh", read_as_standard)
     )
-    found = largest_difference(read(robot), Robot.from_mapping(arm.mapping))
+    found = largest_difference(read(robot), arm.robot)
     ask = (
         f"under `convention: {convention}` it would be that arm's; is the convention stated wrongly?"
         if found is not None and found[0] <= 1.0

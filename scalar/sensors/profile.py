@@ -16,6 +16,7 @@ import numpy as np
 from scalar import kernels
 from scalar.geometry.planes import PARAMETERS_PER_PLANE, Planes
 from scalar.geometry.se3 import Array, skew
+from scalar.kernels.contacts import contacts, scatter
 from scalar.sensors.compression import compress, compress_keeping_q
 
 LINE_BASIS = ("1", "x", "z")
@@ -128,6 +129,9 @@ class PointFactors:
 
 def contact_vectors(T_base_sensor: Array, planes: Planes, index: Array) -> Array:
     """Return the contact vectors ``(N, 3)`` alone; arguments as for ``contact``."""
+    compiled = contacts(T_base_sensor, planes.normals, planes.distances, index)
+    if compiled is not None:
+        return compiled
     c = np.einsum("nxk,nx->nk", T_base_sensor[:, :3, _CARRIERS], planes.normals[index])
     c[:, 0] -= planes.distances[index]
     return c
@@ -253,6 +257,10 @@ def scatter_within(R: Array, c: Array, counts: Array, full: Array | None = None)
         counts: ``(N,)``, number of points of each scan.
         full: ``(N, k)``, contact vectors with the contributions of effects on points and planes; None if there are none.
     """
+    freedom = np.maximum(counts - 2, 0)
+    compiled = scatter(R, c, full)
+    if compiled is not None:
+        return compiled, freedom
     f = np.einsum("nij,nj->ni", R[:, :, :3], c) if full is None else np.einsum("nij,nj->ni", R, full)
     shift = R[:, :, 0]
     turn = R[:, :, 2] * c[:, 1:2] - R[:, :, 1] * c[:, 2:3]
@@ -260,7 +268,7 @@ def scatter_within(R: Array, c: Array, counts: Array, full: Array | None = None)
         f = f - _along(f, shift)
         turn = turn - _along(turn, shift)
         f = f - _along(f, turn)
-    return np.sum(f * f, axis=1), np.maximum(counts - 2, 0)
+    return np.sum(f * f, axis=1), freedom
 
 
 def _along(rows: Array, directions: Array) -> Array:

@@ -112,7 +112,7 @@ def test_a_whitening_that_hardly_moves_the_optimum_is_the_last(prepared, moved, 
     residuals, _, free, found = prepared
     steps, done = iter((moved, 0.0)), []
     fitted = joint_fit.fit
-    monkeypatch.setattr(joint_fit, "covariance_and_step", lambda *_: (None, next(steps)))
+    monkeypatch.setattr(joint_fit, "remaining_step", lambda *_: next(steps))
     monkeypatch.setattr(joint_fit, "fit", lambda *given: done.append(given) or fitted(*given))
     fit_from(None, found, free, residuals)  # type: ignore[arg-type]
     assert len(done) == fits
