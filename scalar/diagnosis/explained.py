@@ -19,7 +19,7 @@ from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import priors_for_whitened_rows, with_spectrum
 from scalar.diagnosis.hold_out import held_out_errors, improvement
-from scalar.diagnosis.instrument_errors import with_error_of_instrument
+from scalar.diagnosis.instrument_errors import leads, with_error_of_instrument
 from scalar.diagnosis.joint_selection import select_jointly
 from scalar.diagnosis.measured_rows import rows_given_own_noise
 from scalar.diagnosis.near_data_sheet import near_data_sheet
@@ -125,7 +125,7 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
         progress("looking for unmodelled structure")
         flexible_candidates = flexible_candidate_sets(named.after.dataset)
         rival = with_error_of_instrument(named.before, named.after, named.candidates)
-        leading = rival if rival and _leads(rival, named.after, named.candidates) else named.after
+        leading = named.after if rival is None or not leads(rival, named.after, named.candidates) else rival
         after = with_flexible_terms(leading, named.candidates, flexible_candidates)
         progress("fitting joints that need many orders")
         after = with_spectrum(after, named.candidates)
@@ -136,15 +136,6 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
         after = named.after if named.after.is_plausible else named.before
     _refuse_gross_errors_left(dataset, after)
     return replace(named, after=after, flexible_candidates=flexible_candidates, rival=rival)
-
-
-def _leads(rival: FittedState, named: FittedState, candidates: CandidateSet) -> bool:
-    """Return whether a state with an error of the instrument explains clearly more than one of named effects, and predicts held-out poses no worse."""
-    more = evidence_of(rival, candidates) - evidence_of(named, candidates)
-    if more <= named.settings.flexible_terms.replacement_margin:
-        return False
-    worse = improvement(held_out_errors(rival, named.whitening), held_out_errors(named, named.whitening))
-    return worse < named.settings.selection.least_improvement
 
 
 def _cleaned_given(cleaned: Cleaned, state: FittedState) -> Cleaned:

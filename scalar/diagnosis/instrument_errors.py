@@ -15,12 +15,14 @@ from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.evidence_of_states import evidence_of
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.forward_selection import select_forward
+from scalar.diagnosis.hold_out import held_out_errors, improvement
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import rank
 from scalar.diagnosis.terms_of_loads import with_terms_of_loads
-from scalar.effects.flexible.measured_space import UnattributedSpace, errors_of_instrument
+from scalar.effects.flexible.measured_space import UnattributedSpace
+from scalar.effects.flexible.proposals import errors_of_instrument
 
-TRIED = 2  # errors of the instrument that are tried from each start, those with the most evidence
+TRIED = 1  # errors of the instrument that are tried from each start, those with the most evidence
 
 
 def with_error_of_instrument(
@@ -47,6 +49,15 @@ def with_error_of_instrument(
     return max(found, key=lambda state: evidence_of(state, candidates), default=None)
 
 
+def leads(rival: FittedState, named: FittedState, candidates: CandidateSet) -> bool:
+    """Return whether a state with an error of the instrument explains clearly more than one without, and predicts held-out poses no worse."""
+    more = evidence_of(rival, candidates) - evidence_of(named, candidates)
+    if more <= named.settings.flexible_terms.replacement_margin:
+        return False
+    worse = improvement(held_out_errors(rival, named.whitening), held_out_errors(named, named.whitening))
+    return worse < named.settings.selection.least_improvement
+
+
 def has_error_of_instrument(state: FittedState) -> bool:
     """Return whether a state contains an error of the instrument."""
     return any(isinstance(effect, UnattributedSpace) for effect in state.effects)
@@ -66,5 +77,6 @@ def leads_of_instrument(
         return [-np.inf] * len(state.effects)
     lead = evidence_of(rival, candidates) - evidence_of(state, candidates)
     return [
-        -np.inf if any(effect.same_place(other) for other in rival.effects) else lead for effect in state.effects
+        -np.inf if any(effect.same_place(other) for other in rival.effects) else lead
+        for effect in state.effects
     ]

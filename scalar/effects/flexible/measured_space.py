@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
 from scalar.data.poses import Poses
+from scalar.effects.effect import Effect
 from scalar.effects.flexible.unattributed import NAME, Unattributed
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.places import PointEffect
 from scalar.effects.remedies import NOTHING_FOR_THE_INSTRUMENT
 from scalar.geometry.se3 import Array
-from scalar.sensors import kind_of
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -28,7 +28,10 @@ for _k, (_i, _j) in enumerate(((0, 1), (0, 2), (1, 2))):
 _STRAIN_NAMES = ["xx_yy_m_per_m", "zz_m_per_m", "xy_m_per_m", "xz_m_per_m", "yz_m_per_m"]
 _SQUARES = tuple((i, j) for i in range(3) for j in range(i, 3))
 _MOST_STRAIN, _MOST_ANGLE = 3e-3, 1e-3  # chosen: several times what photogrammetry and encoders err by
-ORDERS = (1, 2)  # periods a turn: an encoder's disk that sits off its centre, and one that is oval or read by two heads
+ENCODER_ORDERS = (
+    1,
+    2,
+)  # periods a turn: an encoder's disk that sits off its centre, and one that is oval or read by two heads
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +47,8 @@ class UnattributedSpace(Unattributed, PointEffect):
     - ``azimuth``: ``D c = (c_1 cos(k a) + c_2 sin(k a)) z x y``, a the azimuth of y about the z axis of the instrument's frame, k the order.
     - ``elevation``: the same for the angle to the plane across z.
 
-    Waves of the first and second order are the errors of encoders in the models of laser trackers (Muralikrishnan, Phillips and Sawyer, Laser trackers
-    for large-scale dimensional metrology: a review, Precision Engineering 44, 2016). They need positions in the instrument's own frame.
+    Waves of the first and second order are the errors of encoders in the models of laser trackers (Muralikrishnan, Phillips and Sawyer, Laser
+    trackers for large-scale dimensional metrology: a review, Precision Engineering 44, 2016). They need positions in the instrument's own frame.
 
     Attributes:
         shape: ``strain``, ``quadratic``, ``azimuth`` or ``elevation``.
@@ -59,6 +62,8 @@ class UnattributedSpace(Unattributed, PointEffect):
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
     half: float = 1.0
 
+    kind: ClassVar[str] = "distortion of the measured space"
+    reported_with: ClassVar[str] = "measured_space"
     place: ClassVar[str] = "measured_space"
     basis_names: ClassVar[tuple[str, ...]] = ()
 
@@ -71,10 +76,16 @@ class UnattributedSpace(Unattributed, PointEffect):
     def described_as(self) -> str:
         """Return that the instrument errs, and in what."""
         if self.order:
-            return f"an error of the instrument's {self.shape} that repeats about {('once', 'twice')[self.order - 1]} a turn, and not of the arm"
-        size = 1e6 * float(np.abs(np.linalg.eigvalsh(self._strain())).max())
-        many = " and bends" if self.shape == "quadratic" else ""
-        return f"a distortion of the space that the instrument measures, and not of the arm: it stretches{many} space by up to {size:.0f} um per m"
+            how = f"like a periodic error of its {self.shape} encoder"
+        else:
+            size = 1e3 * float(np.abs(np.linalg.eigvalsh(self._strain())).max())
+            how = f"which is {'stretched and bent' if self.shape == 'quadratic' else 'stretched'} by up to {size:.2g} mm per m"
+        return f"a distortion of the space that the measuring instrument shows, and not an error of the arm, {how}"
+
+    @classmethod
+    def clause_of(cls, effects: Sequence[Effect]) -> str:
+        """Return that it is the instrument that errs."""
+        return "the measuring instrument distorts the space that it shows, which is no error of the arm"
 
     def _strain(self) -> Array:
         """Return E ``(3, 3)`` [m/m]."""
@@ -137,8 +148,8 @@ class UnattributedSpace(Unattributed, PointEffect):
     def advice(self) -> list[str]:
         """Return that the instrument should be checked."""
         return [
-            "Check the measuring instrument before the arm: measure a bar of known length along several directions and at several distances, or the same "
-            "fixed points from two places of the instrument, and have it calibrated if the lengths differ. Then measure the arm again."
+            "Check the measuring instrument before the arm: measure a bar of known length along several directions and at several distances, or the "
+            "same fixed points from two places of the instrument, and have it calibrated if the lengths differ. Then measure the arm again."
         ]
 
     @property
@@ -170,14 +181,3 @@ class UnattributedSpace(Unattributed, PointEffect):
         """Return the term of ``to_mapping``."""
         x, y, z = (float(v) for v in mapping["centre_m"])
         return cls(str(mapping["shape"]), int(mapping["order"]), (x, y, z), float(mapping["half_m"]))
-
-
-def errors_of_instrument(dataset: Dataset) -> list[UnattributedSpace]:
-    """Return the distortions of the measured space, where an instrument measures positions; no others are tried."""
-    if not kind_of(dataset).measures_positions:
-        return []
-    low, high = dataset.points.min(axis=0), dataset.points.max(axis=0)
-    x, y, z = ((low + high) / 2).tolist()
-    half = max(float(np.max(high - low)) / 2, 1e-3)
-    maps = [UnattributedSpace(shape, 0, (x, y, z), half) for shape in ("strain", "quadratic")]
-    return maps + [UnattributedSpace(s, k, (x, y, z), half) for s in ("azimuth", "elevation") for k in ORDERS]
