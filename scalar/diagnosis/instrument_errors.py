@@ -22,13 +22,13 @@ from scalar.diagnosis.terms_of_loads import with_terms_of_loads
 from scalar.effects.flexible.measured_space import UnattributedSpace
 from scalar.effects.flexible.proposals import errors_of_instrument
 
-TRIED = 1  # errors of the instrument that are tried from each start, those with the most evidence
-
 
 def with_error_of_instrument(
     before: FittedState, named: FittedState, candidates: CandidateSet
 ) -> FittedState | None:
     """Return the state with an error of the instrument, and named effects beside it, that has the most evidence; None if none explains anything.
+
+    The error that explains most is tried in place of the named effects, and beside them.
 
     Args:
         before: The state without effects.
@@ -40,8 +40,7 @@ def with_error_of_instrument(
         return None
     found: list[FittedState] = []
     for state in (before, named) if named.effects else (before,):
-        ranked = rank(state, state.background(), CandidateColumns.of(state, pool), TRIED)
-        for entry in ranked:
+        for entry in rank(state, state.background(), CandidateColumns.of(state, pool), 1):
             if entry.evidence > 0:
                 trial = select_forward(state.refitted(merged(state.effects, entry.effect)), candidates)
                 found.append(with_terms_of_loads(trial, candidates))
