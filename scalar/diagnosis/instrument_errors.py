@@ -19,6 +19,7 @@ from scalar.diagnosis.hold_out import held_out_errors, improvement
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import rank
 from scalar.diagnosis.terms_of_loads import with_terms_of_loads
+from scalar.effects import Effect
 from scalar.effects.flexible.measured_space import UnattributedSpace
 from scalar.effects.flexible.proposals import errors_of_instrument
 
@@ -44,7 +45,7 @@ def with_error_of_instrument(
             if entry.evidence > 0:
                 trial = select_forward(state.refitted(merged(state.effects, entry.effect)), candidates)
                 found.append(with_terms_of_loads(trial, candidates))
-    found = [state for state in found if has_error_of_instrument(state) and state.is_plausible]
+    found = [state for state in found if errors_of_instrument_in(state) and state.is_plausible]
     return max(found, key=lambda state: evidence_of(state, candidates), default=None)
 
 
@@ -57,9 +58,9 @@ def leads(rival: FittedState, named: FittedState, candidates: CandidateSet) -> b
     return worse < named.settings.selection.least_improvement
 
 
-def has_error_of_instrument(state: FittedState) -> bool:
-    """Return whether a state contains an error of the instrument."""
-    return any(isinstance(effect, UnattributedSpace) for effect in state.effects)
+def errors_of_instrument_in(state: FittedState) -> list[Effect]:
+    """Return the errors of the instrument that a state contains."""
+    return [effect for effect in state.effects if isinstance(effect, UnattributedSpace)]
 
 
 def leads_of_instrument(
@@ -72,7 +73,7 @@ def leads_of_instrument(
         rival: The best one with an error of the instrument, or None.
         candidates: The candidate set of named effects.
     """
-    if rival is None or has_error_of_instrument(state):
+    if rival is None or errors_of_instrument_in(state):
         return [-np.inf] * len(state.effects)
     lead = evidence_of(rival, candidates) - evidence_of(state, candidates)
     return [

@@ -6,8 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scalar.diagnosis import diagnose
+from scalar.diagnosis import diagnose, instrument_errors
+from scalar.diagnosis.instrument_errors import leads_of_instrument
+from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.flexible.measured_space import UnattributedSpace
+from scalar.effects.joint_scale import JointScale
 from tests.kinematics import joint_names
 from tests.random_scene import make_scene
 
@@ -94,3 +97,20 @@ def test_a_base_that_gives_way_in_a_distorted_space_is_named_beside_it():
 def test_an_arm_without_flaws_has_no_distortion():
     """Noise alone gives no finding."""
     assert not found_in()
+
+
+class Stand:
+    """Stands for a fitted state with some effects and a log evidence."""
+
+    def __init__(self, evidence, *effects):
+        self.evidence, self.effects = evidence, effects
+
+
+def test_a_name_that_the_rival_lacks_is_as_sure_as_its_lead_allows(monkeypatch):
+    """A model with a distortion leads those names alone that it does without; none where there is no such model, or where it was chosen."""
+    monkeypatch.setattr(instrument_errors, "evidence_of", lambda state, candidates: state.evidence)
+    space, base, scale = UnattributedSpace("strain"), BaseCompliance((2,)), JointScale(2)
+    state, rival = Stand(100.0, base, scale), Stand(98.0, space, scale)
+    assert list(leads_of_instrument(state, rival, None)) == [-2.0, -np.inf]
+    assert list(leads_of_instrument(state, None, None)) == [-np.inf, -np.inf]
+    assert list(leads_of_instrument(rival, rival, None)) == [-np.inf, -np.inf]
