@@ -20,7 +20,6 @@ from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import rank
 from scalar.diagnosis.terms_of_loads import with_terms_of_loads
 from scalar.effects import Effect
-from scalar.effects.flexible.measured_space import UnattributedSpace
 from scalar.effects.flexible.proposals import errors_of_instrument
 
 
@@ -59,8 +58,8 @@ def leads(rival: FittedState, named: FittedState, candidates: CandidateSet) -> b
 
 
 def errors_of_instrument_in(state: FittedState) -> list[Effect]:
-    """Return the errors of the instrument that a state contains."""
-    return [effect for effect in state.effects if isinstance(effect, UnattributedSpace)]
+    """Return the errors of the instrument without a name that a state contains."""
+    return [effect for effect in state.effects if effect.flexible and effect.of_instrument]
 
 
 def leads_of_instrument(

@@ -15,6 +15,7 @@ from scalar.effects.flexible.growth import UnattributedGrowth
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.link import UnattributedLink
 from scalar.effects.flexible.load_step import UnattributedLoadStep
+from scalar.effects.flexible.profile_bow import UnattributedProfileBow
 from scalar.effects.flexible.profile_width import UnattributedProfileWidth
 from scalar.effects.flexible.proposals import errors_of_instrument
 from scalar.effects.flexible.sensor import UnattributedSensor
@@ -122,6 +123,7 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         UnattributedArmStep((1, 2, 3, 4, 5, 6), Variable("order", half, half), -0.4),
         UnattributedLoadStep((2, 3, 5), Variable("order", half, half), 0.1),
         UnattributedProfileWidth(),
+        UnattributedProfileBow(0.1),
         UnattributedTilt(1),
         UnattributedTilt(3),
         UnattributedAngleSum(5, (4, 6), 1, 0.1, 2.5),
