@@ -20,6 +20,7 @@ from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import priors_for_whitened_rows, with_spectrum
 from scalar.diagnosis.hold_out import held_out_errors, improvement
+from scalar.diagnosis.instrument_errors import leads, with_error_of_instrument
 from scalar.diagnosis.joint_selection import select_jointly
 from scalar.diagnosis.measured_rows import rows_given_own_noise
 from scalar.diagnosis.near_data_sheet import near_data_sheet
@@ -57,6 +58,7 @@ class Explained:
         candidates: The candidate set of named effects.
         flexible_candidates: The candidate sets of flexible terms, which describe unmodelled structure without naming its cause; empty until they are
             tried.
+        rival: The state with an error of the instrument that explains most, in place of named effects; None if there is none.
     """
 
     cleaned: Cleaned
@@ -65,6 +67,7 @@ class Explained:
     after: FittedState
     candidates: CandidateSet
     flexible_candidates: Sequence[CandidateSet] = ()
+    rival: FittedState | None = None
 
     def near_data_sheet(self) -> Explained:
         """Return a copy for the final fits: its states are fitted with the priors of the data sheet, as a calibration is.
@@ -122,7 +125,9 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
             continue
         progress("looking for unmodelled structure")
         flexible_candidates = flexible_candidate_sets(named.after.dataset)
-        after = with_flexible_terms(named.after, named.candidates, flexible_candidates)
+        rival = with_error_of_instrument(named.before, named.after, named.candidates)
+        leading = named.after if rival is None or not leads(rival, named.after, named.candidates) else rival
+        after = with_flexible_terms(leading, named.candidates, flexible_candidates)
         progress("fitting joints that need many orders")
         after = with_spectrum(after, named.candidates)
         if not cleanings or (again := _cleaned_given(cleaned, after)) is cleaned:
@@ -131,7 +136,7 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
     if not after.is_plausible:  # each step looks at its own change; this is the last look at all of them
         after = named.after if named.after.is_plausible else named.before
     _refuse_gross_errors_left(dataset, after)
-    return replace(named, after=after, flexible_candidates=flexible_candidates)
+    return replace(named, after=after, flexible_candidates=flexible_candidates, rival=rival)
 
 
 def _cleaned_given(cleaned: Cleaned, state: FittedState) -> Cleaned:

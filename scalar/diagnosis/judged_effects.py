@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 from scipy.special import expit
 
 from scalar.diagnosis.akaike_rivals import akaike_weight, compared_by_akaike, name_and_target, weight_among
@@ -18,6 +19,7 @@ from scalar.diagnosis.fold_odds import WithoutFold, fold_odds, without_each_fold
 from scalar.diagnosis.grounds import FinalResiduals, Grounds, grounds_of_effect
 from scalar.diagnosis.harmonic_spectrum import has_all_orders, is_shrunk, priors_for_whitened_rows
 from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors
+from scalar.diagnosis.instrument_errors import errors_of_instrument_in, leads_of_instrument
 from scalar.diagnosis.leads_of_terms import leads_of_terms
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import Scored, rank
@@ -42,7 +44,8 @@ def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Findin
     columns = CandidateColumns.of(scored, candidates)
     folds = without_each_fold(scored) if after.effects else []
     without_a_name = evidence_without_a_name(scored, run.flexible_candidates)
-    leads = leads_of_terms(scored, run.flexible_candidates)
+    of_instrument = leads_of_instrument(after, run.rival, candidates)
+    leads = np.maximum(leads_of_terms(scored, run.flexible_candidates), of_instrument)
     beside = _beside_all(scored, columns) if after.effects else []
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
@@ -53,6 +56,9 @@ def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Findin
         )
         if not effect.flexible:
             found[-1] = _limited(found[-1], float(expit(-leads[i])), after.settings)
+        if run.rival is not None and of_instrument[i] > -after.settings.selection.confounded_margin:
+            rivals_too = (*found[-1].confounded_with, *errors_of_instrument_in(run.rival))
+            found[-1] = replace(found[-1], confounded_with=rivals_too)
         error_before = errors[1]
     return repeated_changes_doubted(found, after.settings.naming.least_confidence)
 

@@ -215,12 +215,18 @@ def _with_replacement(
                 worse >= state.settings.selection.least_improvement
                 or held_out_errors(trial).rms > MOST_GROWTH * held_out_errors(state).rms
             )
-            if better <= settings.replacement_margin or predicts_worse or not trial.is_plausible:
+            least_gain = settings.replacement_margin
+            if better <= settings.replacement_margin and best.effect.of_instrument and better > 0:
+                # A strong error within profiles hardly shows in scores whose variance it has itself raised: the refitted models decide.
+                least_gain = state.settings.selection.overwhelming_evidence
+            elif better <= settings.replacement_margin:
+                continue
+            if predicts_worse or not trial.is_plausible:
                 continue
             # The scores above compare only the terms that are exchanged, linearised at the model with the named effects. After the refit, the whole
             # model has to explain the data better by the same margin.
             gain = _evidence_of(trial, named, pools) - _evidence_of(state, named, pools)
-            if gain > settings.replacement_margin:
+            if gain > least_gain:
                 return trial
     return None
 

@@ -45,6 +45,9 @@ class Effect(Described):
     acts_on_arm: ClassVar[bool] = (
         False  # whether it is a property of the arm or its pedestal, and not of the sensor or the target
     )
+    of_instrument: ClassVar[bool] = (
+        False  # whether it is an error of what is measured with, and not of the arm
+    )
     load: ClassVar[str] = ""  # under which something gives way; effects of one load imitate one another
     acts_by_joint_angles: ClassVar[bool] = True  # whether its predictions depend on joint angles alone
     # Whether every set-up has its effects to a small degree. They are no choice among the candidates: a diagnosis prefers them to an effect of the

@@ -189,5 +189,6 @@ class PointEffect(Effect):
             planes: The target planes, ``scalar.geometry.planes.Planes``.
             plane_index: ``(N,)``, which plane each pose measures.
             contact: ``(N, 3)``, the height of the sensor's origin over its plane [m], and the plane's normal along the sensor's x and z axes;
-                ``(N, 1)``, the height alone, for a probe.
+                ``(N, 1)``, the height alone, for a probe. For an instrument that measures positions, ``(N, 3 K)``, those of K targets in its frame
+                [m]; G is then ``(N, 3 K, k)``, the error of these positions, and there are neither planes nor a basis.
         """

@@ -12,6 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import plane_centre, used_planes
 from scalar.effects.command_words import planes_named
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.profile_bow import profile_bow
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import PointEffect
 from scalar.effects.plane_axes import coordinates_by_sensor_axes
@@ -82,6 +83,10 @@ class PlaneBow(PointEffect):
         """Return the effect of ``to_mapping``."""
         x, y, z = (float(c) for c in mapping["centre"])
         return cls(str(mapping["plane"]), (x, y, z))
+
+    def imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return a bow of the scanner's profiles."""
+        return [*profile_bow(dataset)]
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:

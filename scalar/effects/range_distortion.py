@@ -11,6 +11,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import range_middle
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.profile_bow import profile_bow
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.range_error import RangeError, check_measures_range
 from scalar.effects.sensor_map import SensorMap
@@ -46,6 +47,10 @@ class RangeDistortion(RangeError):
         "a linearity of 0.1 % of the range (Keyence LJ-V7000, data sheet), taken to be curved: 0.1 mm, 70 mm from the middle"
     )
     basis_names: ClassVar[tuple[str, ...]] = ("dx", "dz", "rx", "rz", "ux", "uz")
+
+    def imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return a bow of profiles, whose ends are farther away than their middle."""
+        return [*profile_bow(dataset)]
 
     def generalised(self, dataset: Dataset) -> Effect | None:
         """Return a map of the scanner's error over its profile, where it scans profiles."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -37,6 +37,8 @@ def check_measures_range(dataset: Dataset) -> None:
 
 class ScannerError(PointEffect):
     """An error of the points that a scanner measures, for which the arm is not at fault."""
+
+    of_instrument: ClassVar[bool] = True
 
     @property
     def how_to_measure(self) -> str:

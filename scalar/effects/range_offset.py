@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.profile_bow import profile_bow
 from scalar.effects.flexible.profile_width import profile_width
 from scalar.effects.range_error import RangeError
 from scalar.effects.sensor_map import SensorMap
@@ -41,8 +42,8 @@ class RangeOffset(RangeError):
     basis_names: ClassVar[tuple[str, ...]] = ("ux", "uz")
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return a factor of the width of profiles, which an offset imitates where the range hardly varies."""
-        return [*profile_width(dataset)]
+        """Return a factor of the width of profiles, which an offset imitates where the range hardly varies, and a bow of profiles."""
+        return [*profile_width(dataset), *profile_bow(dataset)]
 
     def generalised(self, dataset: Dataset) -> Effect | None:
         """Return a map of the scanner's error over its profile, where it scans profiles."""

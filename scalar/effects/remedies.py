@@ -9,6 +9,7 @@ CORRECT_PROGRAMS = (
 NOTHING_FOR_THE_SCANNER = (
     "The error of the scanner asks for no change in the controller, because it is not the arm that errs."
 )
+NOTHING_FOR_THE_INSTRUMENT = "The error of the measuring instrument asks for no change in the controller, because it is not the arm that errs."
 MEASURE_ON_A_STAGE = (
     "To see it directly, move the scanner on a linear stage towards a flat surface, and compare its readings with the stage's over the whole "
     "range of measurement."

@@ -168,6 +168,7 @@ _CALLED = {
     "order": "the order of acquisition",
     "time": "the time",
     "temperature": "the temperature",
+    "measured_position": "the measured position",
     "profile_x": "the place in the scanner's profile",
     "plane_u": "the place on the target plane",
     "plane_v": "the place on the target plane",

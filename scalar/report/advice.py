@@ -128,9 +128,9 @@ def _about_findings(diagnosis: Diagnosis) -> list[Item]:
 
 def _in_controller(diagnosis: Diagnosis) -> list[Item]:
     """Return what to change in the controller: the geometry, and what each effect asks for; each sentence comes once."""
-    if diagnosis.verdict == UNATTRIBUTED:
-        return [Item("In the controller", (UNKNOWN_CAUSE,))]
     asked = [finding.effect.in_controller for finding in by_importance(diagnosis.findings)]
+    if diagnosis.verdict == UNATTRIBUTED:
+        return [Item("In the controller", (UNKNOWN_CAUSE, *dict.fromkeys(filter(None, asked))))]
     geometry = f"{GEOMETRY}."
     if any(effect.acts_on_arm for effect in diagnosis.calibration_after.model.effects):
         better, errs = better_in_controller(diagnosis)

@@ -49,6 +49,7 @@ class Measurement(NoiseProtocol):
         carries_scale: Whether the measurement has a length of its own. If it has none, no residual shows the scale of the workcell.
         scans: Whether a pose is a scan of several points along a line on a plane. Its scatter then shows the noise, and its shape a bent plane.
         measures_range: Whether the points are ranges along rays in the sensor's own frame, so that errors of the range act on them.
+        measures_positions: Whether the points are positions in the frame of an instrument that stands apart from the arm. Its errors act on them.
         needs_spanning_planes: Whether a dataset is refused if the normals of its planes do not span space.
         contact_iterations: How often ``contact_step`` is applied to bring any pose to a perfect measurement.
         equations_per_pose: Most independent equations that a pose gives, however many points it has.
@@ -66,6 +67,7 @@ class Measurement(NoiseProtocol):
     carries_scale: bool = True
     scans: bool = False
     measures_range: bool = False
+    measures_positions: bool = False
     needs_spanning_planes: bool = False
     contact_iterations: int = 0
 

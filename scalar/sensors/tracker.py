@@ -17,11 +17,12 @@ import numpy as np
 from scalar.data.sensor_formats import MeasuredTable, SensorFormat
 from scalar.geometry.se3 import Array, exp_so3
 from scalar.sensors.pose_noise import NoiseComponent
+from scalar.sensors.position_errors import with_position_errors
 from scalar.sensors.protocol import Measurement
 from scalar.sensors.rows import Rows, UsualNoise
 from scalar.sensors.target import Target
 from scalar.sensors.tracker_frames import TargetOffsets, TrackerFrames
-from scalar.sensors.tracker_noise import TrackerNoise
+from scalar.sensors.tracker_noise import TrackerNoise, placed
 from scalar.sensors.tracker_rows import tracked_rows
 from scalar.sensors.tracker_start import Tracked
 
@@ -49,6 +50,7 @@ class Tracker(Measurement):
     noise_of: TrackerNoise
     target_index: Array
     observes_orientation: bool = False
+    measures_positions = True
 
     format = SensorFormat(
         "tracker",
@@ -109,10 +111,10 @@ class Tracker(Measurement):
             rotations = np.tile(np.eye(3), (*shape, 1, 1))
             rotations[pose, item] = exp_so3(np.column_stack([columns[name] for name in _TURN]))
         unknowns = 4 * dataset.robot.n_joints + 6 * (int(session.max()) + 1) + 6 * len(names)
-        of_positions = dataset.sensor.noise, _placed(columns.get("noise"), pose, item, shape)
+        of_positions = dataset.sensor.noise, placed(columns.get("noise"), pose, item, shape)
         of_turns = (
             dataset.sensor.options.get("rotation_noise"),
-            _placed(columns.get("rotation_noise"), pose, item, shape),
+            placed(columns.get("rotation_noise"), pose, item, shape),
         )
         noise = TrackerNoise.of(seen, of_positions, None if rotations is None else of_turns, unknowns)
         return cls(names, positions, rotations, noise, np.asarray(session), rotations is not None)
@@ -172,13 +174,18 @@ class Tracker(Measurement):
 
     def rows(self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()) -> Rows:
         """Return ``(R o + t - y) / sigma``, and ``log(R R_base_target R_measured') / sigma_rotation``, with their derivatives."""
-        if point_effects:
-            raise NotImplementedError(f"effects on points do not act on a {self.words}")
         residual, wrench, by_target = self._linear(T_base_sensor, target, self.target_index)
+        residual, extra = self._with_errors(residual, T_base_sensor, target, point_effects)
         scale = self.noise_of.weights()[:, :, None]
-        return Rows(
-            residual * scale[:, :, 0], wrench * scale, by_target * scale, np.zeros((*residual.shape, 0))
-        )
+        return Rows(residual * scale[:, :, 0], wrench * scale, by_target * scale, extra * scale)
+
+    def _with_errors(
+        self, residual: Array, T_base_sensor: Array, target: Target, effects: Sequence[Any]
+    ) -> tuple[Array, Array]:
+        """Return what ``with_position_errors`` does, of the targets that a model has."""
+        seen = self.seen & np.array([target.targets.index(name) is not None for name in self.names])  # type: ignore[attr-defined]
+        y = np.where(seen[:, :, None], self.positions, np.nan)
+        return with_position_errors(residual, effects, T_base_sensor, target, self.target_index, y)
 
     def distances(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()
@@ -189,6 +196,7 @@ class Tracker(Measurement):
         """
         assert isinstance(target, TrackerFrames)
         residual = self._linear(T_base_sensor, target, self.target_index)[0]
+        residual = self._with_errors(residual, T_base_sensor, target, point_effects)[0]
         squares = residual[:, : 3 * len(self.names)].reshape(*self.seen.shape, 3) ** 2 * self.seen[:, :, None]
         known = self.seen & np.array([target.targets.index(name) is not None for name in self.names])
         return np.sum(squares, axis=(1, 2)), np.maximum(known.sum(axis=1), 1)
@@ -289,12 +297,3 @@ class Tracker(Measurement):
     def target_from_mapping(cls, mapping: Mapping[str, Any]) -> TrackerFrames:
         """Return the frames and targets of ``target_to_mapping``."""
         return TrackerFrames.from_mapping(mapping)
-
-
-def _placed(values: Array | None, pose: Array, item: Array, shape: tuple[int, int]) -> Array | None:
-    """Return a column of the table as ``(N, K)``, with 1 for targets that were not measured; None if there is no such column."""
-    if values is None:
-        return None
-    found = np.ones(shape)
-    found[pose, item] = values
-    return found

@@ -201,3 +201,12 @@ def _relative(residual: Array, sigma: Array, seen: Array) -> float:
 
 def _same(factor: float) -> bool:
     return abs(factor - 1.0) < UNCHANGED
+
+
+def placed(values: Array | None, pose: Array, item: Array, shape: tuple[int, int]) -> Array | None:
+    """Return a column of the table as ``(N, K)``, with 1 for targets that were not measured; None if there is no such column."""
+    if values is None:
+        return None
+    found = np.ones(shape)
+    found[pose, item] = values
+    return found

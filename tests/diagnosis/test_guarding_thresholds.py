@@ -139,6 +139,7 @@ def test_cleaning_and_selecting_in_turn_ends(monkeypatch):
     monkeypatch.setattr(explained, "between_brief_changes", lambda _: None)
     monkeypatch.setattr(explained, "clean_given_effects", lambda *_: rounds.append(object()) or rounds[-1])
     monkeypatch.setattr(explained, "flexible_candidate_sets", lambda _: [])
+    monkeypatch.setattr(explained, "with_error_of_instrument", lambda *_: None)
     for name in ("with_flexible_terms", "with_spectrum", "near_data_sheet"):
         monkeypatch.setattr(explained, name, lambda state, *_: state)
     monkeypatch.setattr(explained, "_refuse_gross_errors_left", lambda *_: None)

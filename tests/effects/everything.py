@@ -15,7 +15,9 @@ from scalar.effects.flexible.growth import UnattributedGrowth
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.link import UnattributedLink
 from scalar.effects.flexible.load_step import UnattributedLoadStep
+from scalar.effects.flexible.profile_bow import UnattributedProfileBow
 from scalar.effects.flexible.profile_width import UnattributedProfileWidth
+from scalar.effects.flexible.proposals import errors_of_instrument
 from scalar.effects.flexible.sensor import UnattributedSensor
 from scalar.effects.flexible.shape import UnattributedShape
 from scalar.effects.flexible.sway import UnattributedSway
@@ -60,7 +62,7 @@ def optional_columns(rng: np.random.Generator, n_poses: int, n_joints: int) -> d
 
 
 def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
-    """Return one effect of every kind that a line laser can show, on six joints, coefficients random."""
+    """Return one effect of every kind that a dataset can show, on six joints, coefficients random; errors of an instrument for a tracker alone."""
     q = {j: Variable.observed(f"q{j}", dataset.q[:, j - 1]) for j in (2, 5)}
     half = float(dataset.n_poses // 2)
     floor, wall = (plane_centre(dataset, name) for name in ("floor", "wall_x"))
@@ -122,6 +124,7 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         UnattributedArmStep((1, 2, 3, 4, 5, 6), Variable("order", half, half), -0.4),
         UnattributedLoadStep((2, 3, 5), Variable("order", half, half), 0.1),
         UnattributedProfileWidth(),
+        UnattributedProfileBow(0.1),
         UnattributedTilt(1),
         UnattributedTilt(3),
         UnattributedAngleSum(5, (4, 6), 1, 0.1, 2.5),
@@ -131,6 +134,7 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         UnattributedLink(3, GRAVITY),
         UnattributedSensor(Variable(GRAVITY, 0.0, 1.0)),
         UnattributedSensor(Variable("order", half, half), turns=False),
+        *errors_of_instrument(dataset),
     ]
     return [with_random_coefficients(effect, rng) for effect in effects]
 

@@ -7,10 +7,11 @@ import pytest
 
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import plane_centre
-from scalar.effects.flexible.profile_width import UnattributedProfileWidth
+from scalar.effects.flexible.measured_space import UnattributedSpace
+from scalar.effects.flexible.proposals import errors_of_instrument
 from scalar.effects.places import PointEffect
 from scalar.effects.plane_moved import PlaneMoved
-from scalar.effects.range_error import RangeError
+from scalar.effects.range_error import ScannerError
 from scalar.estimation.displacement import kinematics_at
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals, extra_basis_of
@@ -110,9 +111,10 @@ def test_columns_for_single_points(kind):
     extra = optional_columns(rng, scene.dataset.n_poses, 6)
     dataset = replace(scene.dataset, poses=scene.dataset.poses.assign(**extra))
     laser = make_cell(seed=7, poses_per_plane=7, columns=optional_columns)
-    for effect in every_effect(laser.dataset, rng):
-        of_profiles = isinstance(effect, RangeError | UnattributedProfileWidth)
-        if isinstance(effect, PointEffect) and (kind == "tracker" or of_profiles):
+    for effect in [*every_effect(laser.dataset, rng), *errors_of_instrument(dataset)]:
+        of_profiles = isinstance(effect, ScannerError)
+        of_planes = isinstance(effect, PointEffect) and not isinstance(effect, UnattributedSpace)
+        if of_profiles or (of_planes and kind == "tracker"):
             continue
         if effect.name == "sensor_slip" and effect.turns:
             continue  # a point has no orientation

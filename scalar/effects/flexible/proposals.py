@@ -12,6 +12,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.flexible.growth import UnattributedGrowth
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.link import UnattributedLink
+from scalar.effects.flexible.measured_space import ENCODER_ORDERS, UnattributedSpace
 from scalar.effects.flexible.rivals_of_changes import changes_of_parts
 from scalar.effects.flexible.sensor import UnattributedSensor
 from scalar.effects.flexible.shape import UnattributedShape
@@ -90,6 +91,19 @@ def _in_time(dataset: Dataset, moving: list[int]) -> list[Effect]:
     wandering = COMPONENTS if turns else COMPONENTS[3:]
     found += [UnattributedWander(clock, component) for component in wandering]
     return found + [UnattributedSway(clock, periods, turns) for periods in SWAY_PERIODS]
+
+
+def errors_of_instrument(dataset: Dataset) -> list[UnattributedSpace]:
+    """Return the distortions of the measured space, where an instrument measures positions; no others are tried."""
+    if not kind_of(dataset).measures_positions:
+        return []
+    low, high = dataset.points.min(axis=0), dataset.points.max(axis=0)
+    x, y, z = ((low + high) / 2).tolist()
+    half = max(float(np.max(high - low)) / 2, 1e-3)
+    maps = [UnattributedSpace(shape, 0, (x, y, z), half) for shape in ("strain", "quadratic")]
+    return maps + [
+        UnattributedSpace(s, k, (x, y, z), half) for s in ("azimuth", "elevation") for k in ENCODER_ORDERS
+    ]
 
 
 def curves_of(dataset: Dataset, joint: int) -> list[Effect]:

@@ -1,0 +1,81 @@
+"""Compare the named effects of an arm with errors of the instrument that measured it.
+
+An instrument that distorts space moves what it measures as smoothly with the pose as a compliance does, and each of several named effects alone may
+explain more than the distortion in its place. Whole models are therefore compared: the one of named effects alone, and the one to which named effects
+are added beside an error of the instrument.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
+from scalar.diagnosis.evidence_of_states import evidence_of
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.forward_selection import select_forward
+from scalar.diagnosis.hold_out import held_out_errors, improvement
+from scalar.diagnosis.merging import merged
+from scalar.diagnosis.ranking import rank
+from scalar.diagnosis.terms_of_loads import with_terms_of_loads
+from scalar.effects import Effect
+from scalar.effects.flexible.proposals import errors_of_instrument
+
+
+def with_error_of_instrument(
+    before: FittedState, named: FittedState, candidates: CandidateSet
+) -> FittedState | None:
+    """Return the state with an error of the instrument, and named effects beside it, that has the most evidence; None if none explains anything.
+
+    The error that explains most is tried in place of the named effects, and beside them.
+
+    Args:
+        before: The state without effects.
+        named: The state with named effects alone.
+        candidates: The candidate set of named effects.
+    """
+    pool = CandidateSet.of(errors_of_instrument(named.dataset))
+    if not pool.tried or named.is_rounding:
+        return None
+    found: list[FittedState] = []
+    for state in (before, named) if named.effects else (before,):
+        for entry in rank(state, state.background(), CandidateColumns.of(state, pool), 1):
+            if entry.evidence > 0:
+                trial = select_forward(state.refitted(merged(state.effects, entry.effect)), candidates)
+                found.append(with_terms_of_loads(trial, candidates))
+    found = [state for state in found if errors_of_instrument_in(state) and state.is_plausible]
+    return max(found, key=lambda state: evidence_of(state, candidates), default=None)
+
+
+def leads(rival: FittedState, named: FittedState, candidates: CandidateSet) -> bool:
+    """Return whether a state with an error of the instrument explains clearly more than one without, and predicts held-out poses no worse."""
+    more = evidence_of(rival, candidates) - evidence_of(named, candidates)
+    if more <= named.settings.flexible_terms.replacement_margin:
+        return False
+    worse = improvement(held_out_errors(rival, named.whitening), held_out_errors(named, named.whitening))
+    return worse < named.settings.selection.least_improvement
+
+
+def errors_of_instrument_in(state: FittedState) -> list[Effect]:
+    """Return the errors of the instrument without a name that a state contains."""
+    return [effect for effect in state.effects if effect.flexible and effect.of_instrument]
+
+
+def leads_of_instrument(
+    state: FittedState, rival: FittedState | None, candidates: CandidateSet
+) -> Sequence[float]:
+    """Return for each effect the log evidence [nats] by which a model with an error of the instrument and without the effect leads; -inf without one.
+
+    Args:
+        state: The state with all effects.
+        rival: The best one with an error of the instrument, or None.
+        candidates: The candidate set of named effects.
+    """
+    if rival is None or errors_of_instrument_in(state):
+        return [-np.inf] * len(state.effects)
+    lead = evidence_of(rival, candidates) - evidence_of(state, candidates)
+    return [
+        -np.inf if any(effect.same_place(other) for other in rival.effects) else lead
+        for effect in state.effects
+    ]
