@@ -152,16 +152,19 @@ class FittedState:
 
     @property
     def is_plausible(self) -> bool:
-        """Return whether no effect is impossible, and no coefficient far beyond its size in real workcells (``Effect.plausible_std``).
+        """Return whether no effect is implausible."""
+        return not self.implausible_effects
 
-        An example of an implausible one is a range scale of -1: it shrinks all scans to a point, and leaves no residual.
-        """
+    @property
+    def implausible_effects(self) -> list[int]:
+        """Return the indices of effects that are impossible, or far beyond their size in real workcells: a range scale of -1, which leaves no residual."""
         most = self.settings.selection.plausible_coefficient
-        return all(
-            np.all(np.abs(effect.coefficients) <= most * effect.plausible_std)
-            and not effect.is_impossible(self.dataset.robot, self.residuals.poses)
-            for effect in self.effects
-        )
+        return [
+            i
+            for i, effect in enumerate(self.effects)
+            if np.any(np.abs(effect.coefficients) > most * effect.plausible_std)
+            or effect.is_impossible(self.dataset.robot, self.residuals.poses)
+        ]
 
     def background_whitened_by(self, whitening: Array | None) -> Background:
         """Return the background under a given whitening ``(N, m, m)``; squared residuals of two states can be compared only under the same one."""

@@ -46,6 +46,7 @@ def select_jointly(before: FittedState, forward: FittedState, candidates: Candid
         state = before.refitted(effects, state.model)
     significant = _weakest_dropped(state, candidates)
     tested = eliminate_backward(reconsidered(significant, candidates)[0], candidates)
+    tested = _without_implausible(tested, candidates)
     completed = select_forward(tested, candidates)
     chosen = clearly_better(forward, completed, candidates)
     return chosen if chosen is tested else eliminate_backward(chosen, candidates)
@@ -96,6 +97,18 @@ def clearly_better(
     if gain < least_improvement or not no_worse(held_out_errors(state), held_out_errors(trial)):
         return state
     return trial
+
+
+def _without_implausible(state: FittedState, candidates: CandidateSet) -> FittedState:
+    """Return the state without implausible effects, the one with the least evidence dropped first: one of them is no reason to refuse all others."""
+    while implausible := state.implausible_effects:
+        evidence = {
+            i: score_together(state, [i], candidates, background_without(state, [i])).evidence
+            for i in implausible
+        }
+        weakest = min(evidence, key=lambda i: evidence[i])
+        state = state.refitted([effect for i, effect in enumerate(state.effects) if i != weakest])
+    return state
 
 
 def _weakest_dropped(state: FittedState, candidates: CandidateSet) -> FittedState:

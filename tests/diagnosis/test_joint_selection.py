@@ -9,11 +9,11 @@ from scalar.diagnosis.candidate_columns import named_candidates
 from scalar.diagnosis.evidence_of_states import evidence_of
 from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.forward_selection import select_forward
-from scalar.diagnosis.joint_selection import select_jointly
+from scalar.diagnosis.joint_selection import _without_implausible, select_jointly
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
-from tests.effects.injected import Flaws, PoseData, make_cell
+from tests.effects.injected import Flaws, PoseData, make_cell, on_joint
 
 
 def several(at: PoseData) -> np.ndarray:
@@ -90,3 +90,17 @@ def test_each_order_of_a_joint_counts_as_chosen():
         state = refit(dataset, model, prepared.free, (effect,))
         lost = evidence_of(state, few) - evidence_of(state, many)  # type: ignore[arg-type]
         assert lost == pytest.approx(parts * np.log(100.0), rel=1e-9)
+
+
+def test_one_impossible_effect_is_no_reason_to_refuse_the_others(monkeypatch):
+    """Of a set with a scale error and a harmonic that cannot be, the scale error is kept, whatever the evidence of the harmonic."""
+    dataset = make_cell(
+        Flaws(joints=on_joint(3, lambda at: 1e-3 * at.q[:, 2])), seed=5, poses_per_plane=15
+    ).dataset
+    model, prepared = geometry_fit(dataset)
+    state = refit(dataset, model, prepared.free, [JointScale(3), JointHarmonic(5, (7,))])
+    candidates = named_candidates(dataset)
+    assert _without_implausible(state, candidates) is state
+    monkeypatch.setattr(JointHarmonic, "is_impossible", lambda *_: True)
+    assert not state.is_plausible
+    assert [effect.name for effect in _without_implausible(state, candidates).effects] == ["joint_scale"]
