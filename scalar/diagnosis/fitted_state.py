@@ -157,7 +157,7 @@ class FittedState:
 
     @property
     def implausible_effects(self) -> list[int]:
-        """Return the indices of effects that are impossible, or far beyond their size in real workcells: a range scale of -1, which leaves no residual."""
+        """Return the indices of effects that are impossible, or far beyond their size in real workcells, as a range scale of -1 is."""
         most = self.settings.selection.plausible_coefficient
         return [
             i
