@@ -28,7 +28,7 @@ def with_error_of_instrument(
 ) -> FittedState | None:
     """Return the state with an error of the instrument, and named effects beside it, that has the most evidence; None if none explains anything.
 
-    The error that explains most is tried in place of the named effects, and beside them.
+    The plausible error that explains most is tried in place of the named effects, and beside them.
 
     Args:
         before: The state without effects.
@@ -40,12 +40,21 @@ def with_error_of_instrument(
         return None
     found: list[FittedState] = []
     for state in (before, named) if named.effects else (before,):
-        for entry in rank(state, state.background(), CandidateColumns.of(state, pool), 1):
-            if entry.evidence > 0:
-                trial = select_forward(state.refitted(merged(state.effects, entry.effect)), candidates)
-                found.append(with_terms_of_loads(trial, candidates))
+        if (beside := _with_best(state, pool)) is not None:
+            found.append(with_terms_of_loads(select_forward(beside, candidates), candidates))
     found = [state for state in found if errors_of_instrument_in(state) and state.is_plausible]
     return max(found, key=lambda state: evidence_of(state, candidates), default=None)
+
+
+def _with_best(state: FittedState, pool: CandidateSet) -> FittedState | None:
+    """Return the state with the plausible error of the instrument that explains most; None if none explains anything."""
+    for entry in rank(state, state.background(), CandidateColumns.of(state, pool)):
+        if entry.evidence <= 0:
+            return None
+        trial = state.refitted(merged(state.effects, entry.effect))
+        if trial.is_plausible:
+            return trial
+    return None
 
 
 def leads(rival: FittedState, named: FittedState, candidates: CandidateSet) -> bool:
