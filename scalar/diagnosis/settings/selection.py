@@ -122,7 +122,8 @@ class SelectionSettings:
         4,
         "poses",
         "least number of poses before a change, and after its beginning; not fewer than the change has coefficients",
-        "a plane that moves has three coefficients, and each scan of it shows two; with 60 poses, a knock after five scans of the plane was missed",
+        "a plane that moves has three coefficients, and each scan of it shows two; with six in place of four, a knock after "
+        "five scans of a plane was missed in 60 poses",
     )
     refinement_rounds: int = setting(
         3, "rounds", "nonlinear parameters are refined at most this often with steps of each size; so are the shapes that together replace a named "
