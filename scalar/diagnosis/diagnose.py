@@ -83,7 +83,8 @@ def diagnose(
     judged = halves if outer is None else outer
     unseen = None if judged is None else judged.errors
     progress("calibrating")
-    unsure = [finding.effect.key for finding in found if not finding.has_name]
+    least = settings.naming.least_confidence
+    unsure = [f.effect.key for f in found if not f.has_name or f.confidence < least]
     final, shipped, component = _shipped(run, noise, unseen, unsure)
     calibrations = final.calibrated(shipped, component)
     model, set_aside = calibrations[0].model, run.cleaned.outlier_poses

@@ -184,7 +184,7 @@ def _with_replacement(
             (state.effects[i] for i in indices if state.effects[i].imitators(state.dataset)), None
         )
         if imitated is not None:
-            entries = entries + _imitating(state, without, imitated)
+            entries = sorted([*entries, *_imitating(state, without, imitated)], key=lambda e: -e.evidence)
         others = tuple(e for k, e in enumerate(state.effects) if k not in indices)
         # Several terms together are tried only with the best term as the first of them, because each attempt refits everything several times. They
         # are not tried in place of a spectrum of many orders.

@@ -12,6 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import missing_column, order_and_time
 from scalar.effects.effect import Effect
 from scalar.effects.flexible.rivals_of_changes import rivals_of_change
+from scalar.effects.flexible.sensor_warm_up import sensor_warm_ups
 from scalar.effects.growth import growing_lengths, growth_picture
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.places import LinkEffect
@@ -19,6 +20,7 @@ from scalar.effects.stretches import stretches_of_work
 from scalar.effects.wording import columns_in_words, listed, number
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
+from scalar.sensors import kind_of
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -204,8 +206,11 @@ class ThermalDrift(LinkEffect):
         return [cls(by, float(x.min()), last=float(x.max()) if by == "order" else None)]
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return changes of a link, of the whole arm, or of its load, at several moments of the campaign."""
-        return rivals_of_change(dataset)
+        """Return changes of a link, of the whole arm, or of its load, at several moments of the campaign, and a scanner that warms up likewise."""
+        changes = rivals_of_change(dataset)
+        if kind_of(dataset).scans:
+            changes += sensor_warm_ups(self.by, _values(dataset, self.by), self.time_constant)
+        return changes
 
     @property
     def is_change_in_time(self) -> bool:

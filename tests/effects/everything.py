@@ -19,6 +19,7 @@ from scalar.effects.flexible.profile_bow import UnattributedProfileBow
 from scalar.effects.flexible.profile_width import UnattributedProfileWidth
 from scalar.effects.flexible.proposals import errors_of_instrument
 from scalar.effects.flexible.sensor import UnattributedSensor
+from scalar.effects.flexible.sensor_warm_up import UnattributedSensorWarmUp
 from scalar.effects.flexible.shape import UnattributedShape
 from scalar.effects.flexible.sway import UnattributedSway
 from scalar.effects.flexible.tilt import UnattributedTilt
@@ -118,6 +119,8 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         UnattributedSway(Variable("order", half, half), 3.2, turns=False),
         UnattributedWander(Variable("time", 0.0, 1e4), "rx"),
         UnattributedWander(Variable("order", half, half), "z"),
+        UnattributedSensorWarmUp(Variable("time", 0.0, 1e4), "rx", 3e3),
+        UnattributedSensorWarmUp(Variable("order", half, half), "z"),
         UnattributedGrowth(2, Variable("temperature", 25.0, 5.0)),
         UnattributedGrowth(5, Variable("order", half, half)),
         UnattributedArmStep((3,), Variable("order", half, half), 0.2),

@@ -55,6 +55,7 @@ class Flaws:
         measured: Range as the laser has it from the true range, [m] to [m].
         jitter: Standard deviation of every joint, afresh for every pose [rad].
         bias: Standard deviation of an error of the range common to a scan [m].
+        drift: Error of the range [m] at each order ``(N,)``.
     """
 
     joints: Function | None = None
@@ -67,6 +68,7 @@ class Flaws:
     measured: Callable[[np.ndarray], np.ndarray] = lambda r: r
     jitter: float = 0.0
     bias: float = 0.0
+    drift: Callable[[np.ndarray], np.ndarray] = np.zeros_like
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +191,7 @@ def make_cell(
     owner = np.repeat(np.arange(N), np.diff(data.starts))
     angles = np.arctan2(base.clean[:, 0], base.clean[:, 1])
     r = ranges(base.truth, flaws, T[owner], data.plane_index[owner], owner.astype(float), angles)
-    r = flaws.measured(r) + flaws.bias * rng.standard_normal(N)[owner]
+    r = flaws.measured(r) + (flaws.drift(at.order) + flaws.bias * rng.standard_normal(N))[owner]
     points = with_noise(np.column_stack([r * np.sin(angles), r * np.cos(angles)]), data.sensor, noise, rng)
     return Cell(base, replace(data, points=points, poses=data.poses.assign(**extra)), flaws)
 
