@@ -44,10 +44,14 @@ def rows_apart(dataset: Dataset) -> Iterator[Alternative]:
 def unrelated(dataset: Dataset) -> bool:
     """Return whether the measured places have nothing to do with the joint angles of their row, of a row near it, or of the reverse order.
 
-    False where no places in space were measured, or too few.
+    False where no places in space were measured, or too few. Only the session with the most places counts, because a tracker that was moved measures
+    in another frame.
     """
     places = _places(dataset)
     seen = np.flatnonzero(np.isfinite(places[:, 0]))
+    if dataset.session is not None:
+        session = dataset.session[seen]
+        seen = seen[session == np.argmax(np.bincount(session, minlength=1))]
     if len(seen) < LEAST_POSES:
         return False
     centred = places[seen] - places[seen].mean(axis=0)
