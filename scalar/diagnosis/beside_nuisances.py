@@ -32,11 +32,10 @@ def explained_by_nuisances(state: FittedState, candidates: CandidateSet) -> Fitt
         state: The state with the effects that were selected.
         candidates: The candidate set.
     """
-    new = nuisances_beside(state.dataset, state.effects)
-    if not new or not any(effect.acts_on_arm for effect in state.effects):
-        return state
-    settings = state.settings.selection
+    new, settings = nuisances_beside(state.dataset, state.effects), state.settings.selection
     of_arm = [effect for effect in state.effects if effect.acts_on_arm]
+    if not new or not of_arm:
+        return state
     beside = _needed(state.refitted((*state.effects, *new)), candidates, of_arm, settings.confounded_margin)
     if all(any(e.same_place(other) for other in beside.effects) for e in state.effects):
         return state

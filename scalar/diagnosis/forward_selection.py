@@ -167,9 +167,9 @@ def _replaced(
     for entry in (best if better else None, recorded, sudden, joining):
         if entry is None:
             continue
-        allowance = {id(joining): _joining_margin(own, entry, settings), id(sudden): margin}.get(
-            id(entry), 0.0
-        )
+        allowance = margin if entry is sudden else 0.0
+        if entry is joining and entry is not sudden:
+            allowance = _joining_margin(own, entry, settings)
         kept = others if entry.other_parts is None else (*others, entry.other_parts)
         trial = state.refitted(merged(kept, entry.effect))
         # Both fits are compared under the same whitening, because the larger variance component of a worse fit would hide that it is worse.

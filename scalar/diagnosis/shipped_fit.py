@@ -195,13 +195,8 @@ def shipped_fit(
     against = "expected_error" if choice.left_out and not after.effects else None
     if after.effects:
         regions = _regions(before, after)
-        judged = {
-            "held_out": None
-            if _promises_more(choice) and most_blocks_gain(without, equal)
-            else (without, equal),
-            "regions": regions,
-            "unseen": unseen,
-        }
+        confirmed = _promises_more(choice) and most_blocks_gain(without, equal)
+        judged = {"held_out": None if confirmed else (without, equal), "regions": regions, "unseen": unseen}
         against = next((name for name, errors in judged.items() if errors and not no_worse(*errors)), None)
         if all(effect.flexible for effect in after.effects) and _few_equations(after):
             against = "few_poses"
