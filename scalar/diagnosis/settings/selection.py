@@ -59,8 +59,8 @@ class HoldOutSettings:
         "chosen: the error of such a joint has a hundredth of the effect of another joint's; a tool on the last axis has a thousandth",
     )  # fmt: skip
     most_gain_of_block: float = setting(
-        5.0, "of the median drop", "the gain of one block, in some comparisons its loss as well, counts for at most this multiple of the median change "
-        "of a block",
+        5.0, "of the median drop", "the gain of one block, in some comparisons its loss as well, counts for at most this multiple of the median "
+        "change of a block",
         "chosen: a single block must not decide for an effect, nor hide one by its scatter",
     )  # fmt: skip
     most_of_pose: float = setting(
