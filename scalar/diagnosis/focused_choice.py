@@ -94,9 +94,10 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
     alone are not enough for it: poses that press a tool on target planes, for example, fill a small part of the ranges, and predictions for the rest
     are not determined.
 
-    A change that begins among the last few poses (``LATE``) and has no sure name is not shipped: it would be applied to every later pose. Effects
-    without a sure name are shipped only if the expected error without them is far larger (``settings.shipped_fit.worth_doubtful``), or that
-    without any effects is larger still: their form is a guess, and what is expected of them assumes that it is right.
+    A change that begins among the last few poses (``LATE``) and has no sure name is not shipped: it would be applied to every later pose. Changes in
+    time without a sure name are shipped only if the expected error without them, or without any effects, is far larger
+    (``settings.shipped_fit.worth_doubtful``): their form is a guess, and the arm itself need not have changed. Other effects without a sure name have
+    to remove as much within the joint limits as all effects together have to (``settings.shipped_fit.worth_correcting``).
 
     Finally, no effect is shipped if the error remains above ``settings.shipped_fit.worth_correcting`` times that of the model without effects, both
     within the joint limits and at the measured poses.
@@ -119,8 +120,11 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
     sure, others = tuple(i for i in found if i not in doubtful), tuple(range(len(found), len(everything)))
     kept = _with_least_error(wide, (found, sure), others, len(nuisances), after.settings)
     kept = tuple(i for i in kept if i not in doubtful or not _is_late(effects[i], after))
-    kept = _without_doubtful(wide, kept, doubtful, after.settings.shipped_fit.worth_doubtful)
-    errors, worth = wide.errors(kept), after.settings.shipped_fit.worth_correcting
+    in_time = [i for i in doubtful if _changes_in_time(effects[i])]
+    shipping = after.settings.shipped_fit
+    kept = _without_doubtful(wide, kept, in_time, shipping.worth_doubtful)
+    kept = _without_doubtful(wide, kept, doubtful, shipping.worth_correcting)
+    errors, worth = wide.errors(kept), shipping.worth_correcting
     if all(errors[k] > worth * without[k] for k in (LIMITS, MEASURED)):
         kept, errors = (), without
     chosen = after if kept == found else plausibly_refitted(after, [everything[i] for i in kept])
@@ -177,7 +181,7 @@ def _without_doubtful(
         wide: The wide model and the models nested in it.
         kept: Indices of the effects that were chosen.
         doubtful: Indices of effects without a sure name.
-        worth: Largest share of the expected error without the doubtful effects that may remain with them. They are kept as well if at most the
+        worth: Largest share of the expected error within the joint limits that doubtful effects may leave. They are kept as well if at most the
             square of this share remains of the expected error without any effects: predictions can then hardly become worse than those.
     """
     sure = tuple(i for i in kept if i not in doubtful)
@@ -185,6 +189,11 @@ def _without_doubtful(
     if error <= worth * wide.errors(sure)[LIMITS] or error <= worth**2 * wide.errors(())[LIMITS]:
         return kept
     return sure
+
+
+def _changes_in_time(effect: Effect) -> bool:
+    """Return whether an effect changes in the course of the acquisition, by its clock or by the order of the poses."""
+    return effect.is_change_in_time or bool({"time", "order"} & set(effect.depends_on))
 
 
 def _is_late(effect: Effect, after: FittedState) -> bool:

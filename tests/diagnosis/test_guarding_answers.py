@@ -74,26 +74,45 @@ def test_a_choice_that_becomes_implausible_is_not_made(monkeypatch):
     assert chosen(monkeypatch, errors).left_out and not chosen(monkeypatch, errors, plausible=False).left_out
 
 
-@pytest.mark.parametrize(("left", "all_of_it", "kept"), [(0.4, 9.0, 2), (0.6, 9.0, 1), (0.6, 0.2, 2)])
-def test_a_doubtful_effect_is_corrected_only_where_much_is_expected_of_it(left, all_of_it, kept, monkeypatch):
-    """A doubtful effect beside a sure one is corrected if it leaves 40 % of the error, and not if it leaves 60 %.
+@pytest.mark.parametrize(
+    ("left", "all_of_it", "in_time", "kept"),
+    [
+        (0.4, 9.0, True, 2),
+        (0.6, 9.0, True, 1),
+        (0.6, 0.2, True, 2),
+        (0.6, 9.0, False, 2),
+        (0.8, 9.0, False, 1),
+    ],
+)
+def test_a_doubtful_effect_is_corrected_only_where_much_is_expected_of_it(
+    left, all_of_it, in_time, kept, monkeypatch
+):
+    """A doubtful change in time beside a sure effect is corrected if it leaves 40 % of the error, and not if it leaves 60 %; another one with 60 %.
 
     It is corrected as well if both leave a fifth of the error without effects. The error with the sure effect alone is 1, and ``all_of_it`` is the
     share of the error without effects that both leave.
     """
     without = left / all_of_it if all_of_it < 1 else 1.5
     errors = {(0, 1): (left,) * 3, (0,): (1.0,) * 3, (): (without,) * 3}
-    assert len(chosen(monkeypatch, errors, unsure=["scale_1"]).left_out) == 2 - kept
+    choice = chosen(monkeypatch, errors, unsure=["scale_1"], in_time=in_time)
+    assert len(choice.left_out) == 2 - kept
 
 
-def chosen(monkeypatch, errors, plausible=True, unsure=()):
+def chosen(monkeypatch, errors, plausible=True, unsure=(), in_time=False):
     """Return the choice among two effects, given the expected errors of some models; those of all others are large."""
     wide = SimpleNamespace(errors=lambda kept: errors.get(kept, (10.0, 10.0, 10.0)), std=lambda kept: 1.0)
     monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
     monkeypatch.setattr(focused_choice, "nuisances_beside", lambda *_: [])
     poses = SimpleNamespace(order=np.arange(10.0))
     effects = tuple(
-        SimpleNamespace(generalised=lambda _: None, flexible=False, key=f"scale_{k}", since=lambda _: None)
+        SimpleNamespace(
+            generalised=lambda _: None,
+            flexible=False,
+            key=f"scale_{k}",
+            since=lambda _: None,
+            is_change_in_time=in_time and k == 1,
+            depends_on=[],
+        )
         for k in range(2)
     )
     fewer = SimpleNamespace(is_plausible=plausible)
