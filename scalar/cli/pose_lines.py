@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MOST_SHOWN = 10
 """Most poses that are listed one by one."""
 _FEW_ROWS = 3  # chosen: so few poses may all be near zero
-_SMALL_TRAVEL = 10.0  # mm, chosen: a rail whose program has no larger number was probably written in metres
+_SMALL_TRAVEL = 10.0  # mm, chosen: if no travel in a program is larger, its numbers are probably metres
 _OF_THE_TABLE = ("robot", "joint_zero", "length_unit")  # what a calibration may doubt in the table of joints
 _LARGE_TURN, _LARGE_TRAVEL = 1 * DEG, 10 * MM
 """Chosen: ten times what the errors of an arm usually take away from singularities."""
@@ -109,11 +109,11 @@ def lines_on_small_travels(robot: Robot, q: Array, columns: Sequence[str], units
 def lines_on_setup(calibration: Calibration) -> list[str]:
     """Return a line for each doubt of the calibration about its table of joints, by which the joint angles of a program are understood.
 
-    That the robot's name is that of another arm is none: the numbers of the table fit the measurements.
+    A doubt about the robot's name is not repeated: the numbers in the table fit the measurements.
     """
     return [
         f"  check the table of joints first: {doubt['sentence']}. The joint angles of this program are read by that table: if the controller has "
-        "another number and that one is right, the corrections are wrong by the difference"
+        "another number, and it is the right one, the corrections are wrong by the difference"
         for doubt in calibration.summary.get("setup", ())
         if doubt["what"] in _OF_THE_TABLE and doubt.get("where") != "robot.name"
     ]

@@ -1,4 +1,4 @@
-"""Columns of a table of poses that are computed when one of them is first asked for: a rigid arm needs none of them."""
+"""Columns of a table of poses that are computed when one of them is first asked for: the fit of a rigid arm needs none of them."""
 
 from __future__ import annotations
 

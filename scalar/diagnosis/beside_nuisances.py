@@ -1,9 +1,9 @@
-"""Drop effects of the arm that are not needed beside what every set-up has to a small degree: no plate is flat, and no scanner's zero is exact.
+"""Drop effects of the arm that are not needed given what every set-up has to a small degree: no plane is flat, and no scanner's zero is exact.
 
-A bow of the plates is small, and forward selection may find an effect of the arm that describes the bows of several plates at once with fewer
-coefficients: a scale error of a joint, or a harmonic of the first order. Evidence prefers it, since it counts coefficients, and since it takes each
-bow for a choice among all candidates. What every set-up has (``Effect.in_every_setup``) is no such choice, however. Here every effect of the arm is
-therefore scored once more with all nuisances in the model.
+The bows of target planes are small, and forward selection may find an effect of the arm that describes the bows of several planes at once with fewer
+coefficients: a scale error of a joint, or a harmonic of the first order. The log evidence favours such an effect, because it counts coefficients and
+counts each bow as a choice among all candidates. What every set-up has (``Effect.in_every_setup``, called nuisances here) is no such choice, however.
+Every effect of the arm is therefore scored once more given all nuisances.
 """
 
 from __future__ import annotations
@@ -22,21 +22,20 @@ from scalar.effects.registry import nuisances_beside
 
 
 def explained_by_nuisances(state: FittedState, candidates: CandidateSet) -> FittedState:
-    """Return the state in which nuisances replace those effects of the arm that explain next to nothing beside them.
+    """Return the state in which nuisances replace those effects of the arm that explain next to nothing given them, or the state as it is.
 
-    Next to nothing is less than ``confounded_margin`` [nats] of log evidence. Nuisances that explain nothing themselves are left out again. The
-    result is returned if its log evidence is not smaller by more than that margin, where nuisances are no choice among the candidates, and if
-    held-out poses are not predicted clearly worse.
+    Next to nothing is at most ``confounded_margin`` [nats] of log evidence. Nuisances that explain nothing themselves are left out again. The state
+    is returned as it is if the result is implausible, if its log evidence is smaller by more than that margin (the new nuisances not counted as a
+    choice among the candidates), if held-out poses are predicted clearly worse with it, or if it contains some nuisances of a kind but not most.
 
     Args:
         state: The state with the effects that were selected.
         candidates: The candidate set.
     """
-    new = nuisances_beside(state.dataset, state.effects)
-    if not new or not any(effect.acts_on_arm for effect in state.effects):
-        return state
-    settings = state.settings.selection
+    new, settings = nuisances_beside(state.dataset, state.effects), state.settings.selection
     of_arm = [effect for effect in state.effects if effect.acts_on_arm]
+    if not new or not of_arm:
+        return state
     beside = _needed(state.refitted((*state.effects, *new)), candidates, of_arm, settings.confounded_margin)
     if all(any(e.same_place(other) for other in beside.effects) for e in state.effects):
         return state
@@ -52,7 +51,7 @@ def explained_by_nuisances(state: FittedState, candidates: CandidateSet) -> Fitt
 
 
 def _most_are_there(kind: type[Effect], state: FittedState) -> bool:
-    """Return whether a state has none of the nuisances of a kind, or most of them: plates bend alike, so that a single bow among many is a guess."""
+    """Return whether a state has none of the nuisances of a kind, or most of them: planes bend alike, so a single bow among many is a guess."""
     there = sum(isinstance(effect, kind) for effect in state.effects)
     return there == 0 or 2 * there > len(kind.candidates(state.dataset))
 

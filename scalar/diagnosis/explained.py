@@ -58,7 +58,7 @@ class Explained:
         candidates: The candidate set of named effects.
         flexible_candidates: The candidate sets of flexible terms, which describe unmodelled structure without naming its cause; empty until they are
             tried.
-        rival: The state with an error of the instrument that explains most, in place of named effects; None if there is none.
+        rival: The state with an error of the instrument that has the most log evidence (``with_error_of_instrument``); None if there is none.
     """
 
     cleaned: Cleaned

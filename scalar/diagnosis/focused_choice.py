@@ -87,7 +87,7 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
 
     Effects are left out one after the other as long as the expected error falls; in each step the one is left out without which the error is
     smallest. This is done from the effects that were found, from these together with the significant nuisances, and from those with a sure name
-    together with the nuisances that are significant beside them: where the plates are bowed, doubtful effects may stand for the bows. The best of
+    together with the nuisances that are significant given them: where the planes are bowed, doubtful effects may stand for the bows. The best of
     the results is chosen if two conditions hold: its error within the joint limits is clearly smaller than with all effects that were found
     (``settings.shipped_fit.clearly_smaller_error``), and its errors are no larger within the measured ranges of the joints and at the measured poses.
     Else all effects that were found are kept. The second condition keeps a correction that is uncertain only where nothing was measured. The ranges
@@ -153,8 +153,8 @@ def _with_least_error(
 
     Args:
         wide: The wide model and the models nested in it.
-        starts: Indices of the effects that were found, and of those among them that have a sure name. Each is also a start with those nuisances that
-            are significant beside it.
+        starts: Indices of the effects that were found, and of those among them that have a sure name. Eliminations start from the former as they
+            are, and from each of the two with the nuisances that are significant given it and all ``others``.
         others: Indices of the nuisances and of the general effects.
         n_nuisances: Number of nuisances, the first of the others.
         settings: Thresholds.
@@ -175,14 +175,14 @@ def _with_least_error(
 def _without_doubtful(
     wide: NestedModels, kept: tuple[int, ...], doubtful: list[int], worth: float
 ) -> tuple[int, ...]:
-    """Return those effects that are kept although some are doubtful: all, or those that are not.
+    """Return all effects that were chosen if the doubtful ones are worth correcting, else those that are not doubtful.
 
     Args:
         wide: The wide model and the models nested in it.
         kept: Indices of the effects that were chosen.
         doubtful: Indices of effects without a sure name.
-        worth: Largest share of the expected error within the joint limits that doubtful effects may leave. They are kept as well if all effects
-            together leave at most this share of that share, for then they can hardly make predictions worse than without effects.
+        worth: Largest share of the expected error within the joint limits that doubtful effects may leave. They are kept as well if at most the
+            square of this share remains of the expected error without any effects: predictions can then hardly become worse than those.
     """
     sure = tuple(i for i in kept if i not in doubtful)
     error = wide.errors(kept)[LIMITS]

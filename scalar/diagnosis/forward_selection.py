@@ -138,7 +138,8 @@ def _replaced(
     explain it about as well, because an explanation with one cause less is more probable. Where a change in time has a form that follows a recorded
     column instead (growth with the temperature in place of a warm-up by the clock), that form need only explain it about as well. The search for the
     time constant favours the warm-up, since the constant counts as a coefficient only afterwards; and only growth with the temperature holds in
-    another campaign. A step likewise replaces a creep that explains it little better, since the length of the creep was chosen as well.
+    another campaign. A step likewise replaces a creep that explains it little better, since the length of the creep was chosen as well. An effect of
+    the arm has to explain still more to replace one that every set-up has (``Effect.in_every_setup``).
 
     Args:
         state: The state with the effect.
@@ -166,9 +167,9 @@ def _replaced(
     for entry in (best if better else None, recorded, sudden, joining):
         if entry is None:
             continue
-        allowance = {id(joining): _joining_margin(own, entry, settings), id(sudden): margin}.get(
-            id(entry), 0.0
-        )
+        allowance = margin if entry is sudden else 0.0
+        if entry is joining and entry is not sudden:
+            allowance = _joining_margin(own, entry, settings)
         kept = others if entry.other_parts is None else (*others, entry.other_parts)
         trial = state.refitted(merged(kept, entry.effect))
         # Both fits are compared under the same whitening, because the larger variance component of a worse fit would hide that it is worse.

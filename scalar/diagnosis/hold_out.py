@@ -244,11 +244,11 @@ def improvement(before: HeldOutErrors, after: HeldOutErrors) -> float:
 
 
 def most_blocks_gain(before: HeldOutErrors, after: HeldOutErrors) -> bool:
-    """Return whether held-out errors fall although no single block decides: its change counts for at most ``most_gain_of_block`` usual changes.
+    """Return whether held-out errors fall if no single block may decide: each change counts for at most ``most_gain_of_block`` times the median one.
 
-    Unlike in ``improvement`` this limits losses as well. A plate that is knocked after four of its scans, for example, has to be predicted from a
-    single one where the block of these scans is held out: that loss says nothing against the knock. Both the whitened errors and those in metres
-    have to fall.
+    Unlike in ``improvement``, losses are limited as well. If a plane is knocked after four of its scans, for example, and the block that is held out
+    contains three of them, these are predicted from a single scan: that loss is no evidence against the knock. The sum of the limited changes has
+    to be a fall both for the whitened errors and for those in metres.
     """
 
     def falls(drops: Array) -> bool:

@@ -1,8 +1,8 @@
 """Compare the named effects of an arm with errors of the instrument that measured it.
 
-An instrument that distorts space moves what it measures as smoothly with the pose as a compliance does, and each of several named effects alone may
-explain more than the distortion in its place. Whole models are therefore compared: the one of named effects alone, and the one to which named effects
-are added beside an error of the instrument.
+An instrument that distorts the space in which it measures shifts the measured positions as smoothly with the pose as a compliance does. Where several
+named effects stand for the distortion, each of them may explain more than the distortion would in its place. Whole models are therefore compared: one
+with named effects alone, and one with an error of the instrument and the named effects that are found given it.
 """
 
 from __future__ import annotations
@@ -26,9 +26,10 @@ from scalar.effects.flexible.proposals import errors_of_instrument
 def with_error_of_instrument(
     before: FittedState, named: FittedState, candidates: CandidateSet
 ) -> FittedState | None:
-    """Return the state with an error of the instrument, and named effects beside it, that has the most evidence; None if none explains anything.
+    """Return the state with an error of the instrument and named effects that has the most log evidence; None if no such error explains anything.
 
-    The plausible error that explains most is tried in place of the named effects, and beside them.
+    The plausible error that explains most without the named effects is tried in their place, and the one that explains most given them is added to
+    them.
 
     Args:
         before: The state without effects.
@@ -58,7 +59,7 @@ def _with_best(state: FittedState, pool: CandidateSet) -> FittedState | None:
 
 
 def leads(rival: FittedState, named: FittedState, candidates: CandidateSet) -> bool:
-    """Return whether a state with an error of the instrument explains clearly more than one without, and predicts held-out poses no worse."""
+    """Return whether a state with an error of the instrument explains clearly more than one without, and held-out poses no worse."""
     more = evidence_of(rival, candidates) - evidence_of(named, candidates)
     if more <= named.settings.flexible_terms.replacement_margin:
         return False

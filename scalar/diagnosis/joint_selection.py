@@ -74,8 +74,8 @@ def clearly_better(
     """Return the trial if its coefficients are plausible, it has clearly more evidence and it predicts held-out poses clearly better, else the state.
 
     *Clearly* means by ``swap_margin`` [nats] of evidence and by ``least_improvement`` [standard errors] of the whitened held-out error; the error in
-    metres must not clearly grow either (``no_worse``). With more than ``overwhelming_evidence`` [nats], it is enough that they fall in most blocks
-    (``most_blocks_gain``), or that the whitened error does not grow.
+    metres must not clearly grow either (``no_worse``). With more than ``overwhelming_evidence`` [nats], it is enough that both errors fall if no
+    single block may decide (``most_blocks_gain``), or that the whitened error does not grow and that in metres does not clearly grow.
 
     Args:
         state: A fitted state.

@@ -123,7 +123,7 @@ def _finding(
 
     def grounds_against(others: Sequence[Scored]) -> Grounds:
         """Return the grounds of the effect if only some of its rivals are considered."""
-        considered = {id(s) for s in others}  # a comparison of all their fields takes long
+        considered = {id(s) for s in others}  # comparing all their fields would take long
         least = min([float(without_fold[0]), *(odds for s, odds in least_odds if id(s) in considered)])
         evidence: list[float] = [*(s.evidence for s in others), *unnamed]
         return grounds_of_effect(scored, i, own, evidence, least, final_residuals)

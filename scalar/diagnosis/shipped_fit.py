@@ -10,9 +10,10 @@ The shipped model need not contain exactly the effects that were found: effects 
 left out, and others may be added (``focused_choice``). If the model without effects has smaller errors than the fit with the chosen effects and equal
 weights, it is shipped instead, and the effects remain findings, because a correction that does harm is worse than one that is missing. The errors
 compared are those of held-out poses, of held-out regions of the joint space (effects may predict poses between measured ones well and yet not
-extrapolate), and of unseen poses where they are known. If much is expected of the effects, a single block of held-out poses may not decide. The model
-without effects is shipped as well if the fit with effects is expected to err far more within the joint limits than the model without effects errs at
-held-out poses, unless that model is itself as uncertain: what few joints show does not extrapolate then.
+extrapolate), and of unseen poses where they are known. If the effects are expected to reduce the errors to half, the loss at a single block of
+held-out poses does not count. The model without effects is shipped as well if the fit with effects is expected to err far more within the joint
+limits than the model without effects errs at held-out poses, unless that model is itself as uncertain: what few joints show does not extrapolate
+then.
 
 A test of whether the fits with and without weights differ (Hausman, Econometrica 46, 1978) is only reported: wrong weights lose efficiency but cause
 no bias, so the test does not protect against them.
@@ -194,13 +195,8 @@ def shipped_fit(
     against = "expected_error" if choice.left_out and not after.effects else None
     if after.effects:
         regions = _regions(before, after)
-        judged = {
-            "held_out": None
-            if _promises_more(choice) and most_blocks_gain(without, equal)
-            else (without, equal),
-            "regions": regions,
-            "unseen": unseen,
-        }
+        confirmed = _promises_more(choice) and most_blocks_gain(without, equal)
+        judged = {"held_out": None if confirmed else (without, equal), "regions": regions, "unseen": unseen}
         against = next((name for name, errors in judged.items() if errors and not no_worse(*errors)), None)
         if all(effect.flexible for effect in after.effects) and _few_equations(after):
             against = "few_poses"
@@ -208,8 +204,8 @@ def shipped_fit(
             without.rms, choice.std_without
         ):
             against = "extrapolation"
-        if not geometry_determined:
-            against = "undetermined_geometry"
+    if not geometry_determined and (after.effects or choice.left_out):
+        against = "undetermined_geometry"
     if against is not None:
         fit, held_out, decided_by = BEFORE, without, against
     return ShippedFit(fit, effects_fit, held_out, effects_held_out, regions, decided_by, found, choice)
@@ -232,7 +228,7 @@ def unconfirmed_effects_help(confirmed: FittedState, all_found: FittedState) -> 
 
 
 def _promises_more(choice: FocusedChoice) -> bool:
-    """Return whether the chosen effects are expected to reduce the errors so much that the loss of a single held-out block does not matter."""
+    """Return whether the chosen effects are expected to reduce the errors so much that the loss at a single held-out block does not count."""
     most = choice.state.settings.shipped_fit.worth_doubtful
     return all(choice.errors_as_chosen[k] <= most * choice.errors_without[k] for k in (LIMITS, MEASURED))
 

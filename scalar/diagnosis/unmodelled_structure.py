@@ -59,7 +59,7 @@ def with_flexible_terms(
             state = without_effects_of_same_curve(select_forward(reconsidered(trial, named)[0], named))
         complete, state = state, without_effects_of_same_curve(reconsidered(state, named)[0])
         state = without_minor_effects(state)
-        # Without an effect that proved to be unneeded, a term may show that its presence had hidden.
+        # An effect that proved to be unneeded may have hidden a term, which is looked for once more.
         if len(state.effects) >= len(complete.effects):
             break
     return state

@@ -46,12 +46,12 @@ class Effect(Described):
         False  # whether it is a property of the arm or its pedestal, and not of the sensor or the target
     )
     of_instrument: ClassVar[bool] = (
-        False  # whether it is an error of what is measured with, and not of the arm
+        False  # whether it is an error of the measuring instrument, and not of the arm
     )
     load: ClassVar[str] = ""  # under which something gives way; effects of one load imitate one another
     acts_by_joint_angles: ClassVar[bool] = True  # whether its predictions depend on joint angles alone
-    # Whether every set-up has its effects to a small degree. They are no choice among the candidates: a diagnosis prefers them to an effect of the
-    # arm that explains no more, and the model that judges corrections contains all of them.
+    # Whether every set-up has effects of this kind to a small degree (nuisances). They do not count as a choice among the candidates: a diagnosis
+    # prefers them to an effect of the arm that explains little more, and the model that judges corrections contains all of them.
     in_every_setup: ClassVar[bool] = False
     # Whether the effects of ``imitators`` are as likely beforehand and as specific, so that none of their evidence is discounted.
     imitators_are_as_likely: ClassVar[bool] = False
@@ -262,7 +262,7 @@ class Effect(Described):
 
     @property
     def takes_time(self) -> bool:
-        """Return whether a change that begins at some pose takes a while, which was chosen as well, until it is complete."""
+        """Return whether a change that begins at some pose is complete only after some time, which was estimated as well."""
         return False
 
     def since(self, poses: Poses) -> Array | None:

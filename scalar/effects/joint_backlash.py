@@ -172,7 +172,7 @@ class JointBacklash(OneAxis, SingleJointEffect):
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
-        """Return the backlash of a joint, or of every joint, by what the second word says determines the side, or by what is recorded.
+        """Return the backlash of a joint, or of every joint. The side is determined by the second word, or by what is recorded.
 
         Raises:
             ValueError: The robot has no such joint, or what would determine its side is not known.
@@ -188,7 +188,7 @@ class JointBacklash(OneAxis, SingleJointEffect):
 
     @property
     def command_words(self) -> list[str]:
-        """Return what determines the side, unless it is the recorded direction, which goes without saying."""
+        """Return what determines the side, unless it is the recorded direction of approach, which is the default where it is recorded."""
         return [] if self.by == "approach" else [self.by]
 
     def variations(self, scale: float) -> list[Self]:

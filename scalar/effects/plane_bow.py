@@ -39,7 +39,7 @@ class PlaneBow(PointEffect):
     centre: tuple[float, float, float]
 
     name: ClassVar[str] = "plane_bow"
-    in_every_setup: ClassVar[bool] = True  # no plate is quite flat
+    in_every_setup: ClassVar[bool] = True  # no plane is quite flat
     kind: ClassVar[str] = "bow"
     sentence: ClassVar[str] = "the target plane is not flat but bowed"
     natural: ClassVar[Mapping[str, float]] = {"1/m": 2e-3}

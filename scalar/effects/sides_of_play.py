@@ -25,11 +25,11 @@ def told_by(dataset: Dataset, joint: int) -> str:
 def unknown_side(dataset: Dataset, joint: int, by: str) -> str | None:
     """Return why a word of a command line cannot determine on which side a joint rests, or None if it can."""
     if by not in SIDES:
-        return f"'{by}' does not tell on which side of its play a joint rests; there are {', '.join(SIDES)}"
+        return f"'{by}' does not say what determines on which side of its play a joint rests: write one of {', '.join(SIDES)}"
     if by == "approach" and told_by(dataset, joint) != by:
-        return f"poses.csv has no column approach{joint}, or it has one value only: from which side joint {joint} came is not recorded"
+        return f"poses.csv has no column approach{joint}, or one with a single value: the side from which joint {joint} came is not recorded"
     if by == "moves" and not steps_are_known(dataset):
-        return "the order of the poses does not tell from which side the joint came"
+        return f"the order of the poses does not show from which side joint {joint} came"
     if by == "torque" and dataset.robot.slides[joint - 1]:
-        return f"joint {joint} slides, and no torque of gravity tells on which side of its play it rests"
+        return f"joint {joint} slides, and no torque of gravity determines on which side of its play it rests"
     return None

@@ -182,8 +182,8 @@ def _null_space_of_scaled(J: Array, tolerance: float) -> tuple[Array, Array]:
 def _null_space_within(J: Array, space: Array, tolerance: float) -> Array:
     """Return the null space ``(C, r)`` of a scaled Jacobian ``(rows, C)``, which most likely is a part of another space ``(C, s)``.
 
-    Within that space it is sought by the few singular values there; a Cholesky factor proves that there is none outside, in a tenth of the time that
-    all singular values take. These decide where one of the former comes near the tolerance.
+    Within that space it follows from the few singular values there, and a Cholesky factor proves that nothing of it lies outside, in a tenth of the
+    time that all singular values take. All singular values are computed if one of the few is near the tolerance, or if the proof fails.
     """
     gram = J.T @ J
     total = float(np.trace(gram))

@@ -1,6 +1,6 @@
-"""The normal equations of a model's rows, where their digits suffice: several times faster than orthogonal factors, which serve where they do not.
+"""The normal equations of a model's rows, several times faster than an orthogonal factorisation, which is used where they are too inaccurate.
 
-``J'J`` has the square of the condition number of J. What is computed here is None if that leaves fewer than some eight digits.
+``J'J`` has the square of the condition number of J. What is computed here is None if that leaves fewer than about eight digits.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class NormalEquations:
         )
 
     def variances(self) -> Array | None:
-        """Return the diagonal of ``(J'J)^-1`` ``(F,)``; None if J'J has too few digits."""
+        """Return the diagonal of ``(J'J)^-1`` ``(F,)``; None if J'J is too ill-conditioned."""
         found = _factored(self.gram)
         if found is None:
             return None

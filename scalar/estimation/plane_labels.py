@@ -35,7 +35,7 @@ def other_labels(
     assert isinstance(planes, Planes)
     T = dataset.robot.with_geometry(model.robot.geometry).flange(dataset.q) @ model.T_flange_sensor
     measurement = measure(dataset)
-    # A target is a plane in one session. A pose may lie on another plane of its session; on a plane of another session, its label is not at fault.
+    # A target is a plane in one session. Only other planes of a pose's own session are tried: if it fits one of another session, its label is right.
     targets = measurement.initial_target(dataset).names
     labelled = dataset.poses["plane"].to_numpy(dtype=object)
     indices = {name: k for k, name in enumerate(planes.names)}

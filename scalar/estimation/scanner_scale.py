@@ -1,9 +1,9 @@
 """The scale of a scanner that nothing in the data checks: its error stretches the whole arm, leaves no residual, and is in no standard error.
 
 Where the places of the target planes are only guessed, all lengths of the calibrated arm come from the scanner. If its ranges are too long by
-0.1 %, so are the links, and every position is off by 1 mm for each metre. Known places of the planes, or ranges and angles of the scans that tell a
-wrong scale from a wrong arm, would show it. The effect ``range_scale`` describes such an error; here it is asked how far it moves predicted positions
-in its natural size where the data determine it no better.
+0.1 %, so are the links, and every position is off by 1 mm for each metre. Known places of the planes would show it, and so may scans whose ranges
+and angles vary enough to distinguish a wrong scale from a wrong arm. The effect ``range_scale`` describes such an error. Computed here is how far an
+error of its natural size moves predicted positions, if the data do not determine it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ from scalar.sensors import kind_of
 
 NATURAL = RangeScale.natural["m/m"]
 """Standard deviation of a scanner's scale before anything is measured, as a share of all lengths."""
-DETERMINED = 0.5  # of the natural size, chosen: with a smaller standard deviation, the data show the scale
+DETERMINED = (
+    0.5  # of the natural size, chosen: with a smaller standard deviation, the data determine the scale
+)
 SCANNER_SCALE_SHIFT = "scanner_scale_shift_m"
 """Key of a calibration's summary: what ``unchecked_scale`` returns."""
 _POSES = 200

@@ -60,7 +60,7 @@ def carried(model: Model, dataset: Dataset) -> Carried:
 
 
 def note_on_names(there: str, here: str) -> list[str]:
-    """Return a line if the arm of the other calibration and that of a dataset have different names, though their tables of joints agree; else none.
+    """Return a line that asks about the arm if the other calibration and the dataset name different arms, whose tables of joints agree; else none.
 
     Args:
         there: Name of the arm in the other calibration.

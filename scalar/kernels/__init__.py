@@ -114,7 +114,7 @@ def contiguous(values: NDArray[np.generic]) -> Array:
 
 
 def address(array: NDArray[Any]) -> int:
-    """Return where the numbers of an array begin in memory: a quarter of the time of ``array.ctypes.data``, of which a calibration asks hundreds."""
+    """Return where the numbers of an array begin in memory, in a quarter of the time of ``array.ctypes.data``, as a calibration asks often."""
     if array.size and array.flags.writeable and array.flags.c_contiguous:
         return ctypes.addressof(ctypes.c_char.from_buffer(array))  # pyright: ignore[reportArgumentType]
     return array.ctypes.data

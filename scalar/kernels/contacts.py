@@ -1,4 +1,4 @@
-"""Compute contact vectors of scans with planes, and the scatter of scans about their lines, by the compiled library; None without it."""
+"""Compute contact vectors, tangents of planes, and the scatter of scans about their lines, by the compiled library; None without it."""
 
 from __future__ import annotations
 

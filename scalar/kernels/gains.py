@@ -22,8 +22,8 @@ _WIDEST = 8  # columns: Jacobi's method is slower than LAPACK for larger matrice
 def shrunk_gains(grams: Array, projections: Array) -> tuple[Array, IntArray] | None:
     """Return gains ``(T,)`` and degrees of freedom ``(T,)`` as ``scalar.diagnosis.score_test.shrunk_gain``; None without the library.
 
-    Of more than ``_WIDEST`` columns, the gain follows from a Cholesky factor if all eigenvalues clearly exceed 1; else -1 stands for the degrees of
-    freedom, and LAPACK should compute both.
+    For more than ``_WIDEST`` columns, the gain follows from a Cholesky factor if all eigenvalues clearly exceed 1. If not, the degrees of freedom are
+    -1 and the gain is NaN: the caller computes both from the eigenvalues, by LAPACK.
 
     Args:
         grams: ``(T, w, w)``, inner products of the w columns of each of T candidates.

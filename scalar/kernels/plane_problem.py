@@ -53,7 +53,7 @@ class PlaneProblem:
         """Store what does not change with the coordinates.
 
         Args:
-            turned: ``(N, n, 2)``, cosine and sine of the joint angles, as ``turned`` returns them.
+            turned: ``(N, n, 2)``, cosine and sine of the joint angles, as ``scalar.kernels.chain.turned`` returns them.
             index: ``(N,)``, index of the plane that each pose measures.
             factors: ``(N, m, 3)``, the factors of the contact vector in each row.
             T_base_0: ``(4, 4)``, transform before the first joint.

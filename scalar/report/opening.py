@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 _CLAUSES = 3  # clauses on effects in the first sentence; further kinds of effects are counted
 
-EVEN = 0.5  # confidence: a name with no more is as often wrong as right
+EVEN = 0.5  # confidence up to which a name is wrong at least as often as right
 
 Pictures = Sequence[Profile | Map]
 

@@ -1,4 +1,4 @@
-"""The words on the scale of an arm of which no length is known, or all lengths are known from the scanner alone."""
+"""The words on the scale of an arm of which no length is known, or of which all lengths come from the scanner alone."""
 
 from __future__ import annotations
 
@@ -28,6 +28,6 @@ def scanner_scale_in_words(judged: Calibration) -> str:
         return ""
     return (
         f"nothing in these data checks the scale of the scanner: if it measures {100 * NATURAL:g} % too long or too short, as scanners may, "
-        f"predicted positions are off by about {number(shift / MM, 2)} mm (RMS), and no standard error contains that. Check the scanner against a "
-        "known length, or measure where the planes stand in the base frame and declare them as known in dataset.yaml"
+        f"predicted positions are off by about {number(shift / MM, 2)} mm (RMS), and no standard error contains that shift. Check the scanner "
+        "against a known length, or measure where the planes stand in the base frame and declare them as known in dataset.yaml"
     )

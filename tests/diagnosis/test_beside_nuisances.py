@@ -1,4 +1,4 @@
-"""Effects of the arm that only describe what every set-up has to a small degree: bowed plates, an inexact zero of the scanner."""
+"""Effects of the arm that only describe what every set-up has to a small degree: bowed planes, an inexact zero of the scanner."""
 
 from types import SimpleNamespace
 
@@ -29,7 +29,7 @@ def fitted(flaws: Flaws, *effects, seed: int = 4):
 
 @pytest.mark.parametrize("seed", [4, 5])
 def test_a_scale_error_that_stands_for_bows_is_replaced_by_them(seed):
-    """The plates are bowed, and joint 2 has no error: what is left are bows alone."""
+    """The planes are bowed, and joint 2 has no error: what is left are bows alone."""
     state, candidates = fitted(Flaws(bent=BENT), JointScale(2), seed=seed)
     assert abs(state.effects[0].coefficients[0]) > 0
     found = explained_by_nuisances(state, candidates)
@@ -37,14 +37,14 @@ def test_a_scale_error_that_stands_for_bows_is_replaced_by_them(seed):
 
 
 def test_a_scale_error_beside_bows_stays():
-    """Joint 2 errs by a thousandth, and the plates are bowed as well: the scale error explains more than any bows can."""
+    """Joint 2 errs by a thousandth, and the planes are bowed as well: the scale error explains more than any bows can."""
     flaws = Flaws(bent=BENT, joints=on_joint(2, lambda at: 1e-3 * at.q[:, 1]))
     state, candidates = fitted(flaws, JointScale(2))
     assert "joint_scale" in {effect.name for effect in explained_by_nuisances(state, candidates).effects}
 
 
 def test_a_single_bow_does_not_take_the_place_of_an_effect(monkeypatch):
-    """Where only one of three plates is bowed, a scale error that the bow explains as well is not replaced by it."""
+    """Where only one of three planes is bowed, a scale error that the bow explains as well is not replaced by it."""
     state, candidates = fitted(Flaws(bent={"floor": BENT["floor"]}), JointScale(2))
     assert explained_by_nuisances(state, candidates) is state
     monkeypatch.setattr(beside_nuisances, "_most_are_there", lambda *_: True)
@@ -54,7 +54,7 @@ def test_a_single_bow_does_not_take_the_place_of_an_effect(monkeypatch):
 
 
 def test_an_effect_of_the_arm_does_not_take_the_place_of_a_bow(monkeypatch):
-    """A scale error with four nats more evidence than the bow of a plate does not replace it; with nine it does.
+    """A scale error with four nats more evidence than the bow of a plane does not replace it; with nine it does.
 
     In place of a coupling, four are enough, and two are not.
     """

@@ -116,7 +116,7 @@ def test_a_selection_ends_however_many_effects_are_found(monkeypatch):
 def test_unmodelled_structure_has_three_terms_at_most(monkeypatch):
     """If one more flexible term is always found, the model gets three."""
     found: list[Any] = []
-    state: Any = SimpleNamespace(is_rounding=False, settings=DEFAULTS, dataset=None)
+    state: Any = SimpleNamespace(is_rounding=False, settings=DEFAULTS, dataset=None, effects=())
     for name in ("without_effects_of_same_curve", "without_minor_effects"):
         monkeypatch.setattr(unmodelled_structure, name, lambda state: state)
     monkeypatch.setattr(unmodelled_structure, "_with_replacement", lambda *_: found.append(state) or state)

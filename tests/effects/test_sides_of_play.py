@@ -34,7 +34,7 @@ def test_a_joint_alone_is_calibrated_by_what_is_recorded(with_approach):
 
 @pytest.mark.parametrize(
     ("word", "said"),
-    [("weight", "there are approach, moves, torque"), ("approach", "no column approach2")],
+    [("weight", "write one of approach, moves, torque"), ("approach", "no column approach2")],
 )
 def test_a_side_that_is_not_known_is_refused(with_approach, word, said):
     """The message names what may be written, or the column that is missing."""

@@ -92,3 +92,18 @@ def test_exchanged_columns_of_one_target_are_named(two_targets, matrix, says):
 def test_targets_that_stay_equally_far_are_not_tried(two_targets):
     """Where the distance of the targets is constant, no change of one target's columns is proposed."""
     assert list(exchanged_columns(two_targets)) == []
+
+
+@pytest.mark.parametrize("strange", [False, True])
+def test_a_tracker_that_was_moved_is_not_taken_for_another_campaign(tracked, strange):
+    """Its places in a later session are in another frame; angles in random order are still recognised within the longest session."""
+    later = np.arange(tracked.n_poses) >= 65
+    points = tracked.points.copy()
+    points[later] = points[later, ::-1] * [1.0, -1.0, 1.0] + [3.0, 0.0, 0.0]
+    moved = replace(tracked, points=points, poses=tracked.poses.assign(session=later.astype(int)))
+    if strange:
+        order = np.random.default_rng(1).permutation(tracked.n_poses)
+        moved = replace(
+            moved, poses=moved.poses.assign(**{q: moved.poses[q].to_numpy()[order] for q in JOINTS})
+        )
+    assert unrelated(moved) == strange

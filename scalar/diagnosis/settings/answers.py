@@ -55,7 +55,9 @@ class ShippedFitSettings:
         "one over the root of two: what a correction removes is then at least as large as the error that it leaves",
     )  # fmt: skip
     worth_doubtful: float = setting(
-        0.5, "of the expected error without them", "changes in time without a sure name are not corrected if the correction leaves a larger share",
+        0.5, "of the expected error without them", "changes in time without a sure name are not corrected if the correction leaves a larger share, "
+        "unless it leaves at most the square of this share of the error without any effects; effects that leave at most this share of that error are "
+        "not left out for the loss at a single held-out block",
         "chosen stricter than ``worth_correcting``: in simulated trials, corrections expected to leave 0.4 to 0.9 made predictions worse in "
         "three of five sets",
     )  # fmt: skip

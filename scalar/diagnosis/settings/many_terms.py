@@ -41,7 +41,7 @@ class FlexibleTermSettings:
     max_terms: int = setting(
         3,
         "terms",
-        "unmodelled structure is described by at most this many flexible terms",
+        "unmodelled structure is described by at most this many flexible terms, and by as many more once unneeded effects are dropped",
         "chosen: more terms no longer describe the structure in words",
     )
     most_terms_tried: int = setting(

@@ -59,7 +59,8 @@ class HoldOutSettings:
         "chosen: the error of such a joint has a hundredth of the effect of another joint's; a tool on the last axis has a thousandth",
     )  # fmt: skip
     most_gain_of_block: float = setting(
-        5.0, "of the median drop", "the gain of one block counts for at most this multiple of the median change of a block",
+        5.0, "of the median drop", "the gain of one block, in some comparisons its loss as well, counts for at most this multiple of the median "
+        "change of a block",
         "chosen: a single block must not decide for an effect, nor hide one by its scatter",
     )  # fmt: skip
     most_of_pose: float = setting(
@@ -100,7 +101,8 @@ class SelectionSettings:
         "odds of twenty",
     )
     overwhelming_evidence: float = setting(
-        50.0, "nats", "a set of effects with this much more log evidence needs only not to be contradicted by the held-out poses",
+        50.0, "nats", "a set of effects with this much more log evidence needs only not to be contradicted by the held-out poses; an error of "
+        "the instrument replaces a name with it, although the scores before the refit hardly differ",
         "chosen: far more than a wrong model of the noise adds; held-out errors of few poses often do not fall clearly with the right effects",
     )  # fmt: skip
     same_load_margin: float = setting(
@@ -122,7 +124,8 @@ class SelectionSettings:
         4,
         "poses",
         "least number of poses before a change, and after its beginning; not fewer than the change has coefficients",
-        "a plane that moves has three coefficients, and each scan of it shows two; with 60 poses, a knock after five scans of the plane was missed",
+        "a plane that moves has three coefficients, and each scan of it shows two; with six in place of four, a knock after "
+        "five scans of a plane was missed in 60 poses",
     )
     refinement_rounds: int = setting(
         3, "rounds", "nonlinear parameters are refined at most this often with steps of each size; so are the shapes that together replace a named "

@@ -1,4 +1,4 @@
-"""An instrument that stands apart and distorts the space in which it measures: a smooth function of the measured position."""
+"""An instrument that stands apart from the arm and distorts the space in which it measures: its error is a smooth function of the position."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from scalar.geometry.se3 import Array
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-# Symmetric strains without a trace (3, 3), orthonormal but for a factor: a common factor of all lengths is that of the arm.
+# Symmetric strains without a trace (3, 3), orthogonal and of equal norm. A trace, a factor on all lengths, cannot be distinguished from a larger arm.
 _STRAINS = np.zeros((5, 3, 3))
 _STRAINS[0, [0, 1], [0, 1]] = 1.0, -1.0
 _STRAINS[1, [0, 1, 2], [0, 1, 2]] = np.array([1.0, 1.0, -2.0]) / np.sqrt(3)
@@ -38,28 +38,28 @@ _LARGEST_STRAIN, _LARGEST_ANGLE = 4e-4, 2e-4  # [m/m], [rad]
 ENCODER_ORDERS = (
     1,
     2,
-)  # periods a turn: an encoder's disk that sits off its centre, and one that is oval or read by two heads
+)  # periods in a turn: the disk of an encoder is off its centre, and it is oval or read by two heads
 
 
 @dataclass(frozen=True, eq=False)
 class UnattributedSpace(Unattributed, PointEffect):
     """The instrument's positions y err by a smooth function of y: ``y = x + D(y) c`` with the true position x.
 
-    It is the rival of everything by which an arm errs smoothly with its pose: of compliance, and of harmonics of the first joint. A factor on all
-    lengths is left out, since it cannot be distinguished from a larger arm; so are shifts and turns, which move the instrument's frame. Measured
-    orientations are taken to be right.
+    It is the rival of errors of an arm that vary smoothly with the pose: of compliances, and of harmonics of the first joint. A factor on all lengths
+    is left out, since it cannot be distinguished from a larger arm; so are shifts and turns, which move the instrument's frame. Measured orientations
+    are assumed to be right.
 
     - ``strain``: ``D c = E (y - centre)``, E symmetric without a trace: axes of different scales, or not at right angles (photogrammetry).
-    - ``quadratic``: this, and all products of two coordinates.
+    - ``quadratic``: the strain, and all products of two coordinates.
     - ``azimuth``: ``D c = (c_1 cos(k a) + c_2 sin(k a)) z x y``, a the azimuth of y about the z axis of the instrument's frame, k the order.
-    - ``elevation``: the same for the angle to the plane across z.
+    - ``elevation``: the same for the elevation, the angle between y and the plane perpendicular to z, whose change moves y along a meridian.
 
     Waves of the first and second order are the errors of encoders in the models of laser trackers (Muralikrishnan, Phillips and Sawyer, Laser
     trackers for large-scale dimensional metrology: a review, Precision Engineering 44, 2016). They need positions in the instrument's own frame.
 
     Attributes:
         shape: ``strain``, ``quadratic``, ``azimuth`` or ``elevation``.
-        order: Periods a turn of an error of an angle; 0 for the other shapes.
+        order: Number of periods in a turn of an error of the azimuth or elevation; 0 for the other shapes.
         centre: Of the measured positions ``(3,)`` [m].
         half: Half their largest extent [m].
     """
@@ -87,13 +87,17 @@ class UnattributedSpace(Unattributed, PointEffect):
             how = f"like a periodic error of its {self.shape} encoder"
         else:
             size = 1e3 * float(np.abs(np.linalg.eigvalsh(self._strain())).max())
-            how = f"which is {'stretched and bent' if self.shape == 'quadratic' else 'stretched'} by up to {size:.2g} mm per m"
-        return f"a distortion of the space that the measuring instrument shows, and not an error of the arm, {how}"
+            how = f"which is stretched by up to {size:.2g} mm per m{' and bent' if self.shape == 'quadratic' else ''}"
+        return (
+            f"a distortion of the space in which the instrument measures, and not an error of the arm, {how}"
+        )
 
     @classmethod
     def clause_of(cls, effects: Sequence[Effect]) -> str:
         """Return that it is the instrument that errs."""
-        return "the measuring instrument distorts the space that it shows, which is no error of the arm"
+        return (
+            "the measuring instrument distorts the space in which it measures, which is no error of the arm"
+        )
 
     def _strain(self) -> Array:
         """Return E ``(3, 3)`` [m/m]."""

@@ -1,4 +1,4 @@
-"""A scanner whose profile of a flat surface is a bow."""
+"""A scanner that shows a flat surface as a bowed profile."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from scalar.sensors import kind_of
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-DEGREES = (2, 3)  # of x: a bow, and one that is deeper on one side
+DEGREES = (2, 3)  # of x: a symmetric bow, and what makes it deeper on one side
 
 
 @dataclass(frozen=True, eq=False)
 class UnattributedProfileBow(Unattributed, ScannerError):
     """The measured range needs ``c_2 (x / half)^2 + c_3 (x / half)^3``.
 
-    It is the rival of errors of the range's zero and of its linearity, which bend profiles as well. The map of a scanner's error that remains after
-    its maker's calibration has a prior of a few hundredths of a millimetre; this is a gross error, as of a lens that is out of place.
+    It is the rival of errors of the range's zero and of its linearity, which bend profiles as well, and of bowed planes. It is a large error, as of a
+    lens that is out of place; ``SensorMap`` describes what remains after the maker's calibration, with a prior of a few hundredths of a millimetre.
 
     Attributes:
         half: Half the width of the measured part of the profile [m].

@@ -94,7 +94,7 @@ def _in_time(dataset: Dataset, moving: list[int]) -> list[Effect]:
 
 
 def errors_of_instrument(dataset: Dataset) -> list[UnattributedSpace]:
-    """Return the distortions of the measured space, where an instrument measures positions; no others are tried."""
+    """Return the distortions of the measured space that are tried if an instrument measures positions, else none."""
     if not kind_of(dataset).measures_positions:
         return []
     low, high = dataset.points.min(axis=0), dataset.points.max(axis=0)

@@ -26,10 +26,10 @@ KNEES = (0.15, 0.3, 0.5)  # shares of the largest torque at which the stiffness 
 
 @dataclass(frozen=True, eq=False)
 class UnattributedYielding(Unattributed, JointEffect):
-    """Joints give way under the weight of the arm, and the stiffness of one of them changes at a torque: below it the gear is softer, or stiffer.
+    """Joints give way under the weight of the arm, and the stiffness of one of them changes at a torque: below it, the gear is softer or stiffer.
 
-    It is the rival of a compliance, which is in proportion to the torque. The masses of the links are unknown, so the torque on the joint is known
-    only up to a factor: that of the compliance which was found.
+    It is the rival of a compliance, whose deflection is in proportion to the torque. The masses of the links are unknown, so the torque on the joint
+    is known only up to a factor. It is stated by the deflection that the compliance which was found gives the joint.
 
     Attributes:
         joint: The joint whose stiffness changes, from 1.
@@ -76,7 +76,7 @@ class UnattributedYielding(Unattributed, JointEffect):
         return ["rad"] * (2 * len(self.terms) + 1)
 
     def joint_basis(self, robot: Robot, poses: Poses) -> Array:
-        """Return the torques of unit first moments, each on its joint, and the torque on ``joint`` in units of that at the knee, between -1 and 1."""
+        """Return the torques of unit first moments, each on its joint, and the torque on ``joint`` over that at the knee, limited to -1 and 1."""
         B = np.zeros((len(poses), robot.n_joints, 2 * len(self.terms) + 1))
         moments, axes = unit_moments_at(robot, poses)
         for k, (joint, frame) in enumerate(self.terms):
@@ -127,7 +127,7 @@ def yielding_rivals(
         weights: ``(2 len(terms),)`` [rad], its coefficients.
     """
     found = []
-    poses = Poses(dataset.q, np.arange(dataset.n_poses, dtype=float), {})
+    poses = Poses.of_joints(dataset.q)
     for joint in sorted({joint for joint, _ in terms}):
         whole = UnattributedYielding(joint, tuple(terms), tuple(map(float, weights)), 1.0)
         largest = float(np.max(np.abs(whole.deflection(whole.joint_basis(dataset.robot, poses)))))

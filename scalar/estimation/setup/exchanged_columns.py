@@ -1,7 +1,7 @@
 """Columns of one target that are exchanged, or count the other way, in a table of several targets on one flange.
 
-Targets on one flange stay equally far from one another, wherever the arm stands. Where the columns of one target alone are exchanged, these distances
-change from pose to pose, and the right order of the columns makes them constant. That holds in any frame and for any arm, so it is checked first.
+The distances between targets on one flange are the same in all poses. If the columns of one target alone are exchanged, these distances change from
+pose to pose, and the right order of the columns makes them constant. That holds in any frame and for any arm, so no fit is needed to find it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 from scalar.units import MM
 
-FALLS_TO = 0.2  # ratio of the scatter of the distances: with a larger one, the columns are not what is wrong
+FALLS_TO = 0.2  # ratio of the scatter of the distances after and before: with a larger one, the columns are not what is wrong
 LEAST_SCATTER = 3 * MM  # smaller changes of the distances have other causes
 LEAST_POSES = 5  # at which both targets were measured
 _AXES = "xyz"

@@ -1,8 +1,9 @@
 """A session that begins too late or too early in the column ``session``: the poses between contradict their own session, and fit the other one.
 
 A diagnosis sets such poses aside one by one, as gross errors. That they end or begin at a boundary of the sessions, and fit the session on its other
-side, shows what they are. Where planes are scanned one after the other, these poses may be a plane's only ones in the other session: that they lie on
-one plane, which is then fitted to them, shows the same. If they are few and all on one plane, they may also have been named as its movement.
+side, shows what they are. Where planes are scanned one after the other, these poses may be the only ones of their plane in the other session. A plane
+is then fitted to them, and that they lie on it shows the same. If they are few and all on one plane, a diagnosis may also have found that this plane
+moved.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ LEAST_POSES = 3  # chosen: of fewer poses that were set aside at a boundary, eac
 LEAST_OF_NEW_PLANE = (
     6  # poses, chosen: a plane has three coordinates, and fewer contacts with it prove nothing
 )
-NEAR_BOUNDARY = 0.2  # chosen: a change at the last or first fifth of a session may be the one at which the session should change
+NEAR_BOUNDARY = 0.2  # chosen, of a session: a change in its last or first fifth may be the one at which the session should change
 AS_GOOD = 3.0  # times the median distance of the poses that were kept: nearer, a pose fits the other session
 
 
@@ -112,7 +113,7 @@ def _suspicion(
 def _distances(dataset: Dataset, model: Model) -> Array:
     """Return the distance ``(N,)`` [m] of each pose from its target; a plane that the model lacks in a session is fitted to its poses.
 
-    Poses on such a plane that are too few to show it are infinitely far.
+    If such a plane has fewer than ``LEAST_OF_NEW_PLANE`` poses, their distance is infinite.
     """
     measurement = measure(dataset)
     guess, known = measurement.initial_target(dataset), model.target

@@ -1,9 +1,9 @@
-"""Measurements that belong to other rows of poses.csv: some rows before or after theirs, or to no row at all, as those of another campaign.
+"""Measurements that belong to other rows of poses.csv (some rows before or after their own), or to no row, as those of another campaign.
 
 Whatever is wrong in the description of an arm, the place of its wrist is a sum of products of the cosines and sines of its first joint angles (of
-travels themselves), in any frame, for any zeros and signs. How much of the variance of the measured places a regression on these products explains
-needs neither the table of joints nor the tracker's frame. If it is no more than among measurements in random order, the measurements have nothing to
-do with these joint angles, and no sign or zero needs to be searched for.
+travels themselves), in any frame, for any zeros and signs. A regression of the measured places on these products needs neither the table of joints
+nor the tracker's frame. If it explains no more of their variance than it does for measurements in random order, the measurements have nothing to do
+with these joint angles, and no sign or zero needs to be searched for.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 
 FARTHEST_ROW = 10  # rows
-LEAST_POSES = 60  # fewer may show no relation by chance: of 45 poses of arms with seven joints, some do not
+LEAST_POSES = (
+    60  # fewer may show no relation by chance: some sets of 45 poses of arms with seven joints do not
+)
 FIRST_JOINTS = 3  # that move the wrist of most arms
 POSES_PER_COLUMN = 2  # fewest poses for each column of the regression
 _ORDERS = 200  # random orders with which the order of the table is compared
@@ -42,10 +44,14 @@ def rows_apart(dataset: Dataset) -> Iterator[Alternative]:
 def unrelated(dataset: Dataset) -> bool:
     """Return whether the measured places have nothing to do with the joint angles of their row, of a row near it, or of the reverse order.
 
-    False where no places in space were measured, or too few.
+    False where no places in space were measured, or too few. Only the session with the most places counts, because a tracker that was moved measures
+    in another frame.
     """
     places = _places(dataset)
     seen = np.flatnonzero(np.isfinite(places[:, 0]))
+    if dataset.session is not None:
+        session = dataset.session[seen]
+        seen = seen[session == np.argmax(np.bincount(session, minlength=1))]
     if len(seen) < LEAST_POSES:
         return False
     centred = places[seen] - places[seen].mean(axis=0)
