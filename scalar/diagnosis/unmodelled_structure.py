@@ -57,12 +57,11 @@ def with_flexible_terms(
             if trial is None:
                 break
             state = without_effects_of_same_curve(select_forward(reconsidered(trial, named)[0], named))
-        complete, state = state, without_effects_of_same_curve(reconsidered(state, named)[0])
-        state = without_minor_effects(state)
+        complete, state = state, reconsidered(state, named)[0]
         # An effect that proved to be unneeded may have hidden a term, which is looked for once more.
         if len(state.effects) >= len(complete.effects):
             break
-    return state
+    return without_minor_effects(without_effects_of_same_curve(state))
 
 
 def _in_parts(pool: Sequence[Effect]) -> list[CandidateSet]:
@@ -207,14 +206,14 @@ def _with_replacement(
                 several, evidence = _with_partial_imitators(trial, imitated)
                 if evidence - own.evidence > better:
                     trial, better = several, evidence - own.evidence
-            # A model with fewer coefficients may fit a little worse, but it must not predict worse.
-            worse = improvement(
-                held_out_errors(trial, state.whitening), held_out_errors(state, state.whitening)
-            )
+            # A model with fewer coefficients may fit a little worse, but it must not predict worse; one that contains the named effect as a special
+            # case fits better in any case, and has to predict better.
+            now, then = (held_out_errors(each, state.whitening) for each in (state, trial))
+            least = state.settings.selection.least_improvement
+            contains = best.effect.contains_imitated
             predicts_worse = (
-                worse >= state.settings.selection.least_improvement
-                or held_out_errors(trial).rms > MOST_GROWTH * held_out_errors(state).rms
-            )
+                improvement(now, then) < least if contains else improvement(then, now) >= least
+            ) or held_out_errors(trial).rms > MOST_GROWTH * held_out_errors(state).rms
             least_gain = settings.replacement_margin
             if better <= settings.replacement_margin and best.effect.of_instrument and better > 0:
                 # A strong error within profiles hardly shows in scores whose variance it has itself raised: the refitted models decide.

@@ -55,6 +55,10 @@ class Effect(Described):
     in_every_setup: ClassVar[bool] = False
     # Whether the effects of ``imitators`` are as likely beforehand and as specific, so that none of their evidence is discounted.
     imitators_are_as_likely: ClassVar[bool] = False
+    stretches_lengths: ClassVar[bool] = (
+        False  # whether it is an error of the scale of all lengths, which leaves no residual
+    )
+    contains_imitated: ClassVar[bool] = False  # whether the effect that it imitates is a special case of it
     most_words: ClassVar[int] = 1  # most words that may follow the name on a command line
 
     # Saving.

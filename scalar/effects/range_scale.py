@@ -21,6 +21,7 @@ class RangeScale(RangeError):
     """The measured range needs to be stretched: ``r -> (1 + s) r``."""
 
     name: ClassVar[str] = "range_scale"
+    stretches_lengths: ClassVar[bool] = True
     kind: ClassVar[str] = "range scale of the laser"
     sentence: ClassVar[str] = (
         "the scanner measures all distances too long or too short in the same proportion"

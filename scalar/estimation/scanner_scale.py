@@ -2,8 +2,8 @@
 
 Where the places of the target planes are only guessed, all lengths of the calibrated arm come from the scanner. If its ranges are too long by
 0.1 %, so are the links, and every position is off by 1 mm for each metre. Known places of the planes would show it, and so may scans whose ranges
-and angles vary enough to distinguish a wrong scale from a wrong arm. The effect ``range_scale`` describes such an error. Computed here is how far an
-error of its natural size moves predicted positions, if the data do not determine it.
+and angles vary enough to distinguish a wrong scale from a wrong arm. An effect of the catalogue describes such an error
+(``Effect.stretches_lengths``). Computed here is how far an error of its natural size moves predicted positions, if the data do not determine it.
 """
 
 from __future__ import annotations
@@ -13,14 +13,16 @@ from dataclasses import replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.effects.range_scale import RangeScale
+from scalar.effects.registry import BUILT_IN
 from scalar.estimation.model import Model
 from scalar.estimation.random_poses import random_poses
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 
-NATURAL = RangeScale.natural["m/m"]
+SCALE = next(kind for kind in BUILT_IN if kind.stretches_lengths)
+"""The effect that is an error of the scale."""
+NATURAL = SCALE.natural["m/m"]
 """Standard deviation of a scanner's scale before anything is measured, as a share of all lengths."""
 DETERMINED = (
     0.5  # of the natural size, chosen: with a smaller standard deviation, the data determine the scale
@@ -41,9 +43,9 @@ def unchecked_scale(dataset: Dataset, model: Model, free: Array) -> float | None
         model: Where the fit ended.
         free: ``(P,)`` bool, in the order of ``model.names``.
     """
-    if not kind_of(dataset).measures_range or any(effect.name == RangeScale.name for effect in model.effects):
+    if not kind_of(dataset).measures_range or any(isinstance(effect, SCALE) for effect in model.effects):
         return None
-    scaled = replace(model, effects=(*model.effects, RangeScale()))
+    scaled = replace(model, effects=(*model.effects, SCALE()))
     residuals = Residuals.of(dataset, scaled).reweighted(scaled)
     measured = len(residuals.linearise_measured(scaled)[0])
     jacobian = residuals.linearise(scaled)[1]

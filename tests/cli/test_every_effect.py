@@ -25,7 +25,7 @@ def done(*arguments):
 
 @pytest.mark.parametrize("which", range(len(EFFECTS)))
 def test_every_effect_is_predicted_corrected_and_compared(which, tmp_path):
-    """Estimates of a second campaign that differ as the covariance says are no change of the arm, and no distance is beyond 2 mm."""
+    """Estimates of a second campaign that differ as the covariance says are no change of the arm, and no distance is beyond 3 mm."""
     calibration = calibrate(CELL.dataset, effects=[EFFECTS[which]])
     model = calibration.model
     calibration.save(tmp_path / "a.json")
@@ -40,4 +40,4 @@ def test_every_effect_is_predicted_corrected_and_compared(which, tmp_path):
     said = done("compare", tmp_path / "a.json", tmp_path / "b.json")
     assert "no change of the arm beyond chance" in said
     (distance,) = [line for line in said.splitlines() if line.startswith("predicted positions differ by")]
-    assert float(distance.split()[4]) < 2.0  # mm: 24 coefficients of the whole arm, from a part of the poses
+    assert float(distance.split()[4]) < 3.0  # mm: 24 coefficients of the whole arm, from a part of the poses

@@ -165,7 +165,7 @@ def test_predictions_are_for_an_arm_at_rest():
     assert calibration.model.effects
     rigid = replace(calibration, model=replace(calibration.model, effects=()))
     q = np.random.default_rng(0).uniform(-1.0, 1.0, (20, 6))
-    np.testing.assert_array_equal(calibration.predict(q), rigid.predict(q))
+    np.testing.assert_allclose(calibration.predict(q), rigid.predict(q), rtol=0, atol=1e-14)
     import pandas as pd
 
     ordered = pd.DataFrame(q, columns=joint_names(6)).assign(order=np.arange(20.0))

@@ -43,6 +43,7 @@ class UnattributedYielding(Unattributed, JointEffect):
     weights: tuple[float, ...]
     knee: float
 
+    contains_imitated: ClassVar[bool] = True
     place: ClassVar[str] = "yielding"
 
     @property

@@ -57,7 +57,7 @@ class Diagnosed:
         for effects in range(settings.selection.max_effects):
             if effects == 2:
                 break
-        if settings.selection.change_margin > 8:
+        if settings.selection.change_margin > 6:
             return {**ANSWER, "unseen_mm": 0.2}
         return (
             ANSWER
