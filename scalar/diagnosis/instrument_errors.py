@@ -28,8 +28,9 @@ def with_error_of_instrument(
 ) -> FittedState | None:
     """Return the state with an error of the instrument and named effects that has the most log evidence; None if no such error explains anything.
 
-    The plausible error that explains most without the named effects is tried in their place, and the one that explains most given them is added to
-    them.
+    The error that explains most without the named effects is tried in their place, and the one that explains most given them is added to them: the
+    best of those that an instrument may have, and a larger one if it explains more. No named effects are selected beside a larger one. It replaces no
+    names (``leads``), but names that it does without are not sure.
 
     Args:
         before: The state without effects.
@@ -41,25 +42,32 @@ def with_error_of_instrument(
         return None
     found: list[FittedState] = []
     for state in (before, named) if named.effects else (before,):
-        if (beside := _with_best(state, pool)) is not None:
-            found.append(with_terms_of_loads(select_forward(beside, candidates), candidates))
-    found = [state for state in found if errors_of_instrument_in(state) and state.is_plausible]
+        for beside in _with_best(state, pool):
+            plausible = beside.is_plausible
+            found.append(
+                with_terms_of_loads(select_forward(beside, candidates), candidates) if plausible else beside
+            )
+    found = [state for state in found if errors_of_instrument_in(state)]
     return max(found, key=lambda state: evidence_of(state, candidates), default=None)
 
 
-def _with_best(state: FittedState, pool: CandidateSet) -> FittedState | None:
-    """Return the state with the plausible error of the instrument that explains most; None if none explains anything."""
+def _with_best(state: FittedState, pool: CandidateSet) -> list[FittedState]:
+    """Return the states with the plausible error of the instrument that explains most, and with a larger one if that explains more."""
+    found: list[FittedState] = []
     for entry in rank(state, state.background(), CandidateColumns.of(state, pool)):
         if entry.evidence <= 0:
-            return None
+            break
         trial = state.refitted(merged(state.effects, entry.effect))
         if trial.is_plausible:
-            return trial
-    return None
+            return [*found, trial]
+        found = found or [trial]
+    return found
 
 
 def leads(rival: FittedState, named: FittedState, candidates: CandidateSet) -> bool:
-    """Return whether a state with an error of the instrument explains clearly more than one without, and held-out poses no worse."""
+    """Return whether a plausible state with an error of the instrument explains clearly more than one without, and held-out poses no worse."""
+    if not rival.is_plausible:
+        return False
     more = evidence_of(rival, candidates) - evidence_of(named, candidates)
     if more <= named.settings.flexible_terms.replacement_margin:
         return False
