@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from scalar.diagnosis.candidate_columns import CandidateSet
-from scalar.diagnosis.conditional_scores import background_without, score_together
+from scalar.diagnosis.conditional_scores import without_weakest
 from scalar.diagnosis.evidence_of_states import evidence_of
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import held_out_errors, improvement
@@ -67,12 +67,8 @@ def _needed(
         doubted: The effects that may be dropped.
         least: Log evidence [nats] that each of them needs.
     """
-    while True:
-        scores = {
-            i: score_together(state, [i], candidates, background_without(state, [i])).evidence
-            for i, effect in enumerate(state.effects)
-            if any(effect.same_place(other) for other in doubted)
-        }
-        if not scores or scores[weakest := min(scores, key=lambda i: scores[i])] > least:
-            return state
-        state = state.refitted([effect for i, effect in enumerate(state.effects) if i != weakest])
+
+    def indices(of: FittedState) -> list[int]:
+        return [i for i, e in enumerate(of.effects) if any(e.same_place(other) for other in doubted)]
+
+    return without_weakest(state, candidates, indices, lambda score: score.evidence > least)

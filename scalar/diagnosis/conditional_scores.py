@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import prod
 
@@ -90,6 +90,29 @@ def score_together(
         left_out: What ``background_without`` returns for these effects.
     """
     return _score(state, [state.effects[i] for i in indices], candidates, left_out)
+
+
+def without_weakest(
+    state: FittedState,
+    candidates: CandidateSet,
+    doubted: Callable[[FittedState], Sequence[int]],
+    is_needed: Callable[[Scored], bool],
+) -> FittedState:
+    """Return the state without those of some effects that are not needed given the others; the one with the least evidence is dropped first.
+
+    Args:
+        state: A fitted state.
+        candidates: The candidate set, as for ``score_together``.
+        doubted: Returns the indices of a state's effects that may be dropped.
+        is_needed: Whether an effect with this score, given all others, stays.
+    """
+    while indices := doubted(state):
+        scores = {i: score_together(state, [i], candidates, background_without(state, [i])) for i in indices}
+        weakest = min(indices, key=lambda i: scores[i].evidence)
+        if is_needed(scores[weakest]):
+            break
+        state = state.refitted([effect for i, effect in enumerate(state.effects) if i != weakest])
+    return state
 
 
 def _score(

@@ -190,22 +190,21 @@ def _follows_a_record(entry: Scored, own: Scored, margin: float) -> bool:
 
     The clock has a time constant that is fitted, and so follows a recorded temperature closely; it says nothing of other days.
     """
-    return (
-        entry.other_parts is None
-        and entry.effect.same_place(own.effect)
-        and own.effect.is_change_in_time
-        and not entry.effect.is_change_in_time
-        and entry.evidence > own.evidence - margin
-    )
+    by_the_clock = own.effect.is_change_in_time and not entry.effect.is_change_in_time
+    return by_the_clock and _is_another_form(entry, own, margin)
 
 
 def _is_sudden_form(entry: Scored, own: Scored, margin: float) -> bool:
     """Return whether a candidate is a step in place of a change of the same kind and place that takes its time, and explains it little worse."""
+    slow = own.effect.takes_time and not entry.effect.takes_time
+    return slow and _is_another_form(entry, own, margin)
+
+
+def _is_another_form(entry: Scored, own: Scored, margin: float) -> bool:
+    """Return whether a candidate stands in place of a whole effect, acts at the same place, and explains it worse by less than a margin [nats]."""
     return (
         entry.other_parts is None
         and entry.effect.same_place(own.effect)
-        and own.effect.takes_time
-        and not entry.effect.takes_time
         and entry.evidence > own.evidence - margin
     )
 

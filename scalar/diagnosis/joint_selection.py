@@ -13,7 +13,7 @@ from dataclasses import replace
 
 from scalar.diagnosis.backward_elimination import eliminate_backward
 from scalar.diagnosis.candidate_columns import CandidateSet
-from scalar.diagnosis.conditional_scores import background_without, score_together
+from scalar.diagnosis.conditional_scores import without_weakest
 from scalar.diagnosis.evidence_of_states import evidence_of
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.forward_selection import reconsidered, select_forward
@@ -100,25 +100,16 @@ def clearly_better(
 
 
 def _without_implausible(state: FittedState, candidates: CandidateSet) -> FittedState:
-    """Return the state without implausible effects, the one with the least evidence dropped first: one of them is no reason to refuse all others."""
-    while implausible := state.implausible_effects:
-        evidence = {
-            i: score_together(state, [i], candidates, background_without(state, [i])).evidence
-            for i in implausible
-        }
-        weakest = min(evidence, key=lambda i: evidence[i])
-        state = state.refitted([effect for i, effect in enumerate(state.effects) if i != weakest])
-    return state
+    """Return the state without implausible effects: one of them is no reason to refuse all others."""
+    return without_weakest(state, candidates, lambda s: s.implausible_effects, lambda score: False)
 
 
 def _weakest_dropped(state: FittedState, candidates: CandidateSet) -> FittedState:
     """Return the state without its insignificant effects: the one with the least evidence is dropped until all are significant given the others."""
-    while state.effects:
-        indices = range(len(state.effects))
-        scores = [score_together(state, [i], candidates, background_without(state, [i])) for i in indices]
-        weakest = min(indices, key=lambda i: scores[i].evidence)
-        least = scores[weakest]
-        if least.evidence > 0 and least.p_value <= state.settings.selection.alpha_named_effect:
-            break
-        state = state.refitted([effect for i, effect in enumerate(state.effects) if i != weakest])
-    return state
+    alpha = state.settings.selection.alpha_named_effect
+    return without_weakest(
+        state,
+        candidates,
+        lambda s: range(len(s.effects)),
+        lambda score: score.evidence > 0 and score.p_value <= alpha,
+    )

@@ -206,6 +206,12 @@ def _with_replacement(
                 several, evidence = _with_partial_imitators(trial, imitated)
                 if evidence - own.evidence > better:
                     trial, better = several, evidence - own.evidence
+            least_gain = settings.replacement_margin
+            if better <= settings.replacement_margin and best.effect.of_instrument and better > 0:
+                # A strong error within profiles hardly shows in scores whose variance it has itself raised: the refitted models decide.
+                least_gain = state.settings.selection.overwhelming_evidence
+            elif better <= settings.replacement_margin:
+                continue
             # A model with fewer coefficients may fit a little worse, but it must not predict worse; one that contains the named effect as a special
             # case fits better in any case, and has to predict better.
             now, then = (held_out_errors(each, state.whitening) for each in (state, trial))
@@ -214,12 +220,6 @@ def _with_replacement(
             predicts_worse = (
                 improvement(now, then) < least if contains else improvement(then, now) >= least
             ) or held_out_errors(trial).rms > MOST_GROWTH * held_out_errors(state).rms
-            least_gain = settings.replacement_margin
-            if better <= settings.replacement_margin and best.effect.of_instrument and better > 0:
-                # A strong error within profiles hardly shows in scores whose variance it has itself raised: the refitted models decide.
-                least_gain = state.settings.selection.overwhelming_evidence
-            elif better <= settings.replacement_margin:
-                continue
             if predicts_worse or not trial.is_plausible:
                 continue
             # The scores above compare only the terms that are exchanged, linearised at the model with the named effects. After the refit, the whole

@@ -13,6 +13,11 @@ from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.se3 import Array
 
 
+def time_constant_steps(scale: float) -> list[float]:
+    """Return the factors by which a time constant is varied when it is refined, in steps of ``scale`` (``Effect.variations``)."""
+    return [3.0 ** (a * scale) for a in (-0.5, -0.25, 0.0, 0.25, 0.5)]
+
+
 def growing_lengths(robot: Robot, poses: Poses, profile: Array) -> Array:
     """Return the nominal lengths at each pose, times the profiles ``(N, k)`` of their growth: ``(N, 5, n, k)`` [m]."""
     lengths = np.array([kind in LENGTHS for kind in GEOMETRY])[:, None] * robot.geometry

@@ -12,7 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.acquisition import missing_column
 from scalar.effects.effect import Effect
 from scalar.effects.flexible.rivals_of_changes import rivals_of_change
-from scalar.effects.growth import growing_lengths, growth_picture
+from scalar.effects.growth import growing_lengths, growth_picture, time_constant_steps
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.places import LinkEffect
 from scalar.effects.stretches import stretches_of_work
@@ -83,7 +83,7 @@ class RestartedWarmUp(LinkEffect):
 
     def variations(self, scale: float) -> list[Self]:
         """Return the effect with its time constants a little smaller or larger."""
-        steps = [3.0 ** (a * scale) for a in (-0.5, -0.25, 0.0, 0.25, 0.5)]
+        steps = time_constant_steps(scale)
         found = [replace(self, time_constant=self.time_constant * step) for step in steps]
         low, high = _COOLING_RANGE
         cooled = [float(np.clip(self.cooling * step, low, high)) for step in steps if self.cooling]

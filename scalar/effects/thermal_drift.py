@@ -13,7 +13,7 @@ from scalar.effects.acquisition import missing_column, order_and_time
 from scalar.effects.effect import Effect
 from scalar.effects.flexible.rivals_of_changes import rivals_of_change
 from scalar.effects.flexible.sensor_warm_up import sensor_warm_ups
-from scalar.effects.growth import growing_lengths, growth_picture
+from scalar.effects.growth import growing_lengths, growth_picture, time_constant_steps
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.places import LinkEffect
 from scalar.effects.stretches import stretches_of_work
@@ -88,10 +88,7 @@ class ThermalDrift(LinkEffect):
         """Return a warm-up that is a little faster or slower."""
         if not self.time_constant:
             return [self]
-        return [
-            replace(self, time_constant=self.time_constant * 3.0 ** (a * scale))
-            for a in (-0.5, -0.25, 0.0, 0.25, 0.5)
-        ]
+        return [replace(self, time_constant=self.time_constant * step) for step in time_constant_steps(scale)]
 
     def geometry_basis(self, robot: Robot, poses: Poses) -> Array:
         """Return the nominal lengths times the profile of the growth."""

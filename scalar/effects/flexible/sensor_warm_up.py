@@ -13,6 +13,7 @@ from scalar.effects.flexible.sensor import MovedSensor
 from scalar.effects.flexible.unattributed import NAME
 from scalar.effects.flexible.variable import Variable
 from scalar.effects.flexible.wander import COMPONENTS
+from scalar.effects.growth import time_constant_steps
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -68,10 +69,7 @@ class UnattributedSensorWarmUp(MovedSensor):
         """Return a warm-up that is a little faster or slower."""
         if not self.time_constant:
             return [self]
-        return [
-            replace(self, time_constant=self.time_constant * 3.0 ** (a * scale))
-            for a in (-0.5, -0.25, 0.0, 0.25, 0.5)
-        ]
+        return [replace(self, time_constant=self.time_constant * step) for step in time_constant_steps(scale)]
 
     def profile(self, robot: Robot, poses: Poses) -> Array:
         """Return the course of the change ``(N, 1)``, from 0 at the beginning; constant outside of the measured range."""
