@@ -69,7 +69,7 @@ def test_a_gear_with_two_slopes_is_described_as_one(two_slopes):
     if two_slopes:
         assert "joint_compliance" not in named
         assert (
-            "joint 2 gives way under the weight of the arm, but not in proportion to the torque on it"
+            "a deflection of joint 2 under the weight of the arm that is not in proportion to the torque on it"
             in described
         )
     else:

@@ -59,7 +59,7 @@ class UnattributedYielding(Unattributed, JointEffect):
     @property
     def described_as(self) -> str:
         """Return which joint gives way, and how."""
-        return f"joint {self.joint} gives way under the weight of the arm, but not in proportion to the torque on it"
+        return f"a deflection of joint {self.joint} under the weight of the arm that is not in proportion to the torque on it"
 
     @property
     def key(self) -> str:
