@@ -101,7 +101,7 @@ def conclude(
         "singular_values": [float(s) for s in prepared.identifiability.singular_values],
     }
     _check_plausible(model, settings)
-    if (shift := unchecked_scale(dataset, model, found.free)) is not None:
+    if (shift := unchecked_scale(dataset, residuals, model, found.free, covariance)) is not None:
         summary[SCANNER_SCALE_SHIFT] = shift
     covariance = covariance * (lack.inflation * alike)
     to_stated = residuals.measurement.ratio_to_stated

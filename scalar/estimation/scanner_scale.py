@@ -8,17 +8,16 @@ and angles vary enough to distinguish a wrong scale from a wrong arm. An effect 
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.effects import PointEffect
 from scalar.effects.registry import BUILT_IN
 from scalar.estimation.model import Model
 from scalar.estimation.random_poses import random_poses
-from scalar.estimation.residuals import Residuals
+from scalar.estimation.residuals import BoundPointEffect, Residuals, extra_basis_of
 from scalar.geometry.se3 import Array
-from scalar.sensors import kind_of
+from scalar.sensors import kind_of, measure
 
 SCALE = next(kind for kind in BUILT_IN if kind.stretches_lengths)
 """The effect that is an error of the scale."""
@@ -30,29 +29,38 @@ DETERMINED = (
 SCANNER_SCALE_SHIFT = "scanner_scale_shift_m"
 """Key of a calibration's summary: what ``unchecked_scale`` returns."""
 _POSES = 200
-_RANK_TOLERANCE = 1e-10
 
 
-def unchecked_scale(dataset: Dataset, model: Model, free: Array) -> float | None:
+def unchecked_scale(
+    dataset: Dataset, residuals: Residuals, model: Model, free: Array, covariance: Array
+) -> float | None:
     """Return how far predicted positions move if the scanner's scale is off by its natural size [m], RMS over random poses within the joint limits.
 
     None is returned if the sensor measures no ranges, if the model contains their scale, or if the data determine it.
 
     Args:
         dataset: What was measured.
+        residuals: The same dataset's, whitened at the optimum.
         model: Where the fit ended.
         free: ``(P,)`` bool, in the order of ``model.names``.
+        covariance: ``(F, F)`` of the free parameters, for residuals of unit variance.
     """
     if not kind_of(dataset).measures_range or any(isinstance(effect, SCALE) for effect in model.effects):
         return None
-    scaled = replace(model, effects=(*model.effects, SCALE()))
-    residuals = Residuals.of(dataset, scaled).reweighted(scaled)
-    measured = len(residuals.linearise_measured(scaled)[0])
-    jacobian = residuals.linearise(scaled)[1]
-    column = jacobian[:, -1].copy()
-    column[measured:] = 0.0  # what is assumed of the scale is no measurement of it
-    known = jacobian[:, :-1][:, free]
-    absorbed = np.linalg.lstsq(known, column, rcond=_RANK_TOLERANCE)[0]
+    scale = SCALE()
+    assert isinstance(scale, PointEffect)  # it is an error of the points
+    T_base_sensor = residuals.kinematics(model).T_base_sensor
+    measurement = measure(dataset, extra_basis_of((*model.effects, scale)))
+    wider = residuals.measured_as(measurement.reweighted(T_base_sensor, model.target), model)
+    known = wider.linearise(model)[1][:, free]
+    by_scale = wider.measurement.extra_columns(
+        T_base_sensor, model.target, [BoundPointEffect(scale, residuals.poses)]
+    ).ravel()
+    column = np.zeros(len(known))
+    column[: len(by_scale)] = (
+        by_scale  # the rows below are prior information, which the scale does not change
+    )
+    absorbed = covariance @ (known.T @ column)
     left = float(np.linalg.norm(column - known @ absorbed))
     if left * DETERMINED * NATURAL > 1.0:
         return None
