@@ -1,4 +1,4 @@
-"""By how much a flexible term explains more than a group of named effects together."""
+"""By how much a flexible term explains more than a group of named effects together, or than the one that it imitates."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ import numpy as np
 from scalar.diagnosis.candidate_columns import CandidateSet
 from scalar.diagnosis.conditional_scores import background_without, score_together
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.unmodelled_structure import groups, ranked_once, refined_once
+from scalar.diagnosis.unmodelled_structure import groups, imitating, ranked_once, refined_once
 
 
 def leads_of_terms(state: FittedState, pools: Sequence[CandidateSet]) -> list[float]:
-    """Return for each effect the log evidence [nats] by which one flexible term leads the group of effects to which it belongs; -inf without a group.
+    """Return for each effect the log evidence [nats] by which one flexible term leads it, or the group of effects to which it belongs.
+
+    It is -inf for an effect that is in no group and has no imitators that are as likely beforehand (``Effect.imitators_are_as_likely``).
 
     Each effect of a group may be better than any term in its place, while the group as a whole imitates one: a scale error and a harmonic of a joint,
     for example, imitate a spring that pushes on a part of the joint's range. The log evidence already penalises the additional coefficients of such
@@ -32,5 +34,11 @@ def leads_of_terms(state: FittedState, pools: Sequence[CandidateSet]) -> list[fl
         terms = [refined_once(state, left[0], entry) for entry in ranked_once(state, [left[0]], pools)[0]]
         best = max((term.evidence for term in terms), default=-np.inf)
         for i in indices:
+            found[i] = max(found[i], float(best - own.evidence))
+    for i, effect in enumerate(state.effects):
+        if pools and effect.imitators_are_as_likely:
+            left = background_without(state, [i])
+            own = score_together(state, [i], pools[0], left)
+            best = max((term.evidence for term in imitating(state, left[0], effect)), default=-np.inf)
             found[i] = max(found[i], float(best - own.evidence))
     return found

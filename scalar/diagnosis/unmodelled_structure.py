@@ -126,18 +126,18 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
     found: list[list[float]] = [[] for _ in state.effects]
     ranked = ranked_once(state, backgrounds, pools)
     for i, background, entries in zip(named, backgrounds, ranked, strict=True):
-        imitating = _imitating(state, background, state.effects[i])
-        entries = entries + imitating
+        imitators = imitating(state, background, state.effects[i])
+        entries = entries + imitators
         penalty = state.settings.flexible_terms.replacement_margin + 0.5 * float(
             np.log(background.degrees_of_freedom)
         )
         found[i] = [refined_once(state, background, entry).evidence - penalty for entry in entries]
         if state.effects[i].imitators_are_as_likely:
-            found[i] += [entry.evidence for entry in imitating]
+            found[i] += [entry.evidence for entry in imitators]
     return found
 
 
-def _imitating(state: FittedState, background: Background, named: Effect) -> list[Scored]:
+def imitating(state: FittedState, background: Background, named: Effect) -> list[Scored]:
     """Return the few flexible terms with the most evidence that may imitate a named effect (``Effect.imitators``), best first; they may be none."""
 
     def ranked() -> list[Scored]:
@@ -183,7 +183,7 @@ def _with_replacement(
             (state.effects[i] for i in indices if state.effects[i].imitators(state.dataset)), None
         )
         if imitated is not None:
-            entries = sorted([*entries, *_imitating(state, without, imitated)], key=lambda e: -e.evidence)
+            entries = sorted([*entries, *imitating(state, without, imitated)], key=lambda e: -e.evidence)
         others = tuple(e for k, e in enumerate(state.effects) if k not in indices)
         # Several terms together are tried only with the best term as the first of them, because each attempt refits everything several times. They
         # are not tried in place of a spectrum of many orders.

@@ -14,6 +14,7 @@ from scalar.effects.acquisition import missing_column, moving_joints, steps_are_
 from scalar.effects.command_words import joints_named
 from scalar.effects.effect import Effect
 from scalar.effects.flexible.tilt import tilts
+from scalar.effects.flexible.wind_up import wind_ups
 from scalar.effects.gravity import torque_of, typical_masses, typical_torque
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View, angle_axis
@@ -167,8 +168,10 @@ class JointBacklash(OneAxis, SingleJointEffect):
         return found
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return tilts of the joints' axes, and of the base, under the weight that they bear, if the weight tells the side."""
-        return [*tilts(dataset, with_base=True)] if self.by == "torque" else []
+        """Return what the weight may do in the place of play, if it tells the side: joints' axes or the base tilt, or the gear winds up."""
+        if self.by != "torque":
+            return []
+        return [*tilts(dataset, with_base=True), *wind_ups(dataset, self.joint, self.masses)]
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:

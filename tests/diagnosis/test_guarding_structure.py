@@ -49,7 +49,7 @@ def replacing(monkeypatch: Any, evidence: float, dof: int, gain: float = 0.0) ->
         "background_without": lambda *_: (None, None, None),
         "score_together": lambda *_: scored(named, 100.0, dof=dof),
         "ranked_once": lambda *_: [[scored(JointScale(4), evidence, dof=dof)], []],
-        "_imitating": lambda *_: [],
+        "imitating": lambda *_: [],
         "refined_once": lambda state, background, entry: entry,
         "_with_partial_imitators": lambda *_: done.append("several") or (None, 0.0),
         "held_out_errors": lambda *_: SimpleNamespace(rms=1.0),

@@ -26,6 +26,7 @@ from scalar.effects.flexible.tilt import UnattributedTilt
 from scalar.effects.flexible.variable import GRAVITY, Variable
 from scalar.effects.flexible.wander import UnattributedWander
 from scalar.effects.flexible.wave import UnattributedWave
+from scalar.effects.flexible.wind_up import UnattributedWindUp
 from scalar.effects.flexible.yielding import UnattributedYielding
 from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_compliance import JointCompliance
@@ -137,6 +138,8 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         UnattributedLink(3, GRAVITY),
         UnattributedSensor(Variable(GRAVITY, 0.0, 1.0)),
         UnattributedSensor(Variable("order", half, half), turns=False),
+        UnattributedWindUp(3, 0.8),
+        UnattributedWindUp(2, 0.5, (0.9, 0.1, 0.4, -0.2, 0.1, 0.0, 0.1, 0.0, 0.05, 0.0)),
         *errors_of_instrument(dataset),
     ]
     return [with_random_coefficients(effect, rng) for effect in effects]
