@@ -16,8 +16,9 @@ from scalar.diagnosis.joint_selection import settings_for_parts
 from scalar.diagnosis.judged_effects import findings_of
 from scalar.diagnosis.near_data_sheet import near_data_sheet
 from scalar.diagnosis.observability import unobservable_effects
-from scalar.diagnosis.outer_split import Answer, OuterSplit, outer_split
+from scalar.diagnosis.outer_split import OuterSplit, outer_split
 from scalar.diagnosis.ranking import Scored, rank
+from scalar.diagnosis.repeated_runs import Answer
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.shipped_fit import ShippedFit, shipped_fit, unconfirmed_effects_help
