@@ -44,7 +44,7 @@ def demo(output: Path | None, seed: int | None) -> None:
     seed = random.randrange(_SEEDS) if seed is None else seed
     output = Path(f"scalar-demo-{seed}") if output is None else output
     scene = _scene(seed)
-    from scalar.cli.diagnose import describe_diagnosis
+    from scalar.cli.diagnosis_words import describe_diagnosis
     from scalar.cli.progress import progress, stages_and_runs
     from scalar.data.dataset import read_dataset
     from scalar.data.io.atomic import atomic_directory

@@ -17,6 +17,7 @@ from scalar.units import MM
 
 if TYPE_CHECKING:
     from scalar.effects import Effect
+    from scalar.estimation.result import Calibration
     from scalar.export.rigid_part import RigidPart
 
 _FORMS = {
@@ -101,59 +102,100 @@ def export(
     from scalar.export.rigid_part import rigid_part
 
     form = output.suffix.lower()
-    if form not in _FORMS:
-        known = ", ".join(f"{suffix} ({what})" for suffix, what in _FORMS.items())
-        raise InvalidInput(Fault(str(output), f"the end of the name says what to write: {known}"))
-    if form == ".urdf" and urdf is None:
-        raise InvalidInput(
-            Fault(
-                str(output),
-                "a URDF is made from that of the nominal arm; give it as --urdf, or write a DH table: -o parameters.csv",
-            )
-        )
-    if form != ".urdf" and (urdf or base or tip or sensor_link):
-        message = "--urdf, --base, --tip and --sensor-link are for a .urdf; leave them out, or write a .urdf"
-        raise InvalidInput(Fault(str(output), message))
-    if convention and form not in (".csv", ".md"):
-        raise InvalidInput(Fault("--convention", "is for a .csv or .md; leave it out, or write one of these"))
+    _check_options(output, form, urdf, bool(base or tip or sensor_link), convention)
     refuse_foreign([(output, text_with(_WRITES[form]))], force, [calibration, *([urdf] if urdf else [])])
     load_effects(effects_modules)
     model = load_calibration(calibration)
     rigid = rigid_part(model.model, _columns(at, model.model.effects))
-    nominal = model.model.nominal
-    lacking = sensor = ""
     if urdf is not None:
-        from scalar.export.urdf import SENSOR_LINK, put_calibration, text_of
-        from scalar.ingest.urdf import read_urdf
-
-        document = read_urdf(urdf)
-        sensor = put_calibration(document, base, tip, nominal, rigid, sensor_link or SENSOR_LINK)
-        content = text_of(document, calibration.name)
+        content, note = _urdf(model, rigid, urdf, base, tip, sensor_link, calibration.name)
     elif form == ".yaml":
-        from scalar.export.ur_kinematics import NO_HASH, ur_kinematics
-
-        content = ur_kinematics(nominal, rigid, ur_hash, str(calibration))
-        if ur_hash is None:
-            lacking = (
-                f"the file has 'hash: {NO_HASH}', because --ur-hash is not given: the driver compares it with the controller's checksum, and will "
-                "report that they differ"
-            )
+        content, note = _ur_kinematics(model, rigid, ur_hash, str(calibration))
     else:
-        from scalar.export.dh_table import beyond_standard_dh, dh_csv, dh_markdown
-
-        standard = nominal.standard_dh if convention is None else convention == "standard-dh"
-        content = (dh_csv if form == ".csv" else dh_markdown)(model, rigid, standard=standard)
-        lacking = beyond_standard_dh(rigid.robot) if standard else ""
+        content, note = _dh_table(model, rigid, form, convention)
     with atomic_write(output) as temporary:
         temporary.write_text(content, encoding="utf-8", newline="\n")
     for line in _included_and_left_out(rigid, _FORMS[form]):
         say(line)
-    for line in filter(None, (lacking, sensor)):
-        say(f"  {line}")
+    if note:
+        say(f"  {note}")
     if form == ".csv":
         same = f" --convention {convention}" if convention else ""
         say(f"  the transforms of base, flange and sensor are in the tables for people: -o NAME.md{same}")
     say(f"written: {output}")
+
+
+def _check_options(
+    output: Path, form: str, urdf: Path | None, for_urdf: bool, convention: str | None
+) -> None:
+    """Refuse options that do not go with the form of the output.
+
+    Args:
+        output: File to write.
+        form: The end of its name.
+        urdf: URDF of the nominal arm, or None.
+        for_urdf: Whether another option that belongs to a URDF is given.
+        convention: Of a DH table, or None.
+
+    Raises:
+        InvalidInput: They do not, or the form is unknown.
+    """
+    if form not in _FORMS:
+        known = ", ".join(f"{suffix} ({what})" for suffix, what in _FORMS.items())
+        raise InvalidInput(Fault(str(output), f"the end of the name says what to write: {known}"))
+    if form == ".urdf" and urdf is None:
+        message = "a URDF is made from that of the nominal arm; give it as --urdf, or write a DH table: -o parameters.csv"
+        raise InvalidInput(Fault(str(output), message))
+    if form != ".urdf" and (urdf or for_urdf):
+        message = "--urdf, --base, --tip and --sensor-link are for a .urdf; leave them out, or write a .urdf"
+        raise InvalidInput(Fault(str(output), message))
+    if convention and form not in (".csv", ".md"):
+        raise InvalidInput(Fault("--convention", "is for a .csv or .md; leave it out, or write one of these"))
+
+
+def _urdf(
+    calibration: Calibration,
+    rigid: RigidPart,
+    urdf: Path,
+    base: str | None,
+    tip: str | None,
+    sensor_link: str | None,
+    source: str,
+) -> tuple[str, str]:
+    """Return the URDF of the calibrated arm, and a line on the link of the sensor; ``source`` is the name of the calibration's file."""
+    from scalar.export.urdf import SENSOR_LINK, put_calibration, text_of
+    from scalar.ingest.urdf import read_urdf
+
+    document = read_urdf(urdf)
+    nominal = calibration.model.nominal
+    sensor = put_calibration(document, base, tip, nominal, rigid, sensor_link or SENSOR_LINK)
+    return text_of(document, source), sensor
+
+
+def _ur_kinematics(
+    calibration: Calibration, rigid: RigidPart, ur_hash: str | None, source: str
+) -> tuple[str, str]:
+    """Return UR's kinematics.yaml, and a line if it lacks the controller's checksum; ``source`` is the path of the calibration."""
+    from scalar.export.ur_kinematics import NO_HASH, ur_kinematics
+
+    lacking = ""
+    if ur_hash is None:
+        lacking = (
+            f"the file has 'hash: {NO_HASH}', because --ur-hash is not given: the driver compares it with the controller's checksum, and will "
+            "report that they differ"
+        )
+    return ur_kinematics(calibration.model.nominal, rigid, ur_hash, source), lacking
+
+
+def _dh_table(
+    calibration: Calibration, rigid: RigidPart, form: str, convention: str | None
+) -> tuple[str, str]:
+    """Return the DH table, and a line on what its convention cannot express; the convention is that of dataset.yaml if None is given."""
+    from scalar.export.dh_table import beyond_standard_dh, dh_csv, dh_markdown
+
+    standard = calibration.model.nominal.standard_dh if convention is None else convention == "standard-dh"
+    content = (dh_csv if form == ".csv" else dh_markdown)(calibration, rigid, standard=standard)
+    return content, beyond_standard_dh(rigid.robot) if standard else ""
 
 
 def _columns(at: Sequence[str], effects: Sequence[Effect]) -> dict[str, float]:

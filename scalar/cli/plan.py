@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, lock_output
 from scalar.cli.outputs import FORCE, refuse_foreign_plan
-from scalar.cli.plan_moves import in_degrees, moves_in_words
 from scalar.cli.plan_source import (
     calibration_near,
     line_on_assumed_noise,
@@ -27,11 +26,11 @@ from scalar.planning.defaults import N_CANDIDATES, PLANNED_POSES, REPEATABILITY
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
+    from scalar.cli.plan_files import ChosenPoses
     from scalar.data.dataset import Dataset
     from scalar.planning.candidates import Allowed, Candidates
     from scalar.planning.workcell import Workcell
 
-_TOUCHING_SHOWN = 6
 _NEAREST_IN_METRES = 10.0  # m; a scanner's nearest distance is less
 _LEAST_NOISE = 5e-4  # mm; of no sensor
 
@@ -118,6 +117,8 @@ def plan(
     """
     import numpy as np
 
+    from scalar.cli.plan_after import check_belongs, plan_after
+    from scalar.cli.plan_files import ChosenPoses, write_plan
     from scalar.data.folder import POSES
     from scalar.planning.candidates import draw_candidates
     from scalar.planning.workcell import View, Workcell
@@ -129,16 +130,12 @@ def plan(
     )
     if dataset is not None:
         refuse_foreign_plan(output, force, [Path(robot) / POSES])
-    if noise is not None and noise < _LEAST_NOISE:
-        message = f"no sensor has a noise of {noise:g} mm; are these metres? write millimetres"
-        raise InvalidInput(Fault("--noise", message))
+    _check_noise(noise)
     view = View(*_range(limits), fan * DEG, incidence * DEG)
     if after is not None and after.is_dir():
         after /= "diagnosis.json"
     calibration = calibration_near(near, after, arm)
     if after is not None:
-        from scalar.cli.plan_after import check_belongs, plan_after
-
         assert dataset is not None and calibration is not None
         check_belongs(after, dataset, calibration)
     assumed = line_on_assumed_noise(sensor, noise, calibration)
@@ -152,24 +149,15 @@ def plan(
         )
         if after is not None:
             assert dataset is not None and calibration is not None
-            chosen, lines, content = plan_after(workcell, found, dataset, calibration, after, poses)
-            if not chosen:
+            indices, lines, content = plan_after(workcell, found, dataset, calibration, after, poses)
+            if not indices:
                 _refuse_earlier_plan(output, after)
                 say("\n".join(lines))
                 return
-            curve, random = [], None
+            chosen = ChosenPoses(indices, content, lines, [], None)
         else:
-            from scalar.cli.plan_by_error import errors_of_parts, plan_by_error
-
-            result, info, lines = plan_by_error(workcell, found, dataset, poses, accuracy, criterion, seed)
-            chosen, content = (
-                result.chosen,
-                result.to_mapping()
-                | errors_of_parts(workcell, info, result)
-                | {"not_determined": list(info.fixed)},
-            )
-            curve, random = result.curve, (len(chosen), result.random_error)
-        lines += _write(output, workcell, found, chosen, content, allowed, curve, random, _next_ids(dataset))
+            chosen = _chosen_by_error(workcell, found, dataset, poses, accuracy, criterion, seed)
+        lines = [*chosen.lines, *write_plan(output, workcell, found, chosen, allowed, dataset)]
     if dataset is not None:
         lines.append(
             f"  measure them, append the rows to the tables of {robot} (pose numbers and order continue from there; give them a session of their "
@@ -177,11 +165,42 @@ def plan(
         )
     elif near is None:
         lines += lines_on_poses_not_counted(robot)
-    say(f"{arm.name}, {sensor.kind}: {len(chosen)} poses of {len(found.q)} candidates")
+    say(f"{arm.name}, {sensor.kind}: {len(chosen.indices)} poses of {len(found.q)} candidates")
     say("\n".join([*assumed, *lines]))
     if no_collisions:
         say("  not tested for collisions: check every pose and move before you run them")
     say(f"written: {output / 'poses.csv'}, poses_deg.csv, plan.json, plan.png")
+
+
+def _check_noise(noise: float | None) -> None:
+    """Refuse a noise [mm] that no sensor has.
+
+    Raises:
+        InvalidInput: It is smaller than that of any sensor.
+    """
+    if noise is not None and noise < _LEAST_NOISE:
+        message = f"no sensor has a noise of {noise:g} mm; are these metres? write millimetres"
+        raise InvalidInput(Fault("--noise", message))
+
+
+def _chosen_by_error(
+    workcell: Workcell,
+    found: Candidates,
+    dataset: Dataset | None,
+    poses: int | None,
+    accuracy: float | None,
+    criterion: str,
+    seed: int,
+) -> ChosenPoses:
+    """Return the poses from which predictions are expected to be best; the arguments are those of ``plan_by_error``."""
+    from scalar.cli.plan_by_error import errors_of_parts, plan_by_error
+    from scalar.cli.plan_files import ChosenPoses
+
+    result, info, lines = plan_by_error(workcell, found, dataset, poses, accuracy, criterion, seed)
+    content = result.to_mapping() | errors_of_parts(workcell, info, result)
+    content |= {"not_determined": list(info.fixed)}
+    random = (len(result.chosen), result.random_error)
+    return ChosenPoses(result.chosen, content, lines, result.curve, random)
 
 
 def _refuse_earlier_plan(output: Path, after: Path) -> None:
@@ -226,66 +245,3 @@ def _collisions(workcell: Workcell, without: bool) -> Iterator[Allowed | None]:
     pose = fixed_transform_mapping(workcell.model.T_flange_sensor)
     with collision_test(workcell.model.robot.to_mapping(), pose, walls) as free:
         yield free
-
-
-def _next_ids(dataset: Dataset | None) -> tuple[int, int]:
-    """Return the number and the order of the pose after those of a dataset; 1 and 1 where there is none."""
-    if dataset is None:
-        return 1, 1
-    return int(dataset.pose_ids.max()) + 1, int(dataset.known_poses.order.max()) + 1
-
-
-def _write(
-    folder: Path,
-    workcell: Workcell,
-    found: Candidates,
-    chosen: list[int],
-    content: dict[str, Any],
-    allowed: Allowed | None,
-    curve: list[tuple[int, float]],
-    random: tuple[int, float] | None,
-    first: tuple[int, int],
-) -> list[str]:
-    """Write poses, numbers and picture; return lines on the moves. ``first`` is the first pose's number and order."""
-    import pandas as pd
-
-    from scalar.data.io.atomic import atomic_write, write_json
-    from scalar.planning.free_moves import order_poses
-    from scalar.planning.picture import draw_plan
-    from scalar.planning.plan import FORMAT
-
-    q, plane = found.q[chosen], found.plane[chosen]
-    tour, touching = order_poses(q, allowed)
-    q, plane = q[tour], plane[tour]
-    table = pd.DataFrame(q, columns=[f"q{i + 1}" for i in range(q.shape[1])])
-    ids = range(first[0], first[0] + len(q))
-    table.insert(0, "pose", ids)
-    if workcell.on_planes:
-        table.insert(1, "plane", [workcell.planes[k].name for k in plane])
-    table["order"] = range(first[1], first[1] + len(q))
-    content = {
-        "format": FORMAT,
-        **content,
-        "robot": workcell.model.nominal.name,
-        "noise_mm": workcell.noise / MM,
-        "repeatability_mm": workcell.repeatability / MM,
-        "moves_that_touch_after_pose": None if allowed is None else [ids[k] for k in touching],
-    }
-    with atomic_write(folder / "poses.csv") as temporary:
-        table.to_csv(temporary, index=False, float_format="%.9g")
-    with atomic_write(folder / "poses_deg.csv") as temporary:
-        in_degrees(table, workcell.model.nominal.prismatic).to_csv(
-            temporary, index=False, float_format="%.4f"
-        )
-    with atomic_write(folder / "plan.png") as temporary:
-        draw_plan(temporary, q, workcell.model.nominal, curve, random)
-    # Written last: if plan.json exists, the other files are complete.
-    write_json(folder / "plan.json", content)
-    lines = [f"  moves: {moves_in_words(q, workcell.model.nominal.prismatic)}"]
-    if touching:
-        places = ", ".join(str(ids[k]) for k in touching[:_TOUCHING_SHOWN])
-        more = f" and {len(touching) - _TOUCHING_SHOWN} more" if len(touching) > _TOUCHING_SHOWN else ""
-        lines.append(
-            f"  the move from pose {places}{more} to the next, straight in joint angles, touches something: add a pose in between"
-        )
-    return lines

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -11,6 +12,12 @@ from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, load_effects
 from scalar.cli.outputs import FORCE, refuse_foreign, table_with
 from scalar.cli.terminal import say, say_written
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from scalar.data.table_units import TableUnits
+    from scalar.estimation.result import Calibration
 
 _LACKS = (
     "  the model lacks something: the standard errors contain only the chance errors of the measurements, and the arm may err by several times as "
@@ -82,6 +89,65 @@ def predict(
       scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm --orientation rpy
     """
     from scalar.cli.kinds_of_targets import naming_table, naming_text, refuse_frames
+    from scalar.data.pose_tables import read_pose_table
+    from scalar.data.table_units import columns_of, units_named, units_to_write
+    from scalar.estimation.frame_tables import write_frames
+    from scalar.estimation.result import load_calibration
+
+    read_in = units_named(units)
+    refuse_foreign([(output, table_with("pose", "x", "rz"))], force, [calibration, joints])
+    load_effects(effects_modules)
+    calibrated = load_calibration(calibration)
+    robot = calibrated.model.robot
+    columns = columns_of(joints)
+    refuse_frames(columns, joints.name)
+    with advice_on_units():
+        table = read_pose_table(
+            joints,
+            robot.n_joints,
+            limits=robot.limits,
+            units=read_in,
+            prismatic=robot.prismatic,
+            columns=columns,
+            copied=True,
+        )
+    with naming_table(joints.name), naming_text(table):
+        covariance = calibrated.predict_covariance(table, target=target) if with_std else None
+        frames = calibrated.predict(table, target=target)
+    written_in = units_to_write(units, columns, robot.prismatic)
+    write_frames(
+        output,
+        table["pose"].to_numpy(),
+        frames,
+        covariance,
+        units=written_in,
+        orientation_known=calibrated.observes_orientation,
+        also=orientations,
+    )
+    say_written(output, len(table), "pose", written_in.in_words)
+    for line in _lines_on_table(calibrated, table, columns, read_in, written_in):
+        say(line)
+    if with_std:
+        for line in _lines_on_std(calibrated):
+            say(line)
+
+
+def _lines_on_table(
+    calibration: Calibration,
+    table: pd.DataFrame,
+    columns: Sequence[str],
+    read_in: TableUnits,
+    written_in: TableUnits,
+) -> list[str]:
+    """Return the lines on doubtful units, and on poses of which the calibration knows little.
+
+    Args:
+        calibration: With which the frames were predicted.
+        table: The poses.
+        columns: Names in the first line of their file.
+        read_in: Units of the columns there whose names state none.
+        written_in: Units of the frames.
+    """
     from scalar.cli.pose_lines import (
         lines_on_limits,
         lines_on_measured_columns,
@@ -91,53 +157,23 @@ def predict(
         lines_on_small_travels,
     )
     from scalar.data.moves import joint_angles
-    from scalar.data.pose_tables import read_pose_table
-    from scalar.data.table_units import columns_of, units_named, units_to_write
-    from scalar.estimation.frame_tables import write_frames
+
+    robot = calibration.model.robot
+    q = joint_angles(table, robot.n_joints)
+    return [
+        *lines_on_small_degrees(robot, q, written_in.angle),
+        *lines_on_small_travels(robot, q, columns, read_in),
+        *lines_on_limits(robot, table["pose"].to_numpy(), q),
+        *lines_on_measured_ranges(calibration, q),
+        *lines_on_measured_columns(calibration, table),
+        *lines_on_moves(calibration, table),
+    ]
+
+
+def _lines_on_std(calibration: Calibration) -> list[str]:
+    """Return the lines on what the standard deviations do not contain."""
     from scalar.estimation.misfit import lacks_something
-    from scalar.estimation.result import load_calibration
     from scalar.report.scale_words import scanner_scale_in_words
 
-    in_units = units_named(units)
-    refuse_foreign([(output, table_with("pose", "x", "rz"))], force, [calibration, joints])
-    load_effects(effects_modules)
-    model = load_calibration(calibration)
-    robot = model.model.robot
-    columns = columns_of(joints)
-    refuse_frames(columns, joints.name)
-    with advice_on_units():
-        table = read_pose_table(
-            joints,
-            robot.n_joints,
-            limits=robot.limits,
-            units=in_units,
-            prismatic=robot.prismatic,
-            columns=columns,
-            copied=True,
-        )
-    with naming_table(joints.name), naming_text(table):
-        covariance = model.predict_covariance(table, target=target) if with_std else None
-        frames = model.predict(table, target=target)
-    written_in = units_to_write(units, columns, robot.prismatic)
-    write_frames(
-        output,
-        table["pose"].to_numpy(),
-        frames,
-        covariance,
-        units=written_in,
-        orientation_known=model.observes_orientation,
-        also=orientations,
-    )
-    say_written(output, len(table), "pose", written_in.in_words)
-    q = joint_angles(table, robot.n_joints)
-    for line in [
-        *lines_on_small_degrees(robot, q, written_in.angle),
-        *lines_on_small_travels(robot, q, columns, in_units),
-        *lines_on_limits(robot, table["pose"].to_numpy(), q),
-        *lines_on_measured_ranges(model, q),
-        *lines_on_measured_columns(model, table),
-        *lines_on_moves(model, table),
-        *([_LACKS] if with_std and lacks_something(model.summary) else []),
-        *([f"  {scale}"] if with_std and (scale := scanner_scale_in_words(model)) else []),
-    ]:
-        say(line)
+    scale = scanner_scale_in_words(calibration)
+    return [*([_LACKS] if lacks_something(calibration.summary) else []), *([f"  {scale}"] if scale else [])]

@@ -54,11 +54,11 @@ class ChangeColumns:
             background: The background of a model with all its effects; directions that it has released are not taken into account.
             E: ``(N, m, e)``, the columns if the change begins with the first pose.
             index: Indices of the poses that the change touches.
-            margin: Least number of these poses before the change, and from its beginning on; not fewer than it has columns.
+            margin: As for ``beginnings``.
         """
-        Ei, margin = E[index], max(margin, E.shape[2])
+        Ei = E[index]
         grams_from = np.cumsum(np.einsum("nmi,nmj->nij", Ei, Ei)[::-1], axis=0)[::-1]
-        at = np.arange(margin, len(index) - margin + 1)
+        at = beginnings(len(index), E.shape[2], margin)
         shared = _from_each_on(background.Q, E, index)[at]
         grams = grams_from[at] - np.swapaxes(shared, 1, 2) @ shared
         return cls(index, at, grams, np.einsum("nme,nme->e", Ei, Ei))
@@ -82,6 +82,18 @@ class ChangeColumns:
         grams = grams * ((scale[:, None] * scale[None, :]) / background.variance)
         gain, dof = shrunk_gain(grams, projection[self.at] * scale / background.variance)
         return ChangeScores(self.index[self.at], background.variance * gain, dof)
+
+
+def beginnings(n_poses: int, n_columns: int, margin: int) -> Array:
+    """Return with which of the poses that a change touches it may begin, as indices among these poses.
+
+    Args:
+        n_poses: Number of poses that it touches.
+        n_columns: Number of its columns.
+        margin: Least number of these poses before its beginning, and from there on; not fewer than it has columns in any case.
+    """
+    margin = max(margin, n_columns)
+    return np.arange(margin, n_poses - margin + 1)
 
 
 def _from_each_on(Q: Array, E: Array, index: Array) -> Array:

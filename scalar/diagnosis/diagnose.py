@@ -16,8 +16,9 @@ from scalar.diagnosis.joint_selection import settings_for_parts
 from scalar.diagnosis.judged_effects import findings_of
 from scalar.diagnosis.near_data_sheet import near_data_sheet
 from scalar.diagnosis.observability import unobservable_effects
-from scalar.diagnosis.outer_split import Answer, OuterSplit, outer_split
-from scalar.diagnosis.ranking import rank
+from scalar.diagnosis.outer_split import OuterSplit, outer_split
+from scalar.diagnosis.ranking import Scored, rank
+from scalar.diagnosis.repeated_runs import Answer
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.shipped_fit import ShippedFit, shipped_fit, unconfirmed_effects_help
@@ -26,6 +27,7 @@ from scalar.diagnosis.variance_components import VarianceComponent, whitening_fo
 from scalar.estimation.conclude import with_suspicions
 from scalar.estimation.measured_effects import with_target_motion
 from scalar.estimation.motion import refuse_without_motion
+from scalar.estimation.result import Calibration
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.session_boundary import boundaries_near_changes, misplaced_boundaries
 
@@ -67,7 +69,7 @@ def diagnose(
     dataset = with_target_motion(dataset)
     refuse_wrong_orientations(dataset)
     run = explained(dataset, settings, progress)
-    final_residuals, candidates = FinalResiduals.of(run.after), run.candidates
+    final_residuals = FinalResiduals.of(run.after)
     found = findings_of(run, final_residuals)
     moving, of_parts = moving_joints(run.before), settings_for_parts(settings, run.cleaned.dataset.n_poses)
     outer = outer_split(dataset, run.cleaned, answer_without, of_parts, outer_folds, on_fold, cores, moving)
@@ -75,48 +77,79 @@ def diagnose(
     halves = two_halves(dataset, run, answer_without, of_parts, cores)
     found = limited_by_halves(found, halves, settings.naming.least_confidence)
     run, found, refused = _confirmed(run, found, outer)
-    before, after = run.before, run.after
     if refused:
-        final_residuals = FinalResiduals.of(after)
-    ranking = rank(before, before.background(), CandidateColumns.of(before, candidates), MAX_RANKING)
-    noise = identified_components(after)
-    judged = halves if outer is None else outer
-    unseen = None if judged is None else judged.errors
+        final_residuals = FinalResiduals.of(run.after)
+    ranking = _ranking(run)
+    noise = identified_components(run.after)
     progress("calibrating")
-    least = settings.naming.least_confidence
-    unsure = [f.effect.key for f in found if not f.has_name or f.confidence < least]
-    final, shipped, component = _shipped(run, noise, unseen, unsure)
-    calibrations = final.calibrated(shipped, component)
-    model, set_aside = calibrations[0].model, run.cleaned.outlier_poses
-    boundaries = misplaced_boundaries(dataset, set_aside, model)
-    boundaries += boundaries_near_changes(dataset, [finding.effect for finding in found])
-    calibration_before, calibration_found, calibration_after = (
-        with_suspicions(calibration, boundaries) for calibration in calibrations
+    judged = halves if outer is None else outer
+    final, shipped, component = _shipped(
+        run, noise, None if judged is None else judged.errors, _unsure(found, settings)
     )
-    # The findings report the coefficients of the calibration with all effects that were found. Unconfirmed effects of it come after them.
-    n = len(found)
-    fitted = zip(found, calibration_found.model.effects[:n], calibration_found.effect_std[:n], strict=True)
+    calibration_before, calibration_found, calibration_after = _with_boundaries(
+        dataset, run, found, final.calibrated(shipped, component)
+    )
     return Diagnosis(
         dataset=dataset,
         cleaned=run.cleaned,
-        before=before,
-        after=after,
+        before=run.before,
+        after=run.after,
         held_out_before=held_out_errors(final.before),
         calibration_before=calibration_before,
         calibration_found=calibration_found,
         calibration_after=calibration_after,
         shipped=shipped.with_unconfirmed([f.effect for f in refused]),
-        findings=tuple(replace(f, effect=effect, std=tuple(std)) for f, effect, std in fitted),
+        findings=_with_calibrated_effects(found, calibration_found),
         not_confirmed=refused,
         noise=noise,
-        noise_grounds=grounds_of_component(after, noise, final_residuals) if noise else None,
+        noise_grounds=grounds_of_component(run.after, noise, final_residuals) if noise else None,
         depends_on=final_residuals.along if noise else (),
-        noise_place=only_place(after, noise[0]) if noise else None,
-        unobservable=tuple(unobservable_effects(after, [candidate for candidate, _ in candidates.tried])),
-        ranking=tuple(ranking),
+        noise_place=only_place(run.after, noise[0]) if noise else None,
+        unobservable=tuple(
+            unobservable_effects(run.after, [candidate for candidate, _ in run.candidates.tried])
+        ),
+        ranking=ranking,
         outer=outer,
         halves=halves,
     )
+
+
+def _ranking(run: Explained) -> tuple[Scored, ...]:
+    """Return the candidates that explain most if they are added to the model without effects, best first."""
+    columns = CandidateColumns.of(run.before, run.candidates)
+    return tuple(rank(run.before, run.before.background(), columns, MAX_RANKING))
+
+
+def _unsure(found: Sequence[Finding], settings: Settings) -> list[str]:
+    """Return the keys of the effects whose names are doubtful."""
+    least = settings.naming.least_confidence
+    return [f.effect.key for f in found if not f.has_name or f.confidence < least]
+
+
+def _with_boundaries(
+    dataset: Dataset, run: Explained, found: Sequence[Finding], calibrations: Sequence[Calibration]
+) -> list[Calibration]:
+    """Return the calibrations, each with the suspicions that a boundary between sessions is stated at the wrong pose.
+
+    Args:
+        dataset: All that was measured.
+        run: The run, which knows the poses that were set aside.
+        found: The findings: a change that begins near a stated boundary is such a suspicion.
+        calibrations: The calibration without effects first.
+    """
+    boundaries = misplaced_boundaries(dataset, run.cleaned.outlier_poses, calibrations[0].model)
+    boundaries += boundaries_near_changes(dataset, [finding.effect for finding in found])
+    return [with_suspicions(calibration, boundaries) for calibration in calibrations]
+
+
+def _with_calibrated_effects(found: Sequence[Finding], calibration: Calibration) -> tuple[Finding, ...]:
+    """Return the findings with the coefficients of the calibration with all effects that were found, and their standard errors.
+
+    The unconfirmed effects of that calibration come after those of the findings.
+    """
+    n = len(found)
+    fitted = zip(found, calibration.model.effects[:n], calibration.effect_std[:n], strict=True)
+    return tuple(replace(f, effect=effect, std=tuple(std)) for f, effect, std in fitted)
 
 
 def answer_without(dataset: Dataset, settings: Settings) -> Answer:

@@ -24,10 +24,11 @@ from scalar.diagnosis.instrument_errors import leads, with_error_of_instrument
 from scalar.diagnosis.joint_selection import select_jointly
 from scalar.diagnosis.measured_rows import rows_given_own_noise
 from scalar.diagnosis.near_data_sheet import near_data_sheet
+from scalar.diagnosis.ranked_terms import flexible_candidate_sets
 from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.shipped_fit import BY_COMPONENT, ShippedFit
 from scalar.diagnosis.terms_of_loads import with_terms_of_loads
-from scalar.diagnosis.unmodelled_structure import flexible_candidate_sets, with_flexible_terms
+from scalar.diagnosis.unmodelled_structure import with_flexible_terms
 from scalar.diagnosis.variance_components import JITTER, VarianceComponent, whitening_for
 from scalar.diagnosis.whitened_measurement import WhitenedMeasurement
 from scalar.errors import InvalidInput, Undetermined

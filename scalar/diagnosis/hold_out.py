@@ -243,12 +243,12 @@ def improvement(before: HeldOutErrors, after: HeldOutErrors) -> float:
     return max(_in_standard_errors(per_block), _in_standard_errors(usual))
 
 
-def most_blocks_gain(before: HeldOutErrors, after: HeldOutErrors) -> bool:
-    """Return whether held-out errors fall if no single block may decide: each change counts for at most ``most_gain_of_block`` times the median one.
+def improves_with_limited_blocks(before: HeldOutErrors, after: HeldOutErrors) -> bool:
+    """Return whether held-out errors fall if the change of each block counts for at most ``most_gain_of_block`` times that of the median block.
 
-    Unlike in ``improvement``, losses are limited as well. If a plane is knocked after four of its scans, for example, and the block that is held out
-    contains three of them, these are predicted from a single scan: that loss is no evidence against the knock. The sum of the limited changes has
-    to be a fall both for the whitened errors and for those in metres.
+    No single block can decide then, for or against: unlike in ``improvement``, losses are limited as well. If a plane is knocked after four of its
+    scans, for example, and the block that is held out contains three of them, these are predicted from a single scan: that loss is no evidence
+    against the knock. The sum of the limited changes has to be a fall both for the whitened errors and for those in metres.
     """
 
     def falls(drops: Array) -> bool:

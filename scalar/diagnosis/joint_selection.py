@@ -17,7 +17,7 @@ from scalar.diagnosis.conditional_scores import without_weakest
 from scalar.diagnosis.evidence_of_states import evidence_of
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.forward_selection import reconsidered, select_forward
-from scalar.diagnosis.hold_out import held_out_errors, improvement, most_blocks_gain, no_worse
+from scalar.diagnosis.hold_out import held_out_errors, improvement, improves_with_limited_blocks, no_worse
 from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.subset_search import best_subset
 
@@ -75,7 +75,7 @@ def clearly_better(
 
     *Clearly* means by ``swap_margin`` [nats] of evidence and by ``least_improvement`` [standard errors] of the whitened held-out error; the error in
     metres must not clearly grow either (``no_worse``). With more than ``overwhelming_evidence`` [nats], it is enough that both errors fall if no
-    single block may decide (``most_blocks_gain``), or that the whitened error does not grow and that in metres does not clearly grow.
+    single block may decide (``improves_with_limited_blocks``), or that the whitened error does not grow and that in metres does not clearly grow.
 
     Args:
         state: A fitted state.
@@ -90,7 +90,7 @@ def clearly_better(
     whitened = held_out_errors(state, state.whitening), held_out_errors(trial, state.whitening)
     if least_improvement is None:
         overwhelming = more > settings.overwhelming_evidence
-        if overwhelming and most_blocks_gain(*whitened):
+        if overwhelming and improves_with_limited_blocks(*whitened):
             return trial
         least_improvement = 0.0 if overwhelming else settings.least_improvement
     gain = improvement(*whitened)

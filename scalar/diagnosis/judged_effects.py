@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import expit
@@ -93,51 +93,20 @@ def _finding(
         errors: Held-out errors without and with the effect.
         final_residuals: What the residuals of ``after`` show.
     """
-    effect, settings = after.effects[i], after.settings
-    # The score of the effect itself given the other effects, and those of all candidates in its place.
-    own, in_its_place = rivals(scored, i, columns)
-    in_place_of_strongest_part = (
-        [] if is_shrunk(effect) else rivals_of_strongest_part(scored, i, own, columns)
-    )
-    ranking = [_in_place_alone(s, beside) for s in (*in_its_place, *in_place_of_strongest_part)]
-    ranking.sort(key=lambda s: -s.evidence)
-    ranking = [s for s in ranking if not has_all_orders(after, s.effect)]
-    its_rivals = [s for s in ranking if not s.effect.same_answer(effect)]
-    confounded, weight_among_imitators = [], 1.0
-    if is_shrunk(effect):
-        its_rivals, unnamed = [], []
-    elif not effect.flexible:
-        among_imitators = compared_by_akaike(own, ranking, background_without(scored, [i])[0])
-        weight_among_imitators = akaike_weight(own, among_imitators)
-        confounded = _confounded(own, among_imitators, settings)
-        weight_among_imitators = min(weight_among_imitators, _weight_among_alike(own, among_imitators))
-    nearest = [s for s in its_rivals if s.other_parts is None][:NEAREST_RIVALS]
-    without_fold = fold_odds(i, [s.effect for s in nearest], folds)
-    least_odds = [
-        *(
-            (s, odds + _evidence_beside(s, beside))
-            for s, odds in zip(nearest, without_fold[1:].tolist(), strict=True)
-        ),
-        *((s, own.evidence - s.evidence) for s in its_rivals if s.other_parts is not None),
-    ]
-
-    def grounds_against(others: Sequence[Scored]) -> Grounds:
-        """Return the grounds of the effect if only some of its rivals are considered."""
-        considered = {id(s) for s in others}  # comparing all their fields would take long
-        least = min([float(without_fold[0]), *(odds for s, odds in least_odds if id(s) in considered)])
-        evidence: list[float] = [*(s.evidence for s in others), *unnamed]
-        return grounds_of_effect(scored, i, own, evidence, least, final_residuals)
-
-    grounds = grounds_against(its_rivals)
-    own_confidence = min(confidence(grounds, effect.name), weight_among_imitators)
+    effect, least = after.effects[i], after.settings.naming.least_confidence
+    own, ranking = _scores_in_place(scored, i, columns, beside)
+    confounded, weight = _imitators(scored, i, own, ranking)
+    against = _Against.of(scored, i, own, ranking, unnamed, beside, folds)
+    grounds = against.grounds(against.rivals, final_residuals)
+    own_confidence = min(confidence(grounds, effect.name), weight)
     if untried := effect.alike_at_few_positions(after.dataset):
         confounded += untried
         own_confidence = min(own_confidence, 1.0 / (1 + len(untried)))
     # A report lists the confounded effects together with the name. The name is therefore doubtful only if the confidence that the cause is the effect
     # or one of these is too low. This confidence in the whole group is computed against the rivals outside the group.
-    outside = [s for s in its_rivals if not any(s.effect.same_place(like) for like in confounded)]
-    of_group = confidence(grounds_against(outside), effect.name)
-    likely = max(own_confidence, of_group) >= settings.naming.least_confidence
+    outside = [s for s in against.rivals if not any(s.effect.same_place(like) for like in confounded)]
+    of_group = confidence(against.grounds(outside, final_residuals), effect.name)
+    likely = max(own_confidence, of_group) >= least
     # An effect that moves something against its load describes the structure that is there, but its cause cannot act so. The name could be right only
     # if the coefficient had its sign by chance.
     if effect.against_its_load(after.dataset.robot, after.dataset.known_poses):
@@ -152,6 +121,102 @@ def _finding(
         grounds,
         doubtful=not (effect.flexible or likely),
     )
+
+
+def _scores_in_place(
+    scored: FittedState, i: int, columns: CandidateColumns, beside: Sequence[Scored]
+) -> tuple[Scored, list[Scored]]:
+    """Return the score of effect i given the other effects, and the scores of all candidates in its place, the one with the most evidence first."""
+    own, in_its_place = rivals(scored, i, columns)
+    if not is_shrunk(scored.effects[i]):
+        in_its_place = [*in_its_place, *rivals_of_strongest_part(scored, i, own, columns)]
+    ranking = [_in_place_alone(s, beside) for s in in_its_place]
+    ranking.sort(key=lambda s: -s.evidence)
+    return own, [s for s in ranking if not has_all_orders(scored, s.effect)]
+
+
+def _imitators(
+    scored: FittedState, i: int, own: Scored, ranking: Sequence[Scored]
+) -> tuple[list[Effect], float]:
+    """Return the effects that are confounded with effect i, and the probability of effect i among the effects that are like it.
+
+    There are none, and the probability is 1, for a flexible term and for all orders of a joint, whose evidence cannot be compared.
+
+    Args:
+        scored: The state with the priors for whitened rows.
+        i: Index of the effect.
+        own: Its score.
+        ranking: The scores of the candidates in its place, best first.
+    """
+    effect = scored.effects[i]
+    if effect.flexible or is_shrunk(effect):
+        return [], 1.0
+    compared = compared_by_akaike(own, ranking, background_without(scored, [i])[0])
+    weight = min(akaike_weight(own, compared), _weight_among_alike(own, compared))
+    return _confounded(own, compared, scored.settings), weight
+
+
+@dataclass(frozen=True, eq=False)
+class _Against:
+    """What speaks against effect i of a state.
+
+    Attributes:
+        scored: The state with the priors for whitened rows.
+        i: Index of the effect.
+        own: Its score.
+        rivals: The scores of the candidates in its place that would be other answers, best first.
+        unnamed: Log evidence [nats] of flexible terms in its place.
+        least_alone: Least log odds of the effect against no effect when one fold of the poses is left out [nats].
+        least_odds: Some of the rivals, each with the least of such log odds of the effect against it [nats].
+    """
+
+    scored: FittedState
+    i: int
+    own: Scored
+    rivals: Sequence[Scored]
+    unnamed: Sequence[float]
+    least_alone: float
+    least_odds: Sequence[tuple[Scored, float]]
+
+    @classmethod
+    def of(
+        cls,
+        scored: FittedState,
+        i: int,
+        own: Scored,
+        ranking: Sequence[Scored],
+        unnamed: Sequence[float],
+        beside: Sequence[Scored],
+        folds: Sequence[WithoutFold],
+    ) -> _Against:
+        """Return what speaks against effect i. An effect with all orders of a joint has no rivals, because its evidence cannot be compared.
+
+        Only the nearest rivals are compared again without each fold. A rival of the effect's strongest part alone cannot be compared so, and its odds
+        with all poses count.
+        """
+        effect = scored.effects[i]
+        if is_shrunk(effect):
+            ranking, unnamed = [], []
+        others = [s for s in ranking if not s.effect.same_answer(effect)]
+        nearest = [s for s in others if s.other_parts is None][:NEAREST_RIVALS]
+        alone, *odds_by_rival = fold_odds(i, [s.effect for s in nearest], folds).tolist()
+        least_odds = [
+            (s, odds + _evidence_beside(s, beside)) for s, odds in zip(nearest, odds_by_rival, strict=True)
+        ]
+        least_odds += [(s, own.evidence - s.evidence) for s in others if s.other_parts is not None]
+        return cls(scored, i, own, others, unnamed, alone, least_odds)
+
+    def grounds(self, rivals: Sequence[Scored], final_residuals: FinalResiduals) -> Grounds:
+        """Return the grounds of the effect if only some of its rivals are considered.
+
+        Args:
+            rivals: Some of the attribute ``rivals``, the same objects.
+            final_residuals: What the residuals of the final model show.
+        """
+        considered = {id(s) for s in rivals}  # comparing all their fields would take long
+        least = min([self.least_alone, *(odds for s, odds in self.least_odds if id(s) in considered)])
+        evidence = [*(s.evidence for s in rivals), *self.unnamed]
+        return grounds_of_effect(self.scored, self.i, self.own, evidence, least, final_residuals)
 
 
 def _beside_all(state: FittedState, columns: CandidateColumns) -> list[Scored]:

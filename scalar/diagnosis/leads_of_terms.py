@@ -9,7 +9,8 @@ import numpy as np
 from scalar.diagnosis.candidate_columns import CandidateSet
 from scalar.diagnosis.conditional_scores import background_without, score_together
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.unmodelled_structure import groups, imitating, ranked_once, refined_once
+from scalar.diagnosis.ranked_terms import imitating, ranked_once, refined_once
+from scalar.diagnosis.replaced_names import groups
 
 
 def leads_of_terms(state: FittedState, pools: Sequence[CandidateSet]) -> list[float]:

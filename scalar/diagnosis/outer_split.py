@@ -11,20 +11,15 @@ Bühlmann, Journal of the Royal Statistical Society B 72, 2010).
 
 from __future__ import annotations
 
-import os
-import signal
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from multiprocessing import active_children, get_all_start_methods, get_context
 from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from scalar.data.dataset import Dataset
-from scalar.data.io.processes import end_with
 from scalar.diagnosis.hold_out import HeldOutErrors, blocks
+from scalar.diagnosis.repeated_runs import Answer, Run, available_cores, run_all
 from scalar.diagnosis.settings import Settings
 from scalar.effects import Effect
 from scalar.errors import ScalarError, Undetermined
@@ -32,25 +27,6 @@ from scalar.estimation.gross_errors import Cleaned
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
-
-
-@dataclass(frozen=True, eq=False)
-class Answer:
-    """The result of a diagnosis of some of the poses.
-
-    Attributes:
-        before, after: The models of the calibrations that it would ship, without effects and as shipped.
-        effects: The effects that it found.
-        noise: Name of its likeliest variance component, or None.
-    """
-
-    before: Model
-    after: Model
-    effects: tuple[Effect, ...]
-    noise: str | None
-
-
-Run = Callable[[Dataset, Settings], Answer]
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,55 +124,85 @@ def outer_split(
     if folds < 2:
         return None
     numbered = _numbered(dataset)
-    q = dataset.q if moving is None else dataset.q[:, moving]
-    n_blocks = settings.hold_out.folds * settings.hold_out.blocks_per_fold
-    block, fold = blocks(
-        q, replace(settings.hold_out, folds=folds, blocks_per_fold=max(n_blocks // folds, 1))
-    )
+    block, fold = _blocks(dataset, settings, folds, moving)
     parts = [np.flatnonzero(fold == k) for k in range(folds) if np.any(fold == k)]
     jobs = [(run, numbered.subset(np.delete(np.arange(dataset.n_poses), out)), settings) for out in parts]
     row = {int(pose): i for i, pose in enumerate(dataset.pose_ids)}
     kept = np.array([row[int(pose)] for pose in cleaned.dataset.pose_ids])
-    judged = replace(
-        cleaned.dataset, poses=cleaned.dataset.poses.assign(order=numbered.poses["order"].to_numpy()[kept])
+    order = numbered.poses["order"].to_numpy()[kept]
+    judged = replace(cleaned.dataset, poses=cleaned.dataset.poses.assign(order=order))
+    unseen = _Unseen(len(kept))
+    for out, answer in zip(parts, run_all(jobs, on_fold, cores or available_cores()), strict=True):
+        unseen.add(judged, np.isin(kept, out), answer)
+    known = np.isfinite(unseen.metric[0])
+    own_block = np.unique(block[kept][known], return_inverse=True)[1]
+    before, after = (
+        HeldOutErrors(m[known], m[known], unseen.counts[known], own_block, settings.hold_out)
+        for m in unseen.metric
     )
-    answers: list[Answer] = []
-    failed: list[str] = []
-    metric = np.full((2, len(kept)), np.nan)
-    counts = np.ones(len(kept))
-    over_all_poses: list[
-        tuple[float, Array]
-    ] = []  # (number of poses that the run left out, mean squared distances)
-    for out, answer in zip(parts, _run_all(jobs, on_fold, cores or available_cores()), strict=True):
-        left_out = np.isin(kept, out)
+    return OuterSplit(
+        len(parts),
+        tuple(unseen.answers),
+        tuple(unseen.failed),
+        (before, after),
+        fold[kept][known],
+        unseen.over_all_poses(),
+    )
+
+
+class _Unseen:
+    """What the runs of an outer split answer, and how well they predict the M poses that are no gross errors.
+
+    Attributes:
+        answers: The answers of the runs that succeeded.
+        failed: Why the other runs failed, one line for each.
+        metric: ``(2, M)`` [m^2], mean squared distances without effects and as shipped, each pose predicted by the run without it; NaN where
+            that failed.
+        counts: ``(M,)``, numbers of points.
+    """
+
+    def __init__(self, n_poses: int) -> None:
+        """Begin without any answer."""
+        self.answers: list[Answer] = []
+        self.failed: list[str] = []
+        self.metric = np.full((2, n_poses), np.nan)
+        self.counts = np.ones(n_poses)
+        # The number of poses that each run left out, and its mean squared distances (2,) [m^2] over all poses.
+        self._of_runs: list[tuple[float, Array]] = []
+
+    def add(self, judged: Dataset, left_out: Array, answer: Answer | ScalarError) -> None:
+        """Add the answer of a run, or the error that ended it.
+
+        Args:
+            judged: The M poses, with their order.
+            left_out: ``(M,)`` bool, which of them the run left out.
+            answer: Its answer.
+        """
         try:
             if isinstance(answer, ScalarError):
                 raise answer
             found = [_squared_distances(judged, model) for model in (answer.before, answer.after)]
         except ScalarError as error:
-            failed.append(str(error).splitlines()[0])
-            continue
-        answers.append(answer)
-        over_all_poses.append(
-            (float(left_out.sum()), np.array([squares.sum() / n.sum() for squares, n in found]))
-        )
+            self.failed.append(str(error).splitlines()[0])
+            return
+        self.answers.append(answer)
+        means = np.array([squares.sum() / n.sum() for squares, n in found])
+        self._of_runs.append((float(left_out.sum()), means))
         for k, (squares, n) in enumerate(found):
-            metric[k, left_out], counts[left_out] = (squares / n)[left_out], n[left_out]
-    known = np.isfinite(metric[0])
-    own_block = np.unique(block[kept][known], return_inverse=True)[1]
-    errors = [HeldOutErrors(m[known], m[known], counts[known], own_block, settings.hold_out) for m in metric]
-    mean = sum(n_out * squares for n_out, squares in over_all_poses) / max(
-        sum(n_out for n_out, _ in over_all_poses), 1.0
-    )
-    before, after = np.broadcast_to(mean, 2)
-    return OuterSplit(
-        len(parts),
-        tuple(answers),
-        tuple(failed),
-        (errors[0], errors[1]),
-        fold[kept][known],
-        (float(before), float(after)),
-    )
+            self.metric[k, left_out], self.counts[left_out] = (squares / n)[left_out], n[left_out]
+
+    def over_all_poses(self) -> tuple[float, float]:
+        """Return the mean squared distances [m^2] over all poses without effects and as shipped, as ``OuterSplit`` states them."""
+        total = sum(n_out * squares for n_out, squares in self._of_runs)
+        before, after = np.broadcast_to(total / max(sum(n_out for n_out, _ in self._of_runs), 1.0), 2)
+        return float(before), float(after)
+
+
+def _blocks(dataset: Dataset, settings: Settings, folds: int, moving: Array | None) -> tuple[Array, Array]:
+    """Return the block and the part ``(N,)`` of each pose, with as many blocks in all as for ``settings.hold_out.folds`` parts."""
+    q = dataset.q if moving is None else dataset.q[:, moving]
+    n_blocks = settings.hold_out.folds * settings.hold_out.blocks_per_fold
+    return blocks(q, replace(settings.hold_out, folds=folds, blocks_per_fold=max(n_blocks // folds, 1)))
 
 
 def _numbered(dataset: Dataset) -> Dataset:
@@ -218,55 +224,3 @@ def _squared_distances(dataset: Dataset, model: Model) -> tuple[Array, Array]:
             ["all poses of one target or session lie in one part: no other part tells where it stands"]
         )
     return residuals.squared_distances(model)
-
-
-def _run_all(
-    jobs: Sequence[tuple[Run, Dataset, Settings]], on_fold: Callable[[int, int], None], cores: int
-) -> Iterator[Answer | ScalarError]:
-    """Yield the answers in the order of the jobs; as many jobs run at once as there are cores."""
-    cores = min(len(jobs), cores)
-    on_fold(0, len(jobs))
-    if cores < 2 or "fork" not in get_all_start_methods():
-        for k, job in enumerate(jobs):
-            yield _answered(*job)
-            on_fold(k + 1, len(jobs))
-        return
-    # The processes are forked, so that they know effects from outside the package as well.
-    others = set(active_children())
-    with ProcessPoolExecutor(
-        cores, mp_context=get_context("fork"), initializer=_begin_work, initargs=(os.getpid(),)
-    ) as pool:
-        try:
-            futures = [pool.submit(_answered, *job) for job in jobs]
-            for done, _ in enumerate(as_completed(futures), start=1):
-                on_fold(done, len(jobs))
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for worker in set(active_children()) - others:
-                worker.terminate()
-            raise
-    yield from (future.result() for future in futures)
-
-
-def _begin_work(parent: int) -> None:
-    """Make a worker end with the process that started it, or when that process terminates it; only that process handles interruptions.
-
-    Each worker keeps to one thread of BLAS: threads of several workers wait for one another, and take ten times as long.
-    """
-    threadpool_limits(1)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    end_with(parent)
-
-
-def _answered(run: Run, dataset: Dataset, settings: Settings) -> Answer | ScalarError:
-    """Return the answer of a run, or the error that ended it."""
-    try:
-        return run(dataset, settings)
-    except ScalarError as error:
-        return error
-
-
-def available_cores() -> int:
-    """Return how many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -32,7 +32,7 @@ from scalar.diagnosis.hold_out import (
     HeldOutErrors,
     held_out_errors,
     held_out_regions,
-    most_blocks_gain,
+    improves_with_limited_blocks,
     no_worse,
 )
 from scalar.diagnosis.jackknife import prediction_changes
@@ -195,7 +195,7 @@ def shipped_fit(
     against = "expected_error" if choice.left_out and not after.effects else None
     if after.effects:
         regions = _regions(before, after)
-        confirmed = _promises_more(choice) and most_blocks_gain(without, equal)
+        confirmed = _promises_much(choice) and improves_with_limited_blocks(without, equal)
         judged = {"held_out": None if confirmed else (without, equal), "regions": regions, "unseen": unseen}
         against = next((name for name, errors in judged.items() if errors and not no_worse(*errors)), None)
         if all(effect.flexible for effect in after.effects) and _few_equations(after):
@@ -227,9 +227,9 @@ def unconfirmed_effects_help(confirmed: FittedState, all_found: FittedState) -> 
     return regions is None or no_worse(*regions)
 
 
-def _promises_more(choice: FocusedChoice) -> bool:
+def _promises_much(choice: FocusedChoice) -> bool:
     """Return whether the chosen effects are expected to reduce the errors so much that the loss at a single held-out block does not count."""
-    most = choice.state.settings.shipped_fit.worth_doubtful
+    most = choice.state.settings.shipped_fit.worth_a_block
     return all(choice.errors_as_chosen[k] <= most * choice.errors_without[k] for k in (LIMITS, MEASURED))
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from scalar.diagnosis.background import Background
 from scalar.diagnosis.beam_search import SearchElements
 from scalar.diagnosis.candidate_columns import CandidateSet
+from scalar.diagnosis.change_scores import beginnings
 from scalar.diagnosis.conditional_scores import columns_of_effects
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import blocks_of
@@ -200,12 +201,12 @@ def _changes_at(
         change: The effect as if it acted from the first pose on, and ``(N,)`` bool, the poses that it touches at all (those of one target plane, for
             example).
         acting: ``(N m, w)``, its columns if it acts from the first pose on.
-        moments: Indices of poses. For each of them the change begins with the first pose, at or after it, that the change touches. At least
-            ``change_margin`` poses that it touches come before its beginning, and as many from there on; not fewer than it has columns.
+        moments: Indices of poses. For each of them the change begins with the first pose, at or after it, with which it may begin
+            (``change_scores.beginnings``).
     """
     effect, touched = change
-    index, margin = np.flatnonzero(touched), max(state.settings.selection.change_margin, acting.shape[1])
-    possible = index[margin : len(index) - margin + 1]
+    index = np.flatnonzero(touched)
+    possible = index[beginnings(len(index), acting.shape[1], state.settings.selection.change_margin)]
     after = np.searchsorted(possible, np.array(sorted(moments), dtype=int))
     order, time = state.residuals.poses.order, state.residuals.poses.columns.get("time")
     pose = np.repeat(np.arange(state.dataset.n_poses), state.residuals.measurement.rows_per_pose)

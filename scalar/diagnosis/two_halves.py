@@ -25,7 +25,8 @@ from scalar.diagnosis.explained import Explained
 from scalar.diagnosis.finding import Finding
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import moving_joints
-from scalar.diagnosis.outer_split import OuterSplit, Run, outer_split
+from scalar.diagnosis.outer_split import OuterSplit, outer_split
+from scalar.diagnosis.repeated_runs import Run
 from scalar.diagnosis.settings import Settings
 from scalar.estimation.design_effect import design_effect
 

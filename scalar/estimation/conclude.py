@@ -15,7 +15,7 @@ from scalar.estimation.design_effect import design_effect
 from scalar.estimation.fixed_parameter import AS_ASKED, NO_LENGTH_KNOWN
 from scalar.estimation.least_squares import Decomposed, Fit
 from scalar.estimation.measured_ranges import MEASURED_COLUMNS, MEASURED_RANGES, ranges_of_columns
-from scalar.estimation.misfit import misfit, unexplained_shift
+from scalar.estimation.misfit import Misfit, misfit, unexplained_shift
 from scalar.estimation.model import Model
 from scalar.estimation.prepare import Prepared
 from scalar.estimation.ran_away import ran_away
@@ -31,17 +31,6 @@ from scalar.estimation.setup.suspicion import Suspicion, WrongSetup
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import as_stated
 from scalar.sensors.pose_noise import ROTATION_NOISE
-
-
-def _why_fixed(name: str, is_effect: bool) -> str:
-    freed_by = registry.freed_by(name.split("_")[0])
-    if freed_by is not None:
-        return f"fixed at its nominal value; the effect {freed_by} frees it"
-    return (
-        "fixed as asked, or its residual is a combination of those of other parameters"
-        if is_effect
-        else AS_ASKED
-    )
 
 
 def conclude(
@@ -67,21 +56,129 @@ def conclude(
         Undetermined: The data do not distinguish all free parameters, or a length or an angle is implausibly far from its nominal value.
     """
     model = reporting(found.model, prepared.guess)
-    residual, jacobian = residuals.linearise(model)
-    decomposed = Decomposed.of(jacobian[:, found.free], residual)
-    assert decomposed is not None  # the fit has converged, so all numbers are finite
-    _check_rank(model, decomposed, found.free)
-    covariance = decomposed.covariance
+    of_noise = _covariance_of_noise(model, residuals, found.free)
     lack = misfit(residuals, model, found.free, settings.misfit_p_value)
-    alike = 1.0
-    if lack.inflation != 1.0:
-        ratio = float(np.sqrt(lack.inflation))
-        alike = design_effect(residuals, model, found.free, ratio, settings.misfit_p_value)
-    names = model.names
+    alike = _design_effect(model, residuals, found.free, lack, settings)
+    covariance = of_noise * (lack.inflation * alike)
+    _check_plausible(model, settings)
+    suspicions = _suspicions(dataset, prepared, model, residuals, _std(covariance, found.free), lack)
+    if units := tuple(suspicion for suspicion in suspicions if suspicion.what == LENGTH_UNIT):
+        raise WrongSetup(units)
+    calibration = Calibration(
+        model=model,
+        sensor=sensor_mapping(dataset),
+        free=tuple(name for name, is_free in zip(model.names, found.free, strict=True) if is_free),
+        covariance=covariance,
+        fixed=_fixed(model, prepared, found.free),
+        gauge=tuple(
+            {"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with), "cause": h.cause}
+            for h in prepared.identifiability.fixed
+        ),
+        residual_rms=residuals.rms(model),
+        summary=_summary(dataset, prepared, found, residuals, model, of_noise, lack, alike),
+        noise=tuple(component.to_mapping() for component in residuals.measurement.listed_noise),
+    )
+    return with_suspicions(calibration, suspicions)
+
+
+def _covariance_of_noise(model: Model, residuals: Residuals, free: Array) -> Array:
+    """Return the covariance ``(f, f)`` of the f free parameters that follows from the noise.
+
+    Raises:
+        Undetermined: The data do not distinguish all free parameters.
+    """
+    residual, jacobian = residuals.linearise(model)
+    decomposed = Decomposed.of(jacobian[:, free], residual)
+    assert decomposed is not None  # the fit has converged, so all numbers are finite
+    _check_rank(model, decomposed, free)
+    return decomposed.covariance
+
+
+def _design_effect(
+    model: Model, residuals: Residuals, free: Array, lack: Misfit, settings: FitSettings
+) -> float:
+    """Return the design effect on the covariance; 1 if the noise explains the residual."""
+    if lack.inflation == 1.0:
+        return 1.0
+    ratio = float(np.sqrt(lack.inflation))
+    return design_effect(residuals, model, free, ratio, settings.misfit_p_value)
+
+
+def _std(covariance: Array, free: Array) -> Array:
+    """Return the standard error of each parameter ``(p,)`` in its own unit, NaN of a fixed one.
+
+    Args:
+        covariance: ``(f, f)``, of the free parameters.
+        free: ``(p,)`` bool, which parameters are free.
+    """
+    std = np.full(len(free), np.nan)
+    std[free] = np.sqrt(np.diag(covariance))
+    return std
+
+
+def _suspicions(
+    dataset: Dataset, prepared: Prepared, model: Model, residuals: Residuals, std: Array, lack: Misfit
+) -> Sequence[Suspicion]:
+    """Return what the calibrated parameters make doubtful in the set-up; ``std`` is what ``_std`` returns."""
+    measurement = residuals.measurement
+    to_stated = measurement.ratio_to_stated
+    rotation_noise = (n.value for n in measurement.estimated_noise if n.name == ROTATION_NOISE)
+    no_length = (h.name for h in prepared.identifiability.fixed if h.reason == NO_LENGTH_KNOWN)
+    return implausible(
+        dataset,
+        model,
+        std,
+        rotation_observed=measurement.observes_orientation,
+        residual=residuals.rms(model),
+        misfit_ratio=None if to_stated is None else lack.ratio * to_stated,
+        rotation_noise=max(rotation_noise, default=0.0),
+        fixed_length=next(no_length, None),
+    )
+
+
+def _fixed(model: Model, prepared: Prepared, free: Array) -> dict[str, str]:
+    """Return why each fixed parameter is fixed, by its name: first those that the data do not determine, then the others."""
     fixed = {h.name: h.reason for h in prepared.identifiability.fixed}
-    for name, is_free in zip(names, found.free, strict=True):
+    for name, is_free in zip(model.names, free, strict=True):
         if not is_free and name not in fixed:
             fixed[name] = _why_fixed(name, "." in name and name not in prepared.initial.model.names)
+    return fixed
+
+
+def _why_fixed(name: str, is_effect: bool) -> str:
+    """Return why a parameter is fixed that the data might determine; ``is_effect`` says whether it is a coefficient of an effect."""
+    freed_by = registry.freed_by(name.split("_")[0])
+    if freed_by is not None:
+        return f"fixed at its nominal value; the effect {freed_by} frees it"
+    return (
+        "fixed as asked, or its residual is a combination of those of other parameters"
+        if is_effect
+        else AS_ASKED
+    )
+
+
+def _summary(
+    dataset: Dataset,
+    prepared: Prepared,
+    found: Fit,
+    residuals: Residuals,
+    model: Model,
+    covariance: Array,
+    lack: Misfit,
+    alike: float,
+) -> dict[str, Any]:
+    """Return the summary of a calibration, with an empty list of suspicions.
+
+    Args:
+        dataset: What was measured.
+        prepared: The same dataset, prepared for the fit.
+        found: The converged fit.
+        residuals: Whitened at the optimum.
+        model: The fitted model in reporting coordinates.
+        covariance: ``(f, f)``, of the f free parameters, as it follows from the noise.
+        lack: How the residual compares with the noise.
+        alike: The design effect.
+    """
     summary: dict[str, Any] = {
         "poses": dataset.n_poses,
         "points": len(dataset.points) if len(dataset.points) else dataset.n_poses,
@@ -100,47 +197,9 @@ def conclude(
         "kept_near_data_sheet": {a.name: a.reason for a in model.priors if a.reason},
         "singular_values": [float(s) for s in prepared.identifiability.singular_values],
     }
-    _check_plausible(model, settings)
     if (shift := unchecked_scale(dataset, residuals, model, found.free, covariance)) is not None:
         summary[SCANNER_SCALE_SHIFT] = shift
-    covariance = covariance * (lack.inflation * alike)
-    to_stated = residuals.measurement.ratio_to_stated
-    std = np.full(len(names), np.nan)
-    std[found.free] = np.sqrt(np.diag(covariance))
-    residual = residuals.rms(model)
-    suspicions = implausible(
-        dataset,
-        model,
-        std,
-        rotation_observed=residuals.measurement.observes_orientation,
-        residual=residual,
-        misfit_ratio=None if to_stated is None else lack.ratio * to_stated,
-        rotation_noise=max(
-            (n.value for n in residuals.measurement.estimated_noise if n.name == ROTATION_NOISE),
-            default=0.0,
-        ),
-        fixed_length=next(
-            (h.name for h in prepared.identifiability.fixed if h.reason == NO_LENGTH_KNOWN), None
-        ),
-    )
-    if units := tuple(suspicion for suspicion in suspicions if suspicion.what == LENGTH_UNIT):
-        raise WrongSetup(units)
-    summary["setup"] = []
-    calibration = Calibration(
-        model=model,
-        sensor=sensor_mapping(dataset),
-        free=tuple(name for name, is_free in zip(names, found.free, strict=True) if is_free),
-        covariance=covariance,
-        fixed=fixed,
-        gauge=tuple(
-            {"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with), "cause": h.cause}
-            for h in prepared.identifiability.fixed
-        ),
-        residual_rms=residual,
-        summary=summary,
-        noise=tuple(component.to_mapping() for component in residuals.measurement.listed_noise),
-    )
-    return with_suspicions(calibration, suspicions)
+    return summary | {"setup": []}
 
 
 def with_suspicions(calibration: Calibration, suspicions: Sequence[Suspicion]) -> Calibration:

@@ -71,7 +71,8 @@ void turned(int64_t count, const double *q, double *out) {
     for (int64_t i = 0; i < count; i++) out[2 * i] = cos(q[i]), out[2 * i + 1] = sin(q[i]);
 }
 
-/* Where the end of the chain is in each pose, out (N, 4, 4); turned (N, n, 2) as above, geometry (5, n), T_n_end (4, 4) its pose in the last frame. */
+/* Where the end of the chain is in each pose, out (N, 4, 4); turned (N, n, 2) as above, geometry (5, n),
+T_n_end (4, 4) its pose in the last frame. */
 int ends(int64_t N, int64_t n, const double *turned, const double *geometry, const double *T_base_0, const double *T_n_end, double *out) {
     Link *links = malloc((size_t)(n + 1) * sizeof(Link));
     if (!links) return -1;
@@ -95,8 +96,8 @@ int ends(int64_t N, int64_t n, const double *turned, const double *geometry, con
     return 0;
 }
 
-/* The screw (6), rotation then translation at the base's origin, of every geometric parameter from frames (N, n + 1, 4, 4): out (N, 6, width), of which
-the first 5 n columns are written. geometry as in `frames`. */
+/* The screw (6), rotation then translation at the base's origin, of every geometric parameter from frames (N, n + 1, 4, 4): out (N, 6, width), of
+which the first 5 n columns are written. geometry as in `frames`. */
 WIDE void screws(int64_t N, int64_t n, const double *frames, const double *geometry, int of_each_pose, int64_t width, double *out) {
     for (int64_t p = 0; p < N; p++, frames += 16 * (n + 1), out += 6 * width) {
         const double *g = geometry + (of_each_pose ? 5 * n * p : 0);

@@ -4,7 +4,8 @@
 
 #include "vectors.h"
 
-/* c (N, 3): (n.o - d, n.X, n.Z), o, X and Z the origin and axes of T (N, 4, 4), n and d those of plane index (N,) of normals (K, 3), distances (K,). */
+/* c (N, 3): (n.o - d, n.X, n.Z), o, X and Z the origin and axes of T (N, 4, 4), n and d those of plane index (N,)
+of normals (K, 3), distances (K,). */
 void contacts(int64_t N, const double *T, const double *normals, const double *distances, const int64_t *index, double *c) {
     for (int64_t i = 0; i < N; i++, T += 16, c += 3) {
         const double *n = normals + 3 * index[i];
@@ -35,7 +36,8 @@ static void without(double *y, const double *x, int64_t m) {
     for (int64_t i = 0; i < m; i++) y[i] -= x[i] * along;
 }
 
-/* For each scan the square of f = R full (of R c where full is NULL) without its parts along a shift R (1, 0, 0) and a turn R (0, -c_z, c_x) of the line.
+/* For each scan the square of f = R full (of R c where full is NULL) without its parts along a shift R (1, 0, 0)
+and a turn R (0, -c_z, c_x) of the line.
 
 R (N, m, k), of k functions of the points, the first three those of a flat plane; c (N, 3); full (N, k); out (N,). */
 int scatter(int64_t N, int64_t m, int64_t k, const double *R, const double *c, const double *full, double *out) {

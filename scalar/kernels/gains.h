@@ -54,7 +54,8 @@ static int clearly_positive(const double *A, int64_t w, double shift, double *L)
 }
 
 /* The gain of columns with inner products A (w, w) and projections p (w), both overwritten, and how many directions have an eigenvalue above 1;
-the others are left out; -1 where w exceeds `widest` and they are not known. Where all clearly have, which Cholesky's factor L (w, w) of A - I tells, the gain follows from that of A + I. */
+the others are left out; -1 where w exceeds `widest` and they are not known. Where all clearly have, which Cholesky's factor L (w, w) of A - I tells,
+the gain follows from that of A + I. */
 static double shrunk_gain(double *A, double *p, int64_t w, int64_t widest, double *L, int64_t *seen) {
     double gain = 0.0;
     if (w > 2 && clearly_positive(A, w, -1.0, L) && clearly_positive(A, w, 1.0, L)) {
@@ -77,8 +78,8 @@ static double shrunk_gain(double *A, double *p, int64_t w, int64_t widest, doubl
     return gain;
 }
 
-/* shrunk_gain of T matrices (T, w, w), of which the mean with their transposes is taken, and projections (T, w); work (w, 2 w + 1). Of matrices wider than
-`widest`, Jacobi's method is left out: where they need it, seen is -1. */
+/* shrunk_gain of T matrices (T, w, w), of which the mean with their transposes is taken, and projections (T, w); work (w, 2 w + 1). Of matrices
+wider than `widest`, Jacobi's method is left out: where they need it, seen is -1. */
 WIDE void shrunk_gains(int64_t T, int64_t w, int64_t widest, const double *grams, const double *projections, double *work, double *gain,
                        int64_t *seen) {
     double *p = work + w * w, *L = p + w;
@@ -142,7 +143,8 @@ static int64_t above_one(const double *A, int64_t s, double *M, double *p) {
 
 /* For T sets of s columns each, given by the columns' indices (T, s) in gram (e, e) and projection (e): the gain (T), that is the drop of the sum of
 squares with the priors' penalty, and how many directions have an eigenvalue above 1 (T). -1 where a matrix is not positive. */
-WIDE int set_gains(int64_t e, const double *gram, const double *projection, int64_t T, int64_t s, const int64_t *columns, double *gain, int64_t *seen) {
+WIDE int set_gains(int64_t e, const double *gram, const double *projection, int64_t T, int64_t s, const int64_t *columns, double *gain,
+                   int64_t *seen) {
     double *A = malloc((size_t)(2 * s * s + s + 1) * sizeof(double)), *M = A + s * s, *p = M + s * s;
     int status = A ? 0 : -2;
     for (int64_t t = 0; t < T && !status; t++, columns += s) {

@@ -1,9 +1,10 @@
-/* The inner loops of a calibration on planes (frames of a chain, compression of scans, a first guess, and a Levenberg-Marquardt fit), and gains of candidates.
+/* The inner loops of a calibration on planes (frames of a chain, compression of scans, a first guess, and a Levenberg-Marquardt fit),
+and gains of candidates.
 
 Each function has a counterpart in NumPy, which is used where no C compiler was at hand when the package was built. `scalar/kernels/__init__.py` loads
 the functions; tests/test_kernels.py compares the two. All numbers are double precision, all arrays are row-major and contiguous.
-The sums are written in a fixed order, and no flag lets the compiler change it: the same data give the same bytes on all processors of one architecture.
-*/
+The sums are written in a fixed order, and no flag lets the compiler change it: the same data give the same bytes on all processors of one
+architecture. */
 
 #include "contacts.h"
 #include "gains.h"

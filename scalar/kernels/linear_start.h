@@ -37,7 +37,8 @@ static int pose_of(const double *solution, double *T) {
     return 1;
 }
 
-/* T (3, 4) of the scanner on the flange by least squares with known planes (K, 4), n and d each; columns (10, N m) is scratch. 0 where its rank is not clear. */
+/* T (3, 4) of the scanner on the flange by least squares with known planes (K, 4), n and d each; columns (10, N m) is scratch. 0 where its rank is
+not clear. */
 static ALWAYS int guessed(const Start *s, const double *planes, int all, double *columns, double *T) {
     int64_t rows = 0, most = s->N * s->m;
     for (int64_t at = 0; at < s->N; at++) {
@@ -121,8 +122,8 @@ static void fitted_planes(const Start *s, const double *T, double *sums, double 
     }
 }
 
-/* first (3, 4), the guess with the planes as given, and last (3, 4), the one after some rounds of fitting planes and guessing anew. Returns 1, 0 where
-the rank of a guess is not clear, so that the caller should decide on it by singular values, or -1 without memory. */
+/* first (3, 4), the guess with the planes as given, and last (3, 4), the one after some rounds of fitting planes and guessing anew. Returns 1, 0
+where the rank of a guess is not clear, so that the caller should decide on it by singular values, or -1 without memory. */
 WIDE int linear_start(const Start *s, int64_t rounds, double *first, double *last) {
     double *memory = malloc((size_t)((UNKNOWNS + 1) * s->N * s->m + 17 * s->K + 1) * sizeof(double));
     if (!memory) return -1;

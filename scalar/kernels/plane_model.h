@@ -103,12 +103,12 @@ static int arm_stays(const Problem *p, State *s) {
     return 0;
 }
 
-/* One pose: contact c (3), and its derivatives (3, 5 n + 6) by the arm and the sensor and (3, 3) by its plane, where `by` is given; those by an arm that
-stays are left as they are. */
+/* One pose: contact c (3), and its derivatives (3, 5 n + 6) by the arm and the sensor and (3, 3) by its plane, where `by` is given; those by an arm
+that stays are left as they are. */
 static ALWAYS void pose(const Problem *p, const State *s, int64_t at, double *c, double *by, double *by_plane, double *work) {
     int64_t n = p->n, A = 5 * n + 6;
-    double F[9], X[3], Z[3], place[3], R[9], o[3], *x_before = work, *y_tilted = x_before + 3 * n, *z_after = y_tilted + 3 * n, *o_before = z_after + 3 * n,
-                       *o_after = o_before + 3 * n;
+    double F[9], X[3], Z[3], place[3], R[9], o[3], *x_before = work, *y_tilted = x_before + 3 * n, *z_after = y_tilted + 3 * n,
+           *o_before = z_after + 3 * n, *o_after = o_before + 3 * n;
     if (s->flanges)
         memcpy(F, s->flanges + 12 * at, sizeof F), memcpy(place, s->flanges + 12 * at + 9, sizeof place);
     else

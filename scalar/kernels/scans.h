@@ -99,7 +99,8 @@ WIDE int compress(int64_t N, const double *points, const int64_t *starts, const 
 
 /* The components (N, 3, k) of k functions of the points along 1, t, t^2 of every scan, all weighted, t along its line.
 
-codes (k, 4): a function is (1, u_x or u_z) reach^r x^i z^j, u the direction in which the scanner errs; its code is (along, r, i, j), along 0, 1 or 2 for 1, u_x or u_z. */
+codes (k, 4): a function is (1, u_x or u_z) reach^r x^i z^j, u the direction in which the scanner errs; its code is (along, r, i, j), along 0, 1 or 2
+for 1, u_x or u_z. */
 WIDE int profiles(int64_t N, const double *points, const int64_t *starts, const double *contact, int along_z, double sigma,
                   int64_t k, const int64_t *codes, double *found) {
     int64_t most = most_points(N, starts);

@@ -43,7 +43,8 @@ static double scaled_norm(const double *D, const double *p, int64_t F) {
 }
 
 /* p = -(H + par D^2)^-1 g; returns |D p|, and in *slope the squared norm of L^-1 D^2 p / |D p|. */
-static int damped(const double *H, const double *D, double par, const double *g, int64_t F, double *L, double *p, double *y, double *size, double *slope) {
+static int damped(const double *H, const double *D, double par, const double *g, int64_t F, double *L, double *p, double *y, double *size,
+                  double *slope) {
     if (cholesky(H, D, par, F, L)) return -1;
     for (int64_t f = 0; f < F; f++) p[f] = -g[f];
     forward(L, F, p), backward(L, F, p);
@@ -60,7 +61,8 @@ static int damped(const double *H, const double *D, double par, const double *g,
 }
 
 /* The step p of length delta in units of 1/D (More, 1978), as MINPACK's lmpar finds it. */
-static int trusted(const double *H, const double *D, const double *g, double delta, int64_t F, double *L, double *p, double *y, double *par, double *size) {
+static int trusted(const double *H, const double *D, const double *g, double delta, int64_t F, double *L, double *p, double *y, double *par,
+                   double *size) {
     double slope, lower = 0.0, upper = 0.0, tiny = 2.2250738585072014e-308;
     if (damped(H, D, 0.0, g, F, L, p, y, size, &slope)) return -1;
     double off = *size - delta;

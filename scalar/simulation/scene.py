@@ -5,7 +5,7 @@ does not depend on the noise, the number of points in a scan or the declared mod
 postures, casts the laser's rays, adds noise, and records what a user would have. A sweep plans once and simulates often.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scalar.data.formats import DATASET_FORMAT
-from scalar.simulation.arm import arm_mapping, pose_mapping
+from scalar.simulation.acquisition import Acquisition
 from scalar.simulation.config import complete_config, poses_wanted
-from scalar.simulation.declared import draw_errors, guess_plane
+from scalar.simulation.dataset_mapping import dataset_mapping
 from scalar.simulation.effects import Effects
 from scalar.simulation.errors import SimulationError
 from scalar.simulation.injected.catalogue import inject, injected_records
@@ -35,13 +34,10 @@ from scalar.simulation.plan import (
 )
 from scalar.simulation.ranges import true_ranges
 from scalar.simulation.records import recorded_columns
-from scalar.simulation.scanner import directions
+from scalar.simulation.scanner import Scanner, directions
 from scalar.simulation.scans import Scans
 from scalar.simulation.streams import (
-    INITIAL_MODEL,
     JOINT_NOISE,
-    ORDER,
-    PLANE_GUESS,
     RANGE_NOISE,
     SCAN_BIAS,
     SCANNER,
@@ -97,7 +93,7 @@ class SimulatedScene:
 
     def true_scans(self) -> Scans:
         """Return the true scans, for scenes of the same workcell and postures."""
-        rows = np.argsort(_acquisition_order(self.config, poses_wanted(self.config)))
+        rows = np.argsort(Acquisition.of(self.config, poses_wanted(self.config)).order)
         listed = [rows[self.plane_index[rows] == k] for k in range(len(self.workcell.target_planes))]
         return Scans(
             scans_text(self.config),
@@ -133,102 +129,33 @@ def simulate(
     workcell = workcell_of(config)
     wanted = poses_wanted(config)
     plan = plan or plan_poses(config, progress=progress)
-    if plan.workcell != workcell_text(config):
-        raise SimulationError(
-            "the plan of poses belongs to another workcell; plan again, or simulate its own config"
-        )
-    if any(len(q) < k for q, k in zip(plan.q, wanted, strict=True)):
-        raise SimulationError(
-            "the plan holds fewer poses than poses_per_plane asks for; plan again with more"
-        )
-
-    seed, n, scanner = config["seed"], workcell.arm.n, workcell.scanner
-    order = _acquisition_order(config, wanted)
-    plane_index = np.repeat(np.arange(len(wanted)), wanted)[order]
-    q = np.concatenate([found[:k] for found, k in zip(plan.q, wanted, strict=True)])[order]
-
-    def draws(use: int, *shape: int, uniform: bool = False) -> Array:
-        """Return draws (N, *shape) in acquisition order; those of a plane's first poses do not depend on how many poses it has."""
-        parts = []
-        for k, count in enumerate(wanted):
-            rng = stream(seed, use, k)
-            parts.append(rng.random((count, *shape)) if uniform else rng.standard_normal((count, *shape)))
-        return np.concatenate(parts)[order]
-
-    poses = pd.DataFrame(
-        {"pose": np.arange(len(q)), "plane": [workcell.target_planes[k].name for k in plane_index]}
-    )
-    poses[[f"q{i + 1}" for i in range(n)]] = q
-    recorded = {*config["record"], *injected_records(config["injected"])}
-    for name, column in recorded_columns(recorded, seed, len(q), n, draws, config["stops"]).items():
-        poses[name] = column
-    if "torque" in recorded:
-        with World() as world:
-            world.place_arm(workcell.arm)
-            for name, column in held_torques(world, workcell.arm.T_flange_sensor, q, poses).items():
-                poses[name] = column
-    effects = effects or inject(config["injected"], workcell, poses, plane_index, seed)
+    _check_plan(plan, config, wanted)
+    acquisition = Acquisition.of(config, wanted)
+    plane_index, q = acquisition.plane_index, acquisition.sorted(plan.q)
+    poses = _poses(config, workcell, acquisition, q)
+    effects = effects or inject(config["injected"], workcell, poses, plane_index, config["seed"])
     noise = effects.noise(noise_from_mapping(config["noise"]))
-
-    q_true = q + noise.joint_std * draws(JOINT_NOISE, n)
-    rays = scanner.angles()
-    chosen = np.broadcast_to(np.arange(scanner.rays), (len(q), scanner.rays))
-    if scanner.rays > scanner.points:
-        # The first M of a random order of the rays: a smaller M takes a subset of the same rays.
-        lottery = draws(SELECTION, scanner.rays, uniform=True)
-        chosen = np.sort(np.argsort(lottery, axis=1)[:, : scanner.points], axis=1)
-    angles = rays[chosen]
+    q_true = q + noise.joint_std * acquisition.draws(JOINT_NOISE, workcell.arm.n)
+    chosen = _chosen_rays(workcell.scanner, acquisition)
+    angles = workcell.scanner.angles()[chosen]
     known = None
-    if (
-        cast is not None
-        and cast.workcell == scans_text(config)
-        and noise.joint_std == 0
-        and not effects.record()
-    ):
-        known = cast.at(wanted, order, angles)
+    if cast is not None and cast.workcell == scans_text(config):
+        nothing_acts = noise.joint_std == 0 and not effects.record()
+        known = cast.at(wanted, acquisition.order, angles) if nothing_acts else None
     if known is None:
         T_base_sensor = arm_frames(workcell.arm, effects, q_true, poses, evaluating=False)
         ranges = true_ranges(config, workcell, effects, T_base_sensor, angles, plane_index, poses)
     else:
         T_base_sensor, ranges = known
-    readings = ranges * np.cos(angles) if scanner.error_axis == "z" else ranges
-    normals = np.array([target_plane.axes[:, 2] for target_plane in workcell.target_planes])[plane_index]
-    cosines = np.einsum("nij,nmj,ni->nm", T_base_sensor[:, :3, :3], directions(angles), -normals)
-    plane_and_pose = [(k, i) for k, count in enumerate(wanted) for i in range(count)]
-    imperfect = imperfections(
-        config["scanner"],
-        scanner,
-        ranges,
-        angles,
-        cosines,
-        chosen,
-        np.take_along_axis(draws(RANGE_NOISE, scanner.rays), chosen, axis=1),
-        lambda row: stream(seed, SCANNER, *plane_and_pose[order[row]]),
-        stream(seed, SCANNER),
-    )
-    points = noisy_points(
-        ranges,
-        angles,
-        noise,
-        imperfect.draws,
-        draws(SCAN_BIAS),
-        scanner.error_axis,
-        effects.range_errors(readings, angles, poses) + imperfect.errors,
-    )
+    rays = _Rays(chosen, angles, ranges, T_base_sensor)
+    points, seen = _measured(config, workcell, effects, noise, acquisition, poses, rays)
     if progress is not None:
         progress("scans", len(q), len(q))
-    scan_table = pd.DataFrame(
-        {
-            "pose": np.repeat(np.arange(len(q)), imperfect.seen.sum(1)),
-            "x": points[imperfect.seen, 0],
-            "z": points[imperfect.seen, 1],
-        }
-    )
     return SimulatedScene(
         config=config,
-        dataset=_dataset_mapping(config, workcell, noise),
+        dataset=dataset_mapping(config, workcell, noise),
         poses=poses,
-        scans=scan_table,
+        scans=_scans(points, seen),
         truth=truth_mapping(workcell.arm, workcell.target_planes, noise, effects, poses, config),
         workcell=workcell,
         effects=effects,
@@ -239,42 +166,112 @@ def simulate(
         ranges=ranges,
         angles=angles,
         points=points,
-        seen=imperfect.seen,
+        seen=seen,
     )
 
 
-def _acquisition_order(config: Mapping[str, Any], wanted: list[int]) -> Array:
-    """Return the order in which poses, listed plane by plane, are measured.
+@dataclass(frozen=True, eq=False)
+class _Rays:
+    """The true scans.
 
-    The random order sorts by a number drawn for each pose, so that poses keep their relative order if more are planned.
+    Attributes:
+        chosen: (N, M), the pixel of each point.
+        angles: (N, M) [rad], angles of the rays.
+        ranges: (N, M) [m], true ranges.
+        T_base_sensor: (N, 4, 4), the true frames of the sensor.
     """
-    if config["order"] == "by_plane":
-        return np.arange(sum(wanted))
-    keys = [stream(config["seed"], ORDER, k).random(count) for k, count in enumerate(wanted)]
-    return np.argsort(np.concatenate(keys), kind="stable")
+
+    chosen: Array
+    angles: Array
+    ranges: Array
+    T_base_sensor: Array
 
 
-def _dataset_mapping(config: Mapping[str, Any], workcell: Workcell, noise: Noise) -> dict[str, Any]:
-    """Return the content of dataset.yaml: what a user would know, and nothing else of the truth."""
-    seed = config["seed"]
-    declared = workcell.nominal
-    if "initial_model" in config:
-        errors = draw_errors(config["initial_model"], declared.n, stream(seed, INITIAL_MODEL))
-        declared = declared.shifted(errors)
-    sensor: dict[str, Any] = {"kind": "line-laser"}
-    if config["sensor"]["nominal"] == "given":
-        sensor["nominal_pose"] = pose_mapping(declared.T_flange_sensor)
-    if config["sensor"]["state_noise"] and noise.range_std > 0:
-        sensor["noise"] = noise.range_std
-    sensor["error_axis"] = workcell.scanner.error_axis
-    return {
-        "format": DATASET_FORMAT,
-        "name": config["name"],
-        "source": "simulated with pybullet by scalar",
-        "robot": arm_mapping(declared),
-        "sensor": sensor,
-        "planes": [
-            guess_plane(target_plane, config["plane_guess"], stream(seed, PLANE_GUESS, k))
-            for k, target_plane in enumerate(workcell.target_planes)
-        ],
-    }
+def _check_plan(plan: PosePlan, config: Mapping[str, Any], wanted: Sequence[int]) -> None:
+    """Refuse a plan of poses that does not suit a config.
+
+    Raises:
+        SimulationError: It is that of another workcell, or has too few poses.
+    """
+    if plan.workcell != workcell_text(config):
+        raise SimulationError(
+            "the plan of poses belongs to another workcell; plan again, or simulate its own config"
+        )
+    if any(len(q) < k for q, k in zip(plan.q, wanted, strict=True)):
+        raise SimulationError(
+            "the plan holds fewer poses than poses_per_plane asks for; plan again with more"
+        )
+
+
+def _poses(config: Mapping[str, Any], workcell: Workcell, acquisition: Acquisition, q: Array) -> pd.DataFrame:
+    """Return the table poses.csv: joint angles ``q`` (N, n) [rad], and what else the config records."""
+    names = [workcell.target_planes[k].name for k in acquisition.plane_index]
+    poses = pd.DataFrame({"pose": np.arange(len(q)), "plane": names})
+    n = workcell.arm.n
+    poses[[f"q{i + 1}" for i in range(n)]] = q
+    recorded = {*config["record"], *injected_records(config["injected"])}
+    columns = recorded_columns(recorded, config["seed"], len(q), n, acquisition.draws, config["stops"])
+    for name, column in columns.items():
+        poses[name] = column
+    if "torque" in recorded:
+        with World() as world:
+            world.place_arm(workcell.arm)
+            for name, column in held_torques(world, workcell.arm.T_flange_sensor, q, poses).items():
+                poses[name] = column
+    return poses
+
+
+def _chosen_rays(scanner: Scanner, acquisition: Acquisition) -> Array:
+    """Return (N, M), the rays whose points are delivered, rising.
+
+    They are the first M of a random order of the rays: a smaller M takes a subset of the same rays.
+    """
+    n_poses = len(acquisition.order)
+    if scanner.rays <= scanner.points:
+        return np.broadcast_to(np.arange(scanner.rays), (n_poses, scanner.rays))
+    lottery = acquisition.draws(SELECTION, scanner.rays, uniform=True)
+    return np.sort(np.argsort(lottery, axis=1)[:, : scanner.points], axis=1)
+
+
+def _measured(
+    config: Mapping[str, Any],
+    workcell: Workcell,
+    effects: Effects,
+    noise: Noise,
+    acquisition: Acquisition,
+    poses: pd.DataFrame,
+    rays: _Rays,
+) -> tuple[Array, Array]:
+    """Return the measured points (N, M, 2) [m], and which of them the scanner delivers, (N, M) bool."""
+    scanner, ranges, angles = workcell.scanner, rays.ranges, rays.angles
+    normals = np.array([plane.axes[:, 2] for plane in workcell.target_planes])[acquisition.plane_index]
+    R = rays.T_base_sensor[:, :3, :3]
+    white = acquisition.draws(RANGE_NOISE, scanner.rays)
+    imperfect = imperfections(
+        config["scanner"],
+        scanner,
+        ranges,
+        angles,
+        np.einsum("nij,nmj,ni->nm", R, directions(angles), -normals),
+        rays.chosen,
+        np.take_along_axis(white, rays.chosen, axis=1),
+        lambda row: acquisition.rng_of(SCANNER, row),
+        stream(config["seed"], SCANNER),
+    )
+    readings = ranges * np.cos(angles) if scanner.error_axis == "z" else ranges
+    points = noisy_points(
+        ranges,
+        angles,
+        noise,
+        imperfect.draws,
+        acquisition.draws(SCAN_BIAS),
+        scanner.error_axis,
+        effects.range_errors(readings, angles, poses) + imperfect.errors,
+    )
+    return points, imperfect.seen
+
+
+def _scans(points: Array, seen: Array) -> pd.DataFrame:
+    """Return the table scans.csv of the points (N, M, 2) [m] that the scanner delivers, (N, M) bool."""
+    pose = np.repeat(np.arange(len(points)), seen.sum(1))
+    return pd.DataFrame({"pose": pose, "x": points[seen, 0], "z": points[seen, 1]})

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from scalar.cli.correct_words import warnings_on_written
-from scalar.cli.diagnose import set_aside_in_words
+from scalar.cli.diagnosis_words import set_aside_in_words
 from scalar.data.dataset_writer import write_dataset
 from scalar.estimation.correction import Correction, Sensitivity
 from scalar.geometry.robot import Robot

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scalar.diagnosis import candidate_columns, conditional_scores, unmodelled_structure
+from scalar.diagnosis import candidate_columns, conditional_scores, ranked_terms
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet, named_candidates
 from scalar.diagnosis.column_products import one_joint_each
 from scalar.diagnosis.conditional_scores import background_without, rivals
@@ -54,13 +54,13 @@ def test_what_was_ranked_is_not_ranked_again(monkeypatch):
     columns = CandidateColumns.of(state, pool)
     background = background_without(state, [0])[0]
     own, others = rivals(state, 0, columns)
-    terms = unmodelled_structure.ranked_once(state, [background], [pool])
-    for module in (conditional_scores, unmodelled_structure):
+    terms = ranked_terms.ranked_once(state, [background], [pool])
+    for module in (conditional_scores, ranked_terms):
         monkeypatch.setattr(module, "rank", None)
     again = list(others)
     others.clear()
     assert rivals(state, 0, columns) == (own, again)
-    assert unmodelled_structure.ranked_once(state, [background, background], [pool]) == 2 * terms
+    assert ranked_terms.ranked_once(state, [background, background], [pool]) == 2 * terms
     assert background_without(state, [0])[0] is background
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scalar.cli.diagnose import describe_diagnosis
+from scalar.cli.diagnosis_words import describe_diagnosis
 from scalar.data.declared import PlaneGuess
 from scalar.diagnosis import Diagnosis, diagnose
 from scalar.diagnosis.judged_effects import _in_place_alone

@@ -89,7 +89,7 @@ def test_held_out_poses_need_not_confirm_what_is_overwhelming(more, enough, monk
         monkeypatch.setattr(module, "held_out_errors", lambda *_: None)
         monkeypatch.setattr(module, "improvement", lambda *_: 1.0)
     monkeypatch.setattr(joint_selection, "no_worse", lambda *_: True)
-    monkeypatch.setattr(joint_selection, "most_blocks_gain", lambda *_: False)
+    monkeypatch.setattr(joint_selection, "improves_with_limited_blocks", lambda *_: False)
     monkeypatch.setattr(
         backward_elimination, "held_out_errors_without", lambda _, left_out, __: [None] * len(left_out)
     )
@@ -212,7 +212,7 @@ def test_one_block_does_not_decide_against_what_is_overwhelming(more, enough, mo
     monkeypatch.setattr(joint_selection, "held_out_errors", lambda *_: None)
     monkeypatch.setattr(joint_selection, "improvement", lambda *_: -1.0)
     monkeypatch.setattr(joint_selection, "no_worse", lambda *_: False)
-    monkeypatch.setattr(joint_selection, "most_blocks_gain", lambda *_: True)
+    monkeypatch.setattr(joint_selection, "improves_with_limited_blocks", lambda *_: True)
     smaller = state(nats=100.0, is_plausible=True, whitening=None, effects=())
     larger = state(nats=100.0 + more, is_plausible=True, whitening=None, effects=(JointScale(2),))
     assert (joint_selection.clearly_better(smaller, larger, None) is larger) == enough  # type: ignore[arg-type]

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from scalar.diagnosis import dropped_effects, unmodelled_structure
+from scalar.diagnosis import dropped_effects, ranked_terms, replaced_names, unmodelled_structure
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
@@ -54,13 +54,12 @@ def replacing(monkeypatch: Any, evidence: float, dof: int, gain: float = 0.0) ->
         "_with_partial_imitators": lambda *_: done.append("several") or (None, 0.0),
         "held_out_errors": lambda *_: SimpleNamespace(rms=1.0),
         "improvement": lambda *_: 0.0,
-        "no_worse": lambda *_: True,
     }
     for name, stand_in in stand_ins.items():
-        monkeypatch.setattr(unmodelled_structure, name, stand_in)
+        monkeypatch.setattr(replaced_names, name, stand_in)
     monkeypatch.setattr(JointHarmonic, "imitators", lambda *_: [JointScale(4)])
     monkeypatch.setattr(JointHarmonic, "partial_imitators", lambda *_: [JointScale(4)])
-    if unmodelled_structure._with_replacement(given, None, [None]) is trial:  # type: ignore[arg-type,list-item]
+    if replaced_names.with_replacement(given, None, [None]) is trial:  # type: ignore[arg-type,list-item]
         done.append("replaced")
     return done
 
@@ -115,24 +114,24 @@ def test_two_more_shapes_may_imitate_a_name(monkeypatch):
     )
     given.refitted = lambda effects: SimpleNamespace(**{**vars(given), "effects": tuple(effects)})
     stand_ins: dict[str, Any] = {
-        "_in_parts": lambda _: [None],
-        "_ranked": lambda *_: [[entry]],
+        "in_parts": lambda _: [None],
+        "rank_terms": lambda *_: [[entry]],
         "refined_once": lambda state, background, entry: entry,
         "_refined_again": lambda state, first, pool: SimpleNamespace(**{**vars(given), **vars(state)}),
         "background_without": lambda *_: None,
         "score_together": lambda state, terms, *_: scored(entry.effect, 10.0 * len(terms)),
     }
     for name, stand_in in stand_ins.items():
-        monkeypatch.setattr(unmodelled_structure, name, stand_in)
+        monkeypatch.setattr(replaced_names, name, stand_in)
     monkeypatch.setattr(JointHarmonic, "partial_imitators", lambda *_: [])
-    found, _ = unmodelled_structure._with_partial_imitators(given, entry.effect)
+    found, _ = replaced_names._with_partial_imitators(given, entry.effect)
     assert len(found.effects) == 3
 
 
 def test_only_the_few_best_terms_are_tried(monkeypatch):
     """Of thirty terms that explain about the same, more than two and fewer than eight are tried, because each costs a refit."""
     entries = [scored(JointHarmonic(4, (7,)), 100.0 - k) for k in range(30)]
-    monkeypatch.setattr(unmodelled_structure, "CandidateColumns", SimpleNamespace(of=lambda *_: None))
-    monkeypatch.setattr(unmodelled_structure, "rank", lambda *_: entries)
-    (found,) = unmodelled_structure._ranked(state(), [None], [None])  # type: ignore[list-item]
+    monkeypatch.setattr(ranked_terms, "CandidateColumns", SimpleNamespace(of=lambda *_: None))
+    monkeypatch.setattr(ranked_terms, "rank", lambda *_: entries)
+    (found,) = ranked_terms.rank_terms(state(), [None], [None])  # type: ignore[list-item]
     assert 2 < len(found) < 8 and found == entries[: len(found)]

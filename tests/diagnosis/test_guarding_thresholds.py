@@ -119,7 +119,7 @@ def test_unmodelled_structure_has_three_terms_at_most(monkeypatch):
     state: Any = SimpleNamespace(is_rounding=False, settings=DEFAULTS, dataset=None, effects=())
     for name in ("without_effects_of_same_curve", "without_minor_effects"):
         monkeypatch.setattr(unmodelled_structure, name, lambda state: state)
-    monkeypatch.setattr(unmodelled_structure, "_with_replacement", lambda *_: found.append(state) or state)
+    monkeypatch.setattr(unmodelled_structure, "with_replacement", lambda *_: found.append(state) or state)
     monkeypatch.setattr(unmodelled_structure, "reconsidered", lambda state, named: (state, None))
     monkeypatch.setattr(unmodelled_structure, "select_forward", lambda state, named: state)
     unmodelled_structure.with_flexible_terms(state, None, [])  # type: ignore[arg-type]

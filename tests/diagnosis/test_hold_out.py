@@ -17,7 +17,7 @@ from scalar.diagnosis.hold_out import (
     held_out_errors,
     held_out_regions,
     improvement,
-    most_blocks_gain,
+    improves_with_limited_blocks,
     moving_joints,
 )
 from scalar.diagnosis.settings import DEFAULTS
@@ -186,4 +186,4 @@ def test_no_single_block_decides_whether_most_gain(gaining, lost, in_metres, gai
     def errors(whitened, metric):
         return HeldOutErrors(whitened, metric, np.ones(20), np.arange(20))
 
-    assert most_blocks_gain(errors(before, before), errors(after, metres)) == gain
+    assert improves_with_limited_blocks(errors(before, before), errors(after, metres)) == gain

@@ -18,7 +18,8 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
 from scalar.diagnosis.hold_out import HeldOutErrors
-from scalar.diagnosis.outer_split import Answer, OuterSplit, _begin_work, outer_split
+from scalar.diagnosis.outer_split import OuterSplit, outer_split
+from scalar.diagnosis.repeated_runs import Answer, _begin_work
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale

@@ -263,5 +263,5 @@ def test_a_single_block_does_not_decide_against_effects_of_which_much_is_expecte
         module + "focused_choice", lambda found, _: replace(focused_choice(found), **expected)
     )
     monkeypatch.setattr(module + "no_worse", lambda without, _: without is not held_out_errors(state))
-    monkeypatch.setattr(module + "most_blocks_gain", lambda *_: most_gain)
+    monkeypatch.setattr(module + "improves_with_limited_blocks", lambda *_: most_gain)
     assert shipped_fit(state, state.refitted([JointScale(3)]), None).decided_by == decided_by

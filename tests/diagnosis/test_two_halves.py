@@ -13,7 +13,8 @@ import pytest
 from scalar.diagnosis import diagnose
 from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors
-from scalar.diagnosis.outer_split import Answer, OuterSplit
+from scalar.diagnosis.outer_split import OuterSplit
+from scalar.diagnosis.repeated_runs import Answer
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.diagnosis.two_halves import (
     limited_by_halves,

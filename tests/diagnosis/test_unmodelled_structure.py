@@ -5,7 +5,7 @@ import pytest
 
 from scalar.diagnosis.dropped_effects import without_effects_of_same_curve
 from scalar.diagnosis.fitted_state import refit
-from scalar.diagnosis.unmodelled_structure import groups
+from scalar.diagnosis.replaced_names import groups
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.variable import Variable
 from scalar.effects.joint_coupling import JointCoupling

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scalar.cli.calibrate import describe_calibration
-from scalar.cli.diagnose import _sizes
+from scalar.cli.calibration_words import describe_calibration
+from scalar.cli.diagnosis_words import _sizes
 from scalar.cli.pose_lines import lines_on_moves
 from scalar.data.poses import Poses
 from scalar.effects.joint_backlash import JointBacklash

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scalar.cli.calibrate import describe_calibration
+from scalar.cli.calibration_words import describe_calibration
 from scalar.effects.payload_deflection import PayloadDeflection
 from scalar.effects.torque_compliance import TorqueCompliance
 from scalar.estimation.calibrate import calibrate

@@ -7,7 +7,8 @@ from scalar.data.poses import Poses
 from scalar.diagnosis import diagnose
 from scalar.diagnosis.candidate_columns import named_candidates
 from scalar.diagnosis.fitted_state import refit
-from scalar.diagnosis.unmodelled_structure import flexible_candidate_sets, with_flexible_terms
+from scalar.diagnosis.ranked_terms import flexible_candidate_sets
+from scalar.diagnosis.unmodelled_structure import with_flexible_terms
 from scalar.effects.flexible.sensor_warm_up import UnattributedSensorWarmUp
 from scalar.effects.flexible.variable import Variable
 from scalar.effects.flexible.wander import COMPONENTS

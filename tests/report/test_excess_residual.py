@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scalar.cli.diagnose import describe_diagnosis
+from scalar.cli.diagnosis_words import describe_diagnosis
 from scalar.diagnosis.diagnose import diagnose
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.shipped_fit import BY_COMPONENT

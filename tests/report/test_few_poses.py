@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scalar.cli.diagnose import describe_diagnosis
+from scalar.cli.diagnosis_words import describe_diagnosis
 from scalar.diagnosis import diagnose
 from scalar.diagnosis.result import Diagnosis
 from scalar.report import render_report, words

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scalar.cli.calibrate import describe_calibration
+from scalar.cli.calibration_words import describe_calibration
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.estimation.result import load_calibration
 from scalar.geometry.robot import Robot

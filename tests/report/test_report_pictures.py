@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from scalar.cli.diagnose import describe_diagnosis
+from scalar.cli.diagnosis_words import describe_diagnosis
 from scalar.diagnosis import Diagnosis
 from scalar.diagnosis.partial_residuals import FittedView
 from scalar.diagnosis.scan_residuals import signed_residual
@@ -115,7 +115,7 @@ def test_many_coefficients_are_summed_up_in_the_terminal(
     periodic_diagnosis: Diagnosis, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """If an effect has more coefficients than a line can list, the line states how large the effect is in all, as the report does."""
-    monkeypatch.setattr("scalar.cli.diagnose._COEFFICIENTS_SHOWN", 1)
+    monkeypatch.setattr("scalar.cli.diagnosis_words._COEFFICIENTS_SHOWN", 1)
     line = next(
         line for line in describe_diagnosis(periodic_diagnosis).splitlines() if "more coefficients" in line
     )

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from scalar.cli.calibrate import describe_calibration
+from scalar.cli.calibration_words import describe_calibration
 from scalar.estimation.calibrate import calibrate
 from scalar.report import render_calibration
 from tests.random_scene import make_scene

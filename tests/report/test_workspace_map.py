@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scalar.cli.diagnose import describe_diagnosis
+from scalar.cli.diagnosis_words import describe_diagnosis
 from scalar.data.poses import Poses
 from scalar.diagnosis import diagnose
 from scalar.estimation.calibrate import calibrate

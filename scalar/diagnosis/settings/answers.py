@@ -56,10 +56,14 @@ class ShippedFitSettings:
     )  # fmt: skip
     worth_doubtful: float = setting(
         0.5, "of the expected error without them", "changes in time without a sure name are not corrected if the correction leaves a larger share, "
-        "unless it leaves at most the square of this share of the error without any effects; effects that leave at most this share of that error are "
-        "not left out for the loss at a single held-out block",
+        "unless it leaves at most the square of this share of the error without any effects",
         "chosen stricter than ``worth_correcting``: in simulated trials, corrections expected to leave 0.4 to 0.9 made predictions worse in "
         "three of five sets",
+    )  # fmt: skip
+    worth_a_block: float = setting(
+        0.5, "of the expected error without effects", "effects that are expected to leave at most this share are not left out for the loss at a "
+        "single held-out block",
+        "chosen as for ``worth_doubtful``: what a correction removes is then as large as what it leaves, and one block says little against it",
     )  # fmt: skip
     most_extrapolated: float = setting(
         2.0, "of the held-out error without effects", "nothing is corrected if predictions within the joint limits are expected to err more than "

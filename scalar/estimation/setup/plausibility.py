@@ -66,54 +66,76 @@ def implausible(
     ]
     if not any(suspicion.what == ROBOT for suspicion in found) and (doubt := doubt_of_name(dataset.robot)):
         found.append(Suspicion(ROBOT, "robot.name", doubt))
-    if rotation_noise > DISAGREEMENT:
-        found.append(
-            Suspicion(
-                "orientation",
-                "points.csv, rx,ry,rz",
-                f"the measured orientations disagree with the arm's by {rotation_noise / DEG:.0f} degrees from pose to pose: rx,ry,rz have to be "
-                "a rotation vector (the axis times the angle, in radians), and Euler angles have to be converted to it (by `scalar import`, if "
-                "euler_axes of the mapping is right)",
-            )
+    return (
+        *found,
+        *_orientations(rotation_noise),
+        *_stated_noise(misfit_ratio),
+        *_scatter(dataset),
+        *_rounding(dataset, residual, misfit_ratio),
+        *_columns(dataset),
+        *_motion(dataset),
+    )
+
+
+def _orientations(noise: float) -> list[Suspicion]:
+    """Return a suspicion if the measured orientations disagree with the arm; ``noise`` is the standard deviation [rad] that the fit leaves."""
+    if noise <= DISAGREEMENT:
+        return []
+    return [
+        Suspicion(
+            "orientation",
+            "points.csv, rx,ry,rz",
+            f"the measured orientations disagree with the arm's by {noise / DEG:.0f} degrees from pose to pose: rx,ry,rz have to be "
+            "a rotation vector (the axis times the angle, in radians), and Euler angles have to be converted to it (by `scalar import`, if "
+            "euler_axes of the mapping is right)",
         )
-    if misfit_ratio is not None and misfit_ratio < QUIET:
-        found.append(
-            Suspicion(
-                "noise",
-                "sensor.noise",
-                f"the residual is only {misfit_ratio:.2g} times what the stated noise explains: the noise is stated too large, "
-                "or the lengths of the measurements are in another unit",
-            )
+    ]
+
+
+def _stated_noise(misfit_ratio: float | None) -> list[Suspicion]:
+    """Return a suspicion if the residual is far smaller than the stated noise explains; ``misfit_ratio`` is None where no noise is stated."""
+    if misfit_ratio is None or misfit_ratio >= QUIET:
+        return []
+    return [
+        Suspicion(
+            "noise",
+            "sensor.noise",
+            f"the residual is only {misfit_ratio:.2g} times what the stated noise explains: the noise is stated too large, "
+            "or the lengths of the measurements are in another unit",
         )
-    found += _scatter(dataset)
+    ]
+
+
+def _rounding(dataset: Dataset, residual: float, misfit_ratio: float | None) -> list[Suspicion]:
+    """Return a suspicion if the joint angles, and one if the measurements, are rounded so coarsely that this explains the residual [m]."""
+    found: list[Suspicion] = []
     if misfit_ratio is None or misfit_ratio > LOUD:
-        rounded = rounded_angles(dataset.robot, dataset.q, residual)
-        if rounded:
+        if rounded := rounded_angles(dataset.robot, dataset.q, residual):
             found.append(Suspicion("rounded_angles", "poses.csv", rounded))
     if rounded := rounded_points(dataset.points, residual):
         found.append(Suspicion("rounded_points", kind_of(dataset).format.measured_in, rounded))
-    found += [
-        Suspicion("column", "poses.csv", told)
-        for told in misspelt_columns(list(dataset.poses.columns), dataset.robot.n_joints)
+    return found
+
+
+def _columns(dataset: Dataset) -> list[Suspicion]:
+    """Return a suspicion for each column of poses.csv whose name is probably misspelt, or whose numbers are probably in another unit."""
+    records = {name: dataset.poses[name].to_numpy() for name in RECORDS if name in dataset.poses}
+    told = [
+        *misspelt_columns(list(dataset.poses.columns), dataset.robot.n_joints),
+        *(f"poses.csv: {told}" for told in units_suspected(records, largest_payload(dataset.robot.name))),
     ]
-    found += [
-        Suspicion("column", "poses.csv", f"poses.csv: {told}")
-        for told in units_suspected(
-            {name: dataset.poses[name].to_numpy() for name in RECORDS if name in dataset.poses},
-            largest_payload(dataset.robot.name),
-        )
-    ]
+    return [Suspicion("column", "poses.csv", sentence) for sentence in told]
+
+
+def _motion(dataset: Dataset) -> list[Suspicion]:
+    """Return a suspicion if several joints stand still in all poses, and one if poses are copies of others."""
+    found: list[Suspicion] = []
     if len(still := still_joints(dataset.q)) > 1:
-        found.append(
-            Suspicion(
-                "motion",
-                "poses.csv",
-                f"{still_in_words(still)}: how the arm errs where they stand elsewhere is not known; measure poses in which all joints move",
-            )
-        )
+        sentence = f"{still_in_words(still)}: how the arm errs where they stand elsewhere is not known; measure poses in which all joints move"
+        found.append(Suspicion("motion", "poses.csv", sentence))
     if copies := copied_poses(dataset):
         found.append(Suspicion("copies", "poses.csv", copies))
-    return tuple(found)
+    return found
 
 
 def _scatter(dataset: Dataset) -> list[Suspicion]:
