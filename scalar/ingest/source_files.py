@@ -1,6 +1,7 @@
 """Match the files that the user gives with the files that a mapping names."""
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
 
@@ -19,10 +20,27 @@ def _not_among_sources(name: str) -> str:
     return f"names this file, but it is not among the sources; give it, or its folder ({where})"
 
 
+def in_order_of_numbers(paths: Iterable[Path]) -> list[Path]:
+    """Return paths folder by folder, in each by name, with numbers in names by their size: ``scan 2`` stands before ``scan 10``.
+
+    Folders keep the order in which they are given first.
+    """
+    paths = list(paths)
+    folders = list(dict.fromkeys(path.parent for path in paths))
+
+    def key(path: Path) -> tuple[int, list[str | int], str]:
+        parts = re.split("([0-9]+)", path.name.casefold())
+        return folders.index(path.parent), [int(p) if k % 2 else p for k, p in enumerate(parts)], path.name
+
+    return sorted(paths, key=key)
+
+
 def choose_files(
     mapping: MappingFile, sources: Sequence[Path], file: str
 ) -> tuple[list[tuple[Path, FileRule]], ...]:
     """Return the files of the poses, of the points and of the nests, each file with its rule, in the order of the mapping.
+
+    Files that one pattern names follow each other in the order of the numbers in their names, which is that of their acquisition.
 
     Args:
         mapping: The mapping; if it names no files, all files given are files of poses.
@@ -44,7 +62,7 @@ def choose_files(
             message = f"a folder, and {file} names no files; give the files themselves, or add poses.files"
             faults.append(Fault(str(source), message))
         else:
-            inside = sorted(path for path in source.iterdir() if path.is_file())
+            inside = in_order_of_numbers(path for path in source.iterdir() if path.is_file())
             given += [path for path in inside if any(fnmatchcase(path.name, rule.name) for rule in rules)]
     if not rules:
         if faults:
@@ -60,7 +78,7 @@ def choose_files(
             matching = [path for path in given if fnmatchcase(path.name, rule.name) and path not in taken]
             if not matching:
                 faults.append(Fault(rule.name, f"{file} {_not_among_sources(rule.name)}"))
-            found += [(path, rule) for path in matching]
+            found += [(path, rule) for path in in_order_of_numbers(matching)]
             taken.update(matching)
         used |= taken
     for path in given:
