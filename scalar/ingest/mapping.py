@@ -53,12 +53,14 @@ class FileRule:
         text: columns of text, such as ``plane`` and ``session``, that have one value in the whole file.
         covariates: columns of numbers that have one value in the whole file.
         first_pose: the id of its first pose, if ids are counted; None if they continue those of the file before.
+        add_to_pose: what is added to the numbers of its poses, where each file counts them from the beginning.
     """
 
     name: str
     text: Mapping[str, str]
     covariates: Mapping[str, float]
     first_pose: int | None = None
+    add_to_pose: int = 0
 
 
 @dataclass(frozen=True)

@@ -176,6 +176,7 @@ def _block(
             {text: str(rule[text]) for text in TEXT_COLUMNS if text in rule},
             {name: float(value) for name, value in rule.get("covariates", {}).items()},
             rule.get("first_pose"),
+            rule.get("add_to_pose", 0),
         )
         for rule in block.get("files", [])
     )

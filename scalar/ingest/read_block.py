@@ -75,6 +75,7 @@ def read_block(
             start = next_id if rule.first_pose is None else rule.first_pose
             table.columns["pose"] = np.arange(start, start + table.n_rows, dtype=float)
             next_id = start + table.n_rows
+        table.columns["pose"] = table.columns["pose"] + rule.add_to_pose
         if rows_are_points:
             coordinates = {name: whole.columns[name] for name in mapping.measured_columns}
             for name in coordinates:

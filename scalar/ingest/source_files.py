@@ -1,6 +1,7 @@
 """Match the files that the user gives with the files that a mapping names."""
 
 import re
+import unicodedata
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
@@ -9,12 +10,27 @@ from scalar.errors import Fault, InvalidInput
 from scalar.ingest.mapping import FileRule, MappingFile
 
 
+def _is_named(path: Path, name: str) -> bool:
+    """Return whether a path is what a mapping names; a name with folders is compared with the last folders of the path too."""
+    parts = name.count("/") + 1
+    given = "/".join(path.absolute().parts[-parts:])
+    return fnmatchcase(unicodedata.normalize("NFC", given), unicodedata.normalize("NFC", name))
+
+
+def _in_folders(source: Path, name: str) -> list[Path]:
+    """Return the files in folders of a source that a name with folders, such as ``day 2/scan_*.csv``, states; no folder outside of the source."""
+    parts = PurePath(name).parts
+    if len(parts) < 2 or PurePath(name).is_absolute() or ".." in parts:
+        return []
+    return [path for path in source.glob(name) if path.is_file()]
+
+
 def _not_among_sources(name: str) -> str:
     """Return what to do about a name, or a pattern, of a mapping that fits no file among the sources."""
     alone = PurePath(name).name
     where = "folders inside a source are not searched"
     if alone and alone != name:
-        where = f"names stand without folders: write {alone}, and give the folder that holds it as a source"
+        where = f"the folder that the name begins with has to lie in it; or write {alone}, and give the folder that holds it as a source"
     if any(sign in name for sign in "*?["):
         return f"names these files, but none is among the sources; give them, or their folder ({where})"
     return f"names this file, but it is not among the sources; give it, or its folder ({where})"
@@ -62,8 +78,10 @@ def choose_files(
             message = f"a folder, and {file} names no files; give the files themselves, or add poses.files"
             faults.append(Fault(str(source), message))
         else:
-            inside = in_order_of_numbers(path for path in source.iterdir() if path.is_file())
-            given += [path for path in inside if any(fnmatchcase(path.name, rule.name) for rule in rules)]
+            inside = [path for path in source.iterdir() if path.is_file()]
+            inside += [path for rule in rules for path in _in_folders(source, rule.name)]
+            named = [path for path in inside if any(_is_named(path, rule.name) for rule in rules)]
+            given += in_order_of_numbers(dict.fromkeys(named))
     if not rules:
         if faults:
             raise InvalidInput(faults)
@@ -75,7 +93,7 @@ def choose_files(
             continue
         taken: set[Path] = set()
         for rule in block.files:
-            matching = [path for path in given if fnmatchcase(path.name, rule.name) and path not in taken]
+            matching = [path for path in given if _is_named(path, rule.name) and path not in taken]
             if not matching:
                 faults.append(Fault(rule.name, f"{file} {_not_among_sources(rule.name)}"))
             found += [(path, rule) for path in in_order_of_numbers(matching)]

@@ -1,10 +1,12 @@
 """Points find the pose that they belong to: by its time, by numbers that another program counts, in the order of numbers in names of files."""
 
+import unicodedata
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pandas as pd
 import pytest
+from openpyxl import Workbook
 
 from tests.ingest.foreign_tables import N, imported, joints, refused, run, write_table
 from tests.small_datasets import description
@@ -210,3 +212,82 @@ def test_remarks_and_signs_of_word_processors_are_read(tmp_path):
     robot = tmp_path / "robot.csv"
     robot.write_text(robot.read_text().replace("-", "\N{MINUS SIGN}"), encoding="utf-8")
     np.testing.assert_array_equal(imported(tmp_path, mapping, tmp_path).q, angles())
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_two_days_that_both_count_from_one_are_one_campaign(tmp_path, whole):
+    """Files of the same name are told by their folder; numbers and sessions are stated for each file."""
+    two_tables(tmp_path)
+    for name in ("robot.csv", "tracker.csv"):
+        lines = (tmp_path / name).read_text().splitlines()
+        (tmp_path / name).unlink()
+        for day, part in ((1, lines[1:6]), (2, lines[6:])):
+            (tmp_path / f"Tag {day}").mkdir(exist_ok=True)
+            anew = [f"{k + 1},{line.split(',', 1)[1]}" for k, line in enumerate(part)]
+            (tmp_path / f"Tag {day}" / name).write_text("\n".join([lines[0], *anew, ""]))
+    mapping = {
+        "format": "scalar-mapping/1",
+        "poses": {
+            "files": [{"name": "Tag 1/robot.csv", "session": 1}, {"name": "Tag 2/robot.csv", "session": 2}],
+            "columns": {"pose": {"column": "Nr"}, **joints()},
+        },
+        "points": {
+            "files": [{"name": "Tag 1/tracker.csv"}, {"name": "Tag 2/tracker.csv", "add_to_pose": 5}],
+            "columns": {"pose": {"column": "Nr"}, **XYZ},
+        },
+        "dataset": description("tracker"),
+    }
+    sources = [tmp_path] if whole else [tmp_path / "Tag 1", tmp_path / "Tag 2"]
+    refused(tmp_path, run(tmp_path, mapping, *sources), "robot.csv, row 2", "stands already")
+    mapping["poses"]["files"][1]["add_to_pose"] = 5
+    data = imported(tmp_path, mapping, *sources)
+    np.testing.assert_array_equal(data.pose_ids, np.arange(1, N + 1))
+    np.testing.assert_array_equal(data.q, angles())
+    np.testing.assert_allclose(data.points, places() / 1000, rtol=1e-12)
+    assert list(data.poses["session"]) == ["1"] * 5 + ["2"] * 4
+
+
+def test_letters_with_dots_are_the_same_however_a_system_writes_them(tmp_path):
+    """macOS writes an umlaut of a file's name as a letter and its dots."""
+    mapping = two_tables(tmp_path)
+    for name, change in (("robot.csv", "Straße Ü.csv"), ("tracker.csv", "Länge.csv")):
+        text = (tmp_path / name).read_text().replace("Nr", "Prüfung")
+        (tmp_path / unicodedata.normalize("NFD", change)).write_text(unicodedata.normalize("NFD", text))
+    mapping["poses"]["files"], mapping["points"]["files"] = (
+        [{"name": "Straße Ü.csv"}],
+        [{"name": "Länge.csv"}],
+    )
+    for block in ("poses", "points"):
+        mapping[block]["columns"]["pose"] = {"column": "Prüfung"}
+    assert len(imported(tmp_path, mapping, tmp_path).pose_ids) == N
+
+
+@pytest.mark.parametrize("name", ["a.xlsx", "a.xlsm", "a.dat"])
+def test_numbers_that_a_spreadsheet_holds_as_text_are_read_as_the_mapping_says(tmp_path, name):
+    """Cells of text have the decimal sign and the thousands of the mapping; numbers beside them stay what they are."""
+    book = Workbook()
+    sheet = book.active
+    assert sheet is not None
+    sheet.append([*(f"J{i}" for i in range(1, 7)), *"xyz"])
+    for q, place in zip(angles(), places(), strict=True):
+        german = [f"{value:,.3f}".translate(str.maketrans(".,", ",.")) for value in place]
+        sheet.append([*(float(value) for value in q), *german])
+    book.save(tmp_path / name)
+    mapping = {
+        "format": "scalar-mapping/1",
+        "text": {"separator": ";", "decimal": ",", "thousands": "."},
+        "poses": {"columns": {**joints(), **XYZ}},
+        "dataset": description("tracker"),
+    }
+    data = imported(tmp_path, mapping, tmp_path / name)
+    np.testing.assert_array_equal(data.q, angles())
+    np.testing.assert_allclose(data.points, places() / 1000, rtol=1e-12)
+
+
+def test_an_old_spreadsheet_is_named_as_such(tmp_path):
+    """It is no text in another encoding."""
+    (tmp_path / "a.xls").write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600))
+    mapping = two_tables(tmp_path)
+    mapping["poses"] = {"columns": {**joints(), **XYZ}}
+    del mapping["points"]
+    refused(tmp_path, run(tmp_path, mapping, tmp_path / "a.xls"), "a.xls", "save it as .xlsx")
