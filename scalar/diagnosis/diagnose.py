@@ -28,6 +28,7 @@ from scalar.estimation.measured_effects import with_target_motion
 from scalar.estimation.motion import refuse_without_motion
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.session_boundary import boundaries_near_changes, misplaced_boundaries
+from scalar.estimation.setup.unstated_session import unstated_session
 
 MAX_RANKING = 25  # candidates that the ranking of a diagnosis lists
 
@@ -89,6 +90,8 @@ def diagnose(
     calibrations = final.calibrated(shipped, component)
     model, set_aside = calibrations[0].model, run.cleaned.outlier_poses
     boundaries = misplaced_boundaries(dataset, set_aside, model)
+    if (unstated := unstated_session(dataset, set_aside)) is not None:
+        boundaries.append(unstated[0])
     boundaries += boundaries_near_changes(dataset, [finding.effect for finding in found])
     calibration_before, calibration_found, calibration_after = (
         with_suspicions(calibration, boundaries) for calibration in calibrations
