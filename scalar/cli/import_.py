@@ -86,6 +86,8 @@ def import_(
     """
     from scalar.data.folder import read_folder
     from scalar.ingest.convert import import_dataset
+    from scalar.ingest.converted_joints import converted_joints
+    from scalar.ingest.mapping_reader import load_mapping
 
     _refuse_exchanged(mapping, sources)
     robot = None
@@ -102,8 +104,10 @@ def import_(
         say(f"  {rows}")
     if more := left_out[_FILES_SHOWN:]:
         say(
-            f"  {len(more)} more files of which rows were left out (drop_without): {sum(len(rows.rows) for rows in more)} rows in all"
+            f"  {len(more)} more files of which rows were left out: {sum(len(rows.rows) for rows in more)} rows in all"
         )
+    if converted := converted_joints(load_mapping(mapping, robot)):
+        say(f"  {converted}")
     say(f"written: {output}")
 
 

@@ -1,4 +1,4 @@
-"""A scanner's mark for "no value" that was left in a table of points."""
+"""A scanner's mark for "no value" that was left in a table of points, and a tracker's origin in place of a measurement."""
 
 import numpy as np
 
@@ -8,6 +8,7 @@ from scalar.errors import Fault
 
 LEAST_MARKED_SCANS = 3  # with a number that may stand for "no value"; in fewer, it may be a coincidence
 DISTINCT = 0.2  # least share of distinct numbers in a column of which one may be such a mark
+_SHOWN = 6  # rows that a message lists
 FAR_MARK = 0.1  # least distance of such a number from all others of its column, as a share of their range
 
 
@@ -31,6 +32,22 @@ def suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) -> 
                 )
                 row = int(points.line_numbers()[np.argmax(marked)])
                 faults.append(Fault(points.file, message, row, name))
+
+
+def suspect_origins(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
+    """Add a fault if coordinates are all exactly 0: the origin of the instrument, where no target can be, which it writes when it did not see one."""
+    lengths = [name for name, unit in layout.units.items() if unit == "m" and name in points.columns]
+    if len(lengths) < len(layout.units):
+        return
+    zero = np.all([points.columns[name] == 0.0 for name in lengths], axis=0)
+    if zero.any() and not zero.all():
+        lines = [int(line) for line in points.line_numbers()[zero]]
+        shown = ", ".join(map(str, lines[:_SHOWN])) + (", ..." if len(lines) > _SHOWN else "")
+        message = (
+            f"suspect: {', '.join(lengths)} are all exactly 0 in {len(lines)} of {len(zero)} rows ({shown}), which is the origin of the instrument: "
+            f"was the target not seen there? Leave these rows out (of an import by drop_zeros: [{', '.join(lengths)}] in the mapping)"
+        )
+        faults.append(Fault(points.file, message, lines[0], lengths[0]))
 
 
 def _is_mark(number: float, others: np.ndarray, pose: np.ndarray, pose_of_others: np.ndarray) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 from scalar.data.description import DESCRIPTION, MIN_PLANES, Description
 from scalar.data.formats import COMMANDED, DATASET_FORMAT, PAYLOAD, TORQUE
 from scalar.data.located_table import Layout, Table, did_you_mean, shorten
+from scalar.data.pose_numbers import report_shifted
 from scalar.data.sensor_formats import MeasuredTable, sensor_formats
 from scalar.errors import Fault
 
@@ -171,7 +172,10 @@ def _check_unique(table: Table, column: str, faults: list[Fault], advice: str = 
 
     def message(i: int) -> str:
         row = lines[first[i]]
-        return f"{column} {values[i]:.15g} stands already in row {row}; correct or remove one{advice}"
+        if table.file_of(i) == (other := table.file_of(int(first[i]))):
+            return f"{column} {values[i]:.15g} stands already in row {row}; correct or remove one{advice}"
+        what = f"{column} {values[i]:.15g} stands already in {other}, row {row}"
+        return f"{what}; if each file counts its {column}s anew, write add_to_pose: 1000 for this file, where poses and points are mapped{advice}"
 
     table.report(faults, column, repeated, message)
 
@@ -223,6 +227,8 @@ def check_points(points: Table, poses: Table | None, layout: MeasuredTable, faul
     if poses is None or "pose" not in poses.columns or "pose" not in points.columns:
         return
     known, ids = poses.columns["pose"], points.columns["pose"]
+    if poses.whole and points.whole and report_shifted(points, poses, faults):
+        return
     if poses.whole and not np.isnan(known).any():
         strange = ~np.isin(ids, known) & ~np.isnan(ids)
 

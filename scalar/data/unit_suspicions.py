@@ -11,7 +11,7 @@ import numpy as np
 
 from scalar.data.description import DESCRIPTION, Description, KeyPath
 from scalar.data.located_table import Table
-from scalar.data.scanner_marks import suspect_marks
+from scalar.data.scanner_marks import suspect_marks, suspect_origins
 from scalar.data.sensor_formats import MeasuredTable
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.robot import DEFAULT_LIMIT
@@ -272,6 +272,8 @@ def suspect_points(
             faults.append(Fault(points.file, message, int(points.line_numbers()[worst]), name))
     if layout.several_rows and layout.item is None and points.good("pose"):
         suspect_marks(points, layout, faults)
+    elif not layout.several_rows:
+        suspect_origins(points, layout, faults)
 
 
 def _beyond(values: np.ndarray, bound: float) -> tuple[int, int, float]:

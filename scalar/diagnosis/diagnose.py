@@ -30,6 +30,7 @@ from scalar.estimation.motion import refuse_without_motion
 from scalar.estimation.result import Calibration
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.session_boundary import boundaries_near_changes, misplaced_boundaries
+from scalar.estimation.setup.unstated_session import unstated_session
 
 MAX_RANKING = 25  # candidates that the ranking of a diagnosis lists
 
@@ -129,7 +130,7 @@ def _unsure(found: Sequence[Finding], settings: Settings) -> list[str]:
 def _with_boundaries(
     dataset: Dataset, run: Explained, found: Sequence[Finding], calibrations: Sequence[Calibration]
 ) -> list[Calibration]:
-    """Return the calibrations, each with the suspicions that a boundary between sessions is stated at the wrong pose.
+    """Return the calibrations, each with the suspicions that a boundary between sessions is stated at the wrong pose, or not at all.
 
     Args:
         dataset: All that was measured.
@@ -137,7 +138,10 @@ def _with_boundaries(
         found: The findings: a change that begins near a stated boundary is such a suspicion.
         calibrations: The calibration without effects first.
     """
-    boundaries = misplaced_boundaries(dataset, run.cleaned.outlier_poses, calibrations[0].model)
+    set_aside = run.cleaned.outlier_poses
+    boundaries = misplaced_boundaries(dataset, set_aside, calibrations[0].model)
+    if (unstated := unstated_session(dataset, set_aside)) is not None:
+        boundaries.append(unstated[0])
     boundaries += boundaries_near_changes(dataset, [finding.effect for finding in found])
     return [with_suspicions(calibration, boundaries) for calibration in calibrations]
 

@@ -33,6 +33,7 @@ from scalar.estimation.setup.known_planes import KnownPlaneContradicted, refuse_
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.suspicion import MOST_LEFT, Suspicion
+from scalar.estimation.setup.unstated_session import unstated_session
 from scalar.estimation.sufficiency import FitFailed, TooManyUnknowns
 from scalar.geometry.se3 import Array
 from scalar.units import MM
@@ -179,7 +180,12 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
         for pose, plane in cleaned.mislabelled_poses
     ]
     away = _distances_by_the_others(dataset, cleaned, settings) if cleaned.outlier_poses else None
-    for pose in cleaned.outlier_poses:
+    alone = cleaned.outlier_poses
+    if (found := unstated_session(dataset, alone)) is not None:
+        suspicion, moved = found
+        faults.append(Fault("poses.csv", suspicion.sentence, None, "session"))
+        alone = tuple(pose for pose in alone if not moved[rows[pose]])
+    for pose in alone:
         how_far = ""
         if away is not None:
             typical = np.median(away[np.isin(dataset.pose_ids, cleaned.dataset.pose_ids)])

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.errors import Undetermined
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
@@ -103,6 +104,7 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
         Undetermined: The data cannot determine the model.
     """
     gross = settings.gross_errors
+    _refuse_lost_session(dataset, keep)
     model, prepared = geometry_fit(dataset if keep.all() else dataset.subset(keep), settings)
     distance = distances_under(dataset, model)
     # Thirty free parameters adapt to a single wrong pose and spread its error of centimetres over all others. The size of the distances shows
@@ -116,12 +118,14 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
         if np.array_equal(better, core):
             break
         core = better
+        _refuse_lost_session(dataset, core)
         model, prepared = geometry_fit(dataset.subset(core), settings)
         distance = distances_under(dataset, model)
     keep = _agreeing(dataset, distance, core, gross)
     for _ in range(_ROUNDS):
         if keep.sum() < (1 - gross.most_set_aside) * dataset.n_poses:
             return keep, distance
+        _refuse_lost_session(dataset, keep)
         if np.array_equal(keep, usable):
             distance = by_all
         else:
@@ -131,6 +135,25 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
             break
         keep = new
     return keep, distance
+
+
+def _refuse_lost_session(dataset: Dataset, keep: Array) -> None:
+    """Refuse a dataset in which no pose of a session agrees with the others: nothing then says where base and target stood in it.
+
+    Planes are named by their session, and those without a pose are refused or left out with their names.
+
+    Raises:
+        Undetermined: There is such a session.
+    """
+    if dataset.session is None or dataset.planes:
+        return
+    lost = ~np.isin(dataset.session, dataset.session[keep])
+    if lost.any():
+        names = dict.fromkeys(str(name) for name in dataset.poses["session"].to_numpy()[lost])
+        raise Undetermined(
+            [f"no pose of session {', '.join(names)} agrees with the rest of the poses, even with a place of its own for base, sensor and target: "
+             "check whether its measurements belong to its joint angles, or leave the session out"]
+        )  # fmt: skip
 
 
 def _left_out(dataset: Dataset, model: Model, free: Array, trained: Array) -> Array:

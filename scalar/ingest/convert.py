@@ -15,15 +15,18 @@ import pandas as pd
 
 from scalar.data.dataset_writer import refuse_dataset, write_dataset
 from scalar.data.located_table import check_cells
+from scalar.data.pose_numbers import report_shifted
 from scalar.data.references import check_references, references_layout
 from scalar.data.table_consistency import check_points, check_poses, points_layout, poses_layout
 from scalar.data.unit_suspicions import suspect_joint_angles, suspect_points, write_si
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.imported_table import ImportedTable, by_file
+from scalar.ingest.left_out import LeftOut
 from scalar.ingest.mapping import Block, MappingFile
 from scalar.ingest.mapping_reader import load_mapping
+from scalar.ingest.matching import give_to_nearest, keep_matched
 from scalar.ingest.named_units import unit_of_column
-from scalar.ingest.read_block import LeftOut, read_block
+from scalar.ingest.read_block import read_block
 from scalar.ingest.source_files import choose_files
 
 
@@ -62,6 +65,16 @@ def import_dataset(
         nests, _ = read_block(mapping, mapping.nests, chosen[2], faults, left_out)
     if faults or poses is None:
         raise InvalidInput(faults)
+    block = mapping.points
+    if block is not None and points is not None:
+        if block.nearest_time is not None:
+            points = give_to_nearest(points, poses, block.nearest_time, faults, left_out)
+        elif block.matched_only:
+            report_shifted(points, poses, faults)
+        if block.matched_only and not faults:
+            poses, points = keep_matched(poses, points, left_out)
+        if faults:
+            raise InvalidInput(faults)
     if "order" not in poses.columns:
         poses.columns["order"] = _order(poses)
     if several and points is not None:

@@ -18,8 +18,9 @@ from scalar.data.io.regular_file import MAX_TABLE_BYTES, check_regular_file, rea
 from scalar.data.located_table import shorten
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.profile_files import is_gocator, is_opencv, read_gocator, read_opencv
-from scalar.ingest.raw_table import RawTable, last_number, table_of_rows
+from scalar.ingest.raw_table import RawTable, last_number
 from scalar.ingest.records import read_records
+from scalar.ingest.rows_of_text import table_of_rows
 from scalar.ingest.spreadsheet import read_spreadsheet
 
 _SEPARATORS = {
@@ -27,6 +28,7 @@ _SEPARATORS = {
     r"\t": "\t",
     "space": " ",
 }  # in single quotes, YAML leaves the two characters of \t as they are
+_IS_ZIP, _IS_OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"  # how spreadsheets begin, whatever their names end in
 _IS_HDF5 = "a MATLAB 7.3 file, which is HDF5; save it with '-v7'"
 
 
@@ -50,7 +52,10 @@ def _read(path: Path, text: Mapping[str, Any], variable: str | None) -> RawTable
         check_regular_file(path, MAX_TABLE_BYTES)
         return _read_matrix(path, variable)
     raw = read_regular_file(path, MAX_TABLE_BYTES)
-    if kind == ".xlsx":
+    if raw.startswith(_IS_OLE):
+        message = "an Excel file of the form before 2007, which is not read; save it as .xlsx, or as CSV"
+        raise InvalidInput(Fault(path.name, message))
+    if kind in (".xlsx", ".xlsm") or raw.startswith(_IS_ZIP):
         return read_spreadsheet(path.name, raw, text)
     if kind in (".yml", ".yaml"):
         return (

@@ -8,6 +8,8 @@ import numpy as np
 from scalar.data.located_table import Table
 from scalar.errors import Fault, InvalidInput
 
+_TIMES = {"time", "_time"}
+
 
 @dataclass
 class ImportedTable(Table):
@@ -16,10 +18,12 @@ class ImportedTable(Table):
     Attributes:
         files: ``(N,)``, the name of the file from which each row comes.
         labels: ``{column of the dataset: its name in the files}``.
+        midnight: the midnight after which its times count, in seconds of the Unix epoch; None if they have no dates.
     """
 
     files: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=object))
     labels: dict[str, str] = field(default_factory=dict)
+    midnight: float | None = None
 
     def file_of(self, row: int) -> str:
         """Return the name of the foreign file that a row is from."""
@@ -45,7 +49,7 @@ def select_rows(table: ImportedTable, keep: np.ndarray) -> ImportedTable:
 
 
 def joined(tables: Sequence[ImportedTable]) -> ImportedTable:
-    """Return the rows of several tables as one.
+    """Return the rows of several tables as one, with times that have dates all after the first midnight of them.
 
     Raises:
         InvalidInput: The tables do not have the same columns.
@@ -64,7 +68,13 @@ def joined(tables: Sequence[ImportedTable]) -> ImportedTable:
         raise InvalidInput(faults)
     columns = {name: np.concatenate([table.columns[name] for table in tables]) for name in first.columns}
     files = np.concatenate([table.files for table in tables])
-    return replace(first, columns=columns, line_numbers=lambda: lines, files=files, bad={})
+    midnights = [table.midnight for table in tables if table.midnight is not None]
+    if len(midnights) == len(tables):
+        shift = [np.full(table.n_rows, (table.midnight or 0.0) - min(midnights)) for table in tables]
+        for name in _TIMES & columns.keys():
+            columns[name] = columns[name] + np.concatenate(shift)
+    together = min(midnights) if len(midnights) == len(tables) else None
+    return replace(first, columns=columns, line_numbers=lambda: lines, files=files, bad={}, midnight=together)
 
 
 def by_file(table: ImportedTable) -> list[ImportedTable]:

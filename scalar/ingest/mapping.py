@@ -9,6 +9,7 @@ from scalar.data.description import Description
 from scalar.data.formats import COMMANDED, PAYLOAD, TORQUE
 from scalar.data.sensor_formats import MeasuredTable
 from scalar.ingest.column_profiles import ColumnProfiles
+from scalar.ingest.matching import NearestTime
 from scalar.ingest.orientation import EULER, QUATERNION, VECTOR
 from scalar.ingest.raw_table import Reference
 from scalar.ingest.row_profiles import RowProfiles
@@ -52,12 +53,14 @@ class FileRule:
         text: columns of text, such as ``plane`` and ``session``, that have one value in the whole file.
         covariates: columns of numbers that have one value in the whole file.
         first_pose: the id of its first pose, if ids are counted; None if they continue those of the file before.
+        add_to_pose: what is added to the numbers of its poses, where each file counts them from the beginning.
     """
 
     name: str
     text: Mapping[str, str]
     covariates: Mapping[str, float]
     first_pose: int | None = None
+    add_to_pose: int = 0
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,10 @@ class Block:
         row_profiles: where the values of the profiles stand, if each row of the files is a whole profile; else None.
         column_profiles: the same, if each column is one.
         rows_per_pose: how many successive rows belong to each pose, where no column says it; else None.
+        drop_zeros: columns of the dataset; a row in which all of them are exactly 0 is left out.
+        rows_like: ``{column of the file: pattern}``; a row whose cell is not like the pattern is left out.
+        matched_only: for points: whether poses without points and points without a pose are left out.
+        nearest_time: for points: how they are given to poses by their time; None if a column says to which pose they belong.
         targets: if a row measures several targets, the columns of each target by its name; ``columns`` are then those that all have in common.
     """
 
@@ -87,6 +94,10 @@ class Block:
     column_profiles: ColumnProfiles | None = None
     rows_per_pose: int | None = None
     targets: Mapping[str, Mapping[str, Column]] = field(default_factory=dict)
+    rows_like: Mapping[str, str] = field(default_factory=dict)
+    matched_only: bool = False
+    nearest_time: NearestTime | None = None
+    drop_zeros: tuple[str, ...] = ()
 
     @property
     def column_names(self) -> list[str]:

@@ -8,7 +8,7 @@ from scalar.data.description import Description
 from scalar.data.formats import COMMANDED, PAYLOAD, TORQUE
 from scalar.data.located_table import did_you_mean, shorten
 from scalar.data.sensor_formats import sensor_formats
-from scalar.ingest.mapping import TARGET, TEXT_COLUMNS, Column, MappingFile, quantity_of
+from scalar.ingest.mapping import TARGET, TEXT_COLUMNS, Block, Column, MappingFile, quantity_of
 from scalar.ingest.orientation import check_orientation
 
 
@@ -38,8 +38,12 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
         if mapping.points.targets:
             _check_targets(given, mapping, sensor)
         else:
-            _check_block(given, "points", ["pose", *points], ["pose", *measured], mapping)
-        required.append("pose")
+            own = [] if mapping.points.nearest_time is not None else ["pose"]
+            _check_block(given, "points", [*own, *points], ["pose", *measured], mapping)
+        if mapping.points.nearest_time is None:
+            required.append("pose")
+        else:
+            _check_times(given, mapping.points, mapping)
         if not mapping.poses.files:
             given.fault(
                 ("poses", "files"),
@@ -79,6 +83,20 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
             given.fault(path, f"not a name for a column ({shorten(name)}); use letters, digits and _")
 
 
+def _check_times(given: Description, points: Block, mapping: MappingFile) -> None:
+    """Add what the block ``points`` lacks to be given to poses by time, to ``given.faults``."""
+    if "time" not in mapping.poses.columns:
+        given.fault(
+            ("poses", "columns", "time"),
+            "missing; add it, as {column: name in the file}: points.nearest_time compares it",
+        )
+    if "pose" in points.columns:
+        given.fault(
+            ("points", "nearest_time"),
+            "points.columns.pose says already to which pose a point belongs; keep one of the two",
+        )
+
+
 def _check_targets(given: Description, mapping: MappingFile, sensor: str | None) -> None:
     """Add the faults of the block ``points``, whose rows measure several targets, to ``given.faults``."""
     if mapping.table is None or mapping.table.item != TARGET:
@@ -90,7 +108,8 @@ def _check_targets(given: Description, mapping: MappingFile, sensor: str | None)
         if name != TARGET
     ]
     common = given.get("points", "columns")
-    _check_block(given, "points", ["pose"], ["pose", *own], mapping)
+    timed = mapping.points is not None and mapping.points.nearest_time is not None
+    _check_block(given, "points", [] if timed else ["pose"], ["pose", *own], mapping)
     for target, columns in given.get("points", "targets").items():
         place = ("points", "targets", target)
         _check_names(given, place, columns, own)

@@ -26,6 +26,7 @@ from scalar.errors import Fault, InvalidInput
 from scalar.ingest.column_profiles import ColumnProfiles
 from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, Column, FileRule, MappingFile, quantity_of
 from scalar.ingest.mapping_columns import check_columns
+from scalar.ingest.matching import NearestTime
 from scalar.ingest.named_units import UNITS, description_to_si, units_of_dataset
 from scalar.ingest.row_profiles import RowProfiles
 
@@ -175,15 +176,21 @@ def _block(
             {text: str(rule[text]) for text in TEXT_COLUMNS if text in rule},
             {name: float(value) for name, value in rule.get("covariates", {}).items()},
             rule.get("first_pose"),
+            rule.get("add_to_pose", 0),
         )
         for rule in block.get("files", [])
     )
     dropped = tuple(block.get("drop_without", []))
-    for i, name in enumerate(dropped):
+    listed = [
+        (which, i, name)
+        for which in ("drop_without", "drop_zeros")
+        for i, name in enumerate(block.get(which, []))
+    ]
+    for which, i, name in listed:
         if name not in named:
             hint = did_you_mean(name, named)
             given.fault(
-                (key, "drop_without", i),
+                (key, which, i),
                 f"no such column here ({shorten(name)}); {hint}write one of {', '.join(dict.fromkeys(named))}",
             )
     row_profiles, column_profiles = block.get("row_profiles"), block.get("column_profiles")
@@ -205,6 +212,10 @@ def _block(
         None if column_profiles is None else ColumnProfiles(**column_profiles),
         block.get("rows_per_pose"),
         targets,
+        block.get("rows_like", {}),
+        block.get("matched_only", False),
+        NearestTime.of(block.get("nearest_time")),
+        tuple(block.get("drop_zeros", [])),
     )
 
 
@@ -232,7 +243,10 @@ def _column(
         given.fault((*path, "unit"), f"unknown ({shorten(unit)}); {hint}write one of {', '.join(units)}")
     for key in ("sign", "offset", "plus"):
         mirrored = key == "sign" and name in ("x", "y", "z")
-        if key in entry and not (JOINT.fullmatch(name) or mirrored):
+        counted = key == "offset" and name == "pose"
+        if counted and key in entry and entry[key] != int(entry[key]):
+            given.fault((*path, key), "poses have whole numbers; write one")
+        if key in entry and not (JOINT.fullmatch(name) or mirrored or counted):
             given.fault((*path, key), "only joints have one; remove this key")
     if "names" in entry and name not in TEXT_COLUMNS:
         given.fault((*path, "names"), f"only {', '.join(TEXT_COLUMNS)} have names; remove this key")

@@ -1,16 +1,19 @@
 """A foreign table as its file has it: only numbers are interpreted, and every row keeps the number of its line in the file."""
 
 import re
-from collections import Counter
+import unicodedata
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from typing import Self
 
 import numpy as np
 
-from scalar.data.located_table import MAX_SHOWN, did_you_mean, shorten, too_many_columns
+from scalar.data.located_table import did_you_mean, shorten
 from scalar.errors import Fault, InvalidInput
-from scalar.ingest.written_numbers import Written, is_row_of_units, moment_of
+from scalar.ingest.pose_names import numbers_of_names, several_kinds
+from scalar.ingest.written_numbers import Written
+from scalar.ingest.written_times import is_date, read_times
 
 Reference = str | int
 """A column of a file by its name, or by its number, the first being 1."""
@@ -23,11 +26,6 @@ POSE, ROW_OF_POSE = "@pose", "@row_of_pose"
 HEAD_NUMBER = "@head_number"
 """The column that holds the number in the header of a profile's column, where each column of a file is a profile."""
 MOST_COLUMNS = 10_000  # of a foreign table: a profile in a row has up to some thousand values
-# If this share of the rows has the same number of cells, and the first row has fewer, the first row is a title and not a header.
-_MOST_ROWS = 0.8
-_TIME_OF_DAY = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?")
-_DATE = re.compile(r"\s*\d{1,4}([-./])\d{1,2}\1\d{1,4}(?!\d)")
-_HALF_A_DAY = 43_200.0  # s
 _MAX_WRONG = 10  # most cells of one column that are listed as not being numbers
 MISSING = frozenset({"", "nan", "na", "n/a", "null"})
 
@@ -71,6 +69,7 @@ class RawTable:
             raise InvalidInput(
                 Fault(self.file, f"its columns have no names; write a number for {reference!r}")
             )
+        reference = unicodedata.normalize("NFC", reference)
         count = self.names.count(reference)
         if count != 1:
             named = ", ".join(repr(name) for name in dict.fromkeys(self.names))
@@ -127,49 +126,44 @@ class RawTable:
             faults.append(Fault(self.file, message, column=self.label(reference)))
         return values, missing
 
-    def seconds(self, reference: Reference, faults: list[Fault]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the column of times [s] as ``numbers`` does; times of day (``09:04:30``), with their date or not, are counted from midnight.
+    def seconds(
+        self, reference: Reference, faults: list[Fault]
+    ) -> tuple[np.ndarray, np.ndarray, float | None]:
+        """Return the column of times [s] as ``numbers`` does, and the midnight after which dates are counted, in seconds of the Unix epoch.
 
-        Dates are read as ISO 8601 has them, year first, and the midnight is that before the earliest row.
-
-        A time of day more than half a day before that of the row above belongs to the next day.
+        Times of day (``09:04:30``) are counted from midnight, and if they have their date, from the midnight before the earliest; the last of the
+        three is None for all but dates.
         """
         cells = self._cells(reference)
         if cells.dtype == object:
             missing = self._is_missing(cells)
-            found = [_TIME_OF_DAY.fullmatch(str(cell)) for cell in cells[~missing]]
-            if found and all(found):
-                parts = [[float((part or "0").replace(",", ".")) for part in m.groups()] for m in found if m]
-                times = np.array(parts) @ [3600.0, 60.0, 1.0]
-                days = np.cumsum(np.diff(times, prepend=times[:1]) < -_HALF_A_DAY)
-                values = np.full(len(cells), np.nan)
-                values[~missing] = times + 2 * _HALF_A_DAY * days
-                return values, missing
-            moments = [moment_of(str(cell)) for cell in cells[~missing]]
-            if moments and all(moment is not None for moment in moments):
-                first = min(moment for moment in moments if moment is not None)
-                midnight = first - first % (2 * _HALF_A_DAY)
-                values = np.full(len(cells), np.nan)
-                values[~missing] = [moment - midnight for moment in moments if moment is not None]
-                return values, missing
-            dates = [i for i in np.flatnonzero(~missing) if _DATE.match(str(cells[i]))]
+            values = np.full(len(cells), np.nan)
+            clock = read_times([str(cell) for cell in cells[~missing]])
+            if clock is not None:
+                values[~missing] = clock.seconds
+                return values, missing, clock.midnight
+            dates = [i for i in np.flatnonzero(~missing) if is_date(str(cells[i]))]
             if dates:
-                message = f"a date ({shorten(cells[dates[0]])}), and such dates are not read; write seconds, 09:04:30 or 2026-11-26 09:04:30"
+                message = (
+                    f"a date ({shorten(cells[dates[0]])}), and such dates are not read; write seconds, 09:04:30, 2026-11-26 09:04:30 "
+                    "or 26.11.2026 09:04:30"
+                )
                 faults.append(Fault(self.file, message, int(self.lines[dates[0]]), self.label(reference)))
-                return np.full(len(cells), np.nan), missing
-        return self.numbers(reference, faults)
+                return values, missing, None
+        return *self.numbers(reference, faults), None
 
     def pose_numbers(self, reference: Reference, faults: list[Fault]) -> tuple[np.ndarray, np.ndarray]:
         """Return the column of pose numbers as ``numbers`` does; names such as ``P017``, alike but for one whole number, are taken for it."""
         cells = self._cells(reference)
         if cells.dtype == object:
             missing = self._is_missing(cells)
-            matches = [re.fullmatch("([^0-9]+)([0-9]+)([^0-9]*)", cell) for cell in cells[~missing]]
-            found = [match for match in matches if match]
-            same_words = len({(match[1].rstrip("-+"), match[3]) for match in found}) == 1
-            if same_words and len(found) == len(matches):
-                values = np.full(len(cells), np.nan)
-                values[~missing] = [float(match[2]) for match in found]
+            names = [str(cell) for cell in cells[~missing]]
+            values = np.full(len(cells), np.nan)
+            if (found := numbers_of_names(names)) is not None:
+                values[~missing] = found
+                return values, missing
+            if message := several_kinds(names, str(reference)):
+                faults.append(Fault(self.file, message, column=self.label(reference)))
                 return values, missing
         return self.numbers(reference, faults)
 
@@ -208,6 +202,21 @@ class RawTable:
         rows = np.arange(n)
         return 1.0 + (rows // each if reference == POSE else rows % each)
 
+    def like(self, patterns: Mapping[str, str]) -> np.ndarray:
+        """Return in which rows ``(N,)`` the cell of every named column is like its pattern, in which ``*`` stands for any text.
+
+        Raises:
+            InvalidInput: A column is missing.
+        """
+        fits = np.ones(len(self.lines), dtype=bool)
+        for name, pattern in patterns.items():
+            fits &= [fnmatchcase(cell, pattern) for cell in self.text(name)[0]]
+        return fits
+
+    def of_rows(self, rows: np.ndarray) -> Self:
+        """Return the table of some rows, ``(N,)`` bool."""
+        return replace(self, cells=tuple(cells[rows] for cells in self.cells), lines=self.lines[rows])
+
     def _is_missing(self, cells: np.ndarray) -> np.ndarray:
         return np.array([cell.lower() in self.missing for cell in cells], dtype=bool)
 
@@ -216,65 +225,3 @@ def last_number(text: str) -> int | None:
     """Return the last whole number in a text, as in the name of a file or the header of a column; None if there is none."""
     numbers = re.findall("[0-9]+", text)
     return int(numbers[-1]) if numbers else None
-
-
-def table_of_rows(
-    file: str, rows: list[tuple[int, list[str]]], text: Mapping[str, Any], separator: str | None = None
-) -> RawTable:
-    """Return the table of rows of text, the first of which may name the columns.
-
-    Args:
-        file: name of the file.
-        rows: the cells of each row, with the number of its line.
-        text: the block ``text`` of the mapping.
-        separator: the separator between cells; None for a file without separators.
-
-    Raises:
-        InvalidInput: there is no row, or rows differ in length.
-    """
-    skip = text.get("skip_lines", 0)
-    rows = [(line, cells) for line, cells in rows if line > skip and any(cells)]
-    names = None
-    if text.get("header", True) and rows:
-        names = tuple(rows.pop(0)[1])
-        while names and not names[-1]:  # every line ends with a separator
-            names = names[:-1]
-        if separator and len(names) == 1 and any(s in names[0] for s in ",;\t|" if s != separator):
-            message = f"one column only, called {shorten(names[0])}; set text.separator in the mapping"
-            raise InvalidInput(Fault(file, message, skip + 1))
-    if not rows:
-        raise InvalidInput(Fault(file, "there are no rows of data; give a file with some"))
-    written = Written(text.get("decimal", "."), text.get("thousands", ""))
-    missing = MISSING | {mark.strip().lower() for mark in text.get("missing", [])}
-    if names is not None and len(rows) > 1 and is_row_of_units(rows[0][1], rows[1][1], written, missing):
-        rows.pop(0)
-    width = len(names) if names is not None else len(rows[0][1])
-    if width > MOST_COLUMNS:
-        raise InvalidInput(Fault(file, too_many_columns(width, MOST_COLUMNS), skip + 1))
-    faults = []
-    for line, cells in rows:
-        while len(cells) > width and not cells[-1]:
-            cells.pop()
-        if len(cells) != width:
-            faults.append(
-                Fault(
-                    file, f"{len(cells)} cells where {width} are expected; complete or remove the row", line
-                )
-            )
-    if faults:
-        usual, times = Counter(len(cells) for _, cells in rows).most_common(1)[0]
-        if names is not None and width < usual and times > _MOST_ROWS * len(rows):
-            first = next(line for line, cells in rows if len(cells) == usual)
-            message = (
-                f"the line that should name the columns has {width} cell{'s' if width > 1 else ''}, and {times} of the {len(rows)} lines after it "
-                f"have {usual}; if a title stands before the table, write skip_lines: {first - 1} under text in the mapping"
-            )
-            raise InvalidInput(Fault(file, message, skip + 1))
-        raise InvalidInput(faults[:MAX_SHOWN])
-    columns = []
-    for j in range(width):
-        column = np.empty(len(rows), dtype=object)
-        column[:] = [cells[j] for _, cells in rows]
-        columns.append(column)
-    lines = np.array([line for line, _ in rows], dtype=np.int64)
-    return RawTable(file, names, tuple(columns), lines, written, missing)

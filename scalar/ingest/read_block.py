@@ -1,7 +1,7 @@
 """Read the table that a block of a mapping describes (poses, points or nests) from its foreign files, in SI."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,42 +10,17 @@ from scalar.errors import Fault, InvalidInput
 from scalar.ingest.column_profiles import points_of_columns
 from scalar.ingest.foreign_tables import read_raw
 from scalar.ingest.imported_table import ImportedTable, joined, select_rows
+from scalar.ingest.left_out import LeftOut
 from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, FileRule, MappingFile
+from scalar.ingest.matching import TIME
+from scalar.ingest.merged_scans import SCAN, number_scans, report_merged
 from scalar.ingest.orientation import to_rotation_vectors
 from scalar.ingest.raw_table import RawTable
 from scalar.ingest.row_profiles import points_of_rows
 
 SAME_POSE = 1e-3
 """Most by which joint angles [rad] may differ between the rows of one pose: encoders dither by less, and poses differ by more."""
-_ROWS_SHOWN = 12
 _EMPTY = "an empty cell; complete it, or let the mapping leave such rows out with drop_without"
-
-
-@dataclass(frozen=True)
-class LeftOut:
-    """Rows of a file that the mapping leaves out because a cell is empty.
-
-    Attributes:
-        file: Its name.
-        rows: Numbers of the rows, as an editor counts them; a row that is a whole profile stands there once for each point that is left out.
-        columns: The columns of ``drop_without``, by their names in the file; in each of these rows at least one of them is empty.
-    """
-
-    file: str
-    rows: tuple[int, ...]
-    columns: tuple[str, ...]
-
-    def __str__(self) -> str:
-        """Return a line for a person."""
-        without = f"without {' or '.join(self.columns)} (drop_without)"
-        rows = list(dict.fromkeys(self.rows))
-        if len(rows) < len(self.rows):
-            return f"{self.file}: {len(self.rows)} points in {len(rows)} rows left out, {without}"
-        shown = ", ".join(map(str, rows[:_ROWS_SHOWN]))
-        more = f" and {len(rows) - _ROWS_SHOWN} more" if len(rows) > _ROWS_SHOWN else ""
-        return (
-            f"{self.file}: {len(rows)} row{'s' if len(rows) > 1 else ''} left out, {without}: {shown}{more}"
-        )
 
 
 def read_block(
@@ -72,10 +47,11 @@ def read_block(
     """
     parts: list[ImportedTable] = []
     points: list[ImportedTable] = []
-    n_poses, next_id = 0, 0
+    n_poses, next_id, next_scan = 0, 0, 0
     for path, rule in chosen:
         try:
             raw = read_raw(path, {**mapping.text, **block.text}, mapping.variable)
+            raw = _rows_like(raw, block, left_out)
             if block.row_profiles is not None:
                 raw = points_of_rows(raw, block.row_profiles)
             elif block.column_profiles is not None:
@@ -83,10 +59,13 @@ def read_block(
             raw = replace(raw, rows_per_pose=block.rows_per_pose)
             whole = _in_order(
                 [
-                    _read_columns(raw, one, replace(rule, text={**rule.text, **text}), faults, left_out)
+                    _read_columns(
+                        raw, one, replace(rule, text={**rule.text, **text}), faults, left_out, next_scan
+                    )
                     for one, text in block.of_each_target()
                 ]
             )
+            next_scan += len(raw.lines) + 1
             keep, owner = _first_rows(raw, whole, block, faults)
         except InvalidInput as error:
             faults += error.faults
@@ -96,6 +75,7 @@ def read_block(
             start = next_id if rule.first_pose is None else rule.first_pose
             table.columns["pose"] = np.arange(start, start + table.n_rows, dtype=float)
             next_id = start + table.n_rows
+        table.columns["pose"] = table.columns["pose"] + rule.add_to_pose
         if rows_are_points:
             coordinates = {name: whole.columns[name] for name in mapping.measured_columns}
             for name in coordinates:
@@ -106,7 +86,29 @@ def read_block(
         parts.append(table)
     if faults or not parts:
         return None, None
-    return joined(parts), joined(points) if points else None
+    table = joined(parts)
+    if mapping.table is not None and mapping.table.several_rows and block is mapping.points:
+        report_merged(table, block, faults)
+    table.columns.pop(SCAN, None)
+    return table, joined(points) if points else None
+
+
+def _rows_like(raw: RawTable, block: Block, left_out: list[LeftOut]) -> RawTable:
+    """Return the rows of a file that ``rows_like`` keeps; the others are noted.
+
+    Raises:
+        InvalidInput: A column is missing, or no row is kept.
+    """
+    if not block.rows_like:
+        return raw
+    keep = raw.like(block.rows_like)
+    wanted = " and ".join(f"{name} like '{pattern}'" for name, pattern in block.rows_like.items())
+    if not keep.any():
+        raise InvalidInput(Fault(raw.file, f"no row has {wanted}; correct rows_like in the mapping"))
+    if not keep.all():
+        rows = tuple(int(line) for line in raw.lines[~keep])
+        left_out.append(LeftOut(raw.file, rows, f"which do not have {wanted} (rows_like)"))
+    return raw.of_rows(keep)
 
 
 def _in_order(tables: Sequence[ImportedTable]) -> ImportedTable:
@@ -121,11 +123,26 @@ def _in_order(tables: Sequence[ImportedTable]) -> ImportedTable:
 
 
 def _read_columns(
-    raw: RawTable, block: Block, rule: FileRule, faults: list[Fault], left_out: list[LeftOut]
+    raw: RawTable,
+    block: Block,
+    rule: FileRule,
+    faults: list[Fault],
+    left_out: list[LeftOut],
+    first_scan: int,
 ) -> ImportedTable:
-    """Return the columns of one file in SI, without the rows in which a column of ``drop_without`` is empty; these are noted."""
+    """Return the columns of one file in SI, without the rows in which a column of ``drop_without`` is empty; these are noted.
+
+    Args:
+        raw: The file.
+        block: The block of the mapping, of one target.
+        rule: What holds for all rows of the file.
+        faults: Every fault found is added here.
+        left_out: Rows that ``drop_without`` leaves out are added here.
+        first_scan: The number from which scans are counted in this file.
+    """
     columns: dict[str, np.ndarray] = {}
     empty: dict[str, np.ndarray] = {}
+    midnight: float | None = None
     for name, column in block.columns.items():
         try:
             if name in TEXT_COLUMNS:
@@ -133,12 +150,21 @@ def _read_columns(
                 names = column.names or {}
                 columns[name] = np.array([names.get(cell, cell) for cell in text], dtype=object)
             else:
-                read = {"pose": raw.pose_numbers, "time": raw.seconds}.get(name, raw.numbers)
+                if name == "time":
+                    values, empty[name], midnight = raw.seconds(column.reference, faults)
+                    columns[name] = column.to_si(values)
+                    continue
+                read = raw.pose_numbers if name == "pose" else raw.numbers
                 values, empty[name] = read(column.reference, faults)
                 if column.plus is not None:
                     added, none_added = read(column.plus, faults)
                     values, empty[name] = values + added, empty[name] | none_added
                 columns[name] = column.to_si(column.sign * values + column.offset)
+        except InvalidInput as error:
+            faults += error.faults
+    if block.nearest_time is not None:
+        try:
+            columns[TIME], empty[TIME], midnight = raw.seconds(block.nearest_time.column, faults)
         except InvalidInput as error:
             faults += error.faults
     if faults:
@@ -148,21 +174,33 @@ def _read_columns(
         columns[name] = np.full(n, text, dtype=object)
     for name, value in rule.covariates.items():
         columns[name] = np.full(n, value)
+    scans = number_scans(raw, block, first_scan)
+    if scans is not None:
+        columns[SCAN] = scans
     keep = np.ones(n, dtype=bool)
     for name in block.drop_without:
         keep &= ~empty[name]
-    if not keep.any():
-        wanted = " and ".join(block.drop_without)
-        message = f"no row has {wanted}, so that none is left; check columns and drop_without"
+    zero = np.zeros(n, dtype=bool)
+    if block.drop_zeros:
+        zero = keep & np.all([columns[name] == 0.0 for name in block.drop_zeros], axis=0)
+    if not (keep & ~zero).any():
+        wanted = " and ".join([*block.drop_without, *block.drop_zeros])
+        message = f"no row has {wanted}, so that none is left; check columns, drop_without and drop_zeros"
         raise InvalidInput(Fault(raw.file, message))
     labels = {name: raw.label(column.reference) for name, column in block.columns.items()}
+    if block.nearest_time is not None:
+        labels[TIME] = raw.label(block.nearest_time.column)
     lines, files = raw.lines, np.full(n, raw.file, dtype=object)
-    table = ImportedTable(raw.file, columns, lambda: lines, files=files, labels=labels)
+    table = ImportedTable(raw.file, columns, lambda: lines, files=files, labels=labels, midnight=midnight)
     if not keep.all():
-        columns_without = tuple(table.labels[name] for name in block.drop_without)
-        left_out.append(
-            LeftOut(raw.file, tuple(int(line) for line in np.asarray(lines)[~keep]), columns_without)
-        )
+        without = " or ".join(table.labels[name] for name in block.drop_without)
+        rows = tuple(int(line) for line in np.asarray(lines)[~keep])
+        left_out.append(LeftOut(raw.file, rows, f"without {without} (drop_without)"))
+    if zero.any():
+        rows = tuple(int(line) for line in np.asarray(lines)[zero])
+        where = ", ".join(table.labels[name] for name in block.drop_zeros)
+        left_out.append(LeftOut(raw.file, rows, f"with 0 in {where} (drop_zeros)"))
+        keep &= ~zero
     for name, missing in empty.items():
         table.report(faults, name, missing & keep, lambda _: _EMPTY)
     if block.first_of_each is not None:

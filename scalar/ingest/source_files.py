@@ -1,6 +1,8 @@
 """Match the files that the user gives with the files that a mapping names."""
 
-from collections.abc import Sequence
+import re
+import unicodedata
+from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
 
@@ -8,21 +10,53 @@ from scalar.errors import Fault, InvalidInput
 from scalar.ingest.mapping import FileRule, MappingFile
 
 
+def _is_named(path: Path, name: str) -> bool:
+    """Return whether a path is what a mapping names; a name with folders is compared with the last folders of the path too."""
+    parts = name.count("/") + 1
+    given = "/".join(path.absolute().parts[-parts:])
+    return fnmatchcase(unicodedata.normalize("NFC", given), unicodedata.normalize("NFC", name))
+
+
+def _in_folders(source: Path, name: str) -> list[Path]:
+    """Return the files in folders of a source that a name with folders, such as ``day 2/scan_*.csv``, states; no folder outside of the source."""
+    parts = PurePath(name).parts
+    if len(parts) < 2 or PurePath(name).is_absolute() or ".." in parts:
+        return []
+    return [path for path in source.glob(name) if path.is_file()]
+
+
 def _not_among_sources(name: str) -> str:
     """Return what to do about a name, or a pattern, of a mapping that fits no file among the sources."""
     alone = PurePath(name).name
     where = "folders inside a source are not searched"
     if alone and alone != name:
-        where = f"names stand without folders: write {alone}, and give the folder that holds it as a source"
+        where = f"the folder that the name begins with has to lie in it; or write {alone}, and give the folder that holds it as a source"
     if any(sign in name for sign in "*?["):
         return f"names these files, but none is among the sources; give them, or their folder ({where})"
     return f"names this file, but it is not among the sources; give it, or its folder ({where})"
+
+
+def in_order_of_numbers(paths: Iterable[Path]) -> list[Path]:
+    """Return paths folder by folder, in each by name, with numbers in names by their size: ``scan 2`` stands before ``scan 10``.
+
+    Folders keep the order in which they are given first.
+    """
+    paths = list(paths)
+    folders = list(dict.fromkeys(path.parent for path in paths))
+
+    def key(path: Path) -> tuple[int, list[str | int], str]:
+        parts = re.split("([0-9]+)", path.name.casefold())
+        return folders.index(path.parent), [int(p) if k % 2 else p for k, p in enumerate(parts)], path.name
+
+    return sorted(paths, key=key)
 
 
 def choose_files(
     mapping: MappingFile, sources: Sequence[Path], file: str
 ) -> tuple[list[tuple[Path, FileRule]], ...]:
     """Return the files of the poses, of the points and of the nests, each file with its rule, in the order of the mapping.
+
+    Files that one pattern names follow each other in the order of the numbers in their names, which is that of their acquisition.
 
     Args:
         mapping: The mapping; if it names no files, all files given are files of poses.
@@ -44,8 +78,10 @@ def choose_files(
             message = f"a folder, and {file} names no files; give the files themselves, or add poses.files"
             faults.append(Fault(str(source), message))
         else:
-            inside = sorted(path for path in source.iterdir() if path.is_file())
-            given += [path for path in inside if any(fnmatchcase(path.name, rule.name) for rule in rules)]
+            inside = [path for path in source.iterdir() if path.is_file()]
+            inside += [path for rule in rules for path in _in_folders(source, rule.name)]
+            named = [path for path in inside if any(_is_named(path, rule.name) for rule in rules)]
+            given += in_order_of_numbers(dict.fromkeys(named))
     if not rules:
         if faults:
             raise InvalidInput(faults)
@@ -57,10 +93,10 @@ def choose_files(
             continue
         taken: set[Path] = set()
         for rule in block.files:
-            matching = [path for path in given if fnmatchcase(path.name, rule.name) and path not in taken]
+            matching = [path for path in given if _is_named(path, rule.name) and path not in taken]
             if not matching:
                 faults.append(Fault(rule.name, f"{file} {_not_among_sources(rule.name)}"))
-            found += [(path, rule) for path in matching]
+            found += [(path, rule) for path in in_order_of_numbers(matching)]
             taken.update(matching)
         used |= taken
     for path in given:

@@ -1,4 +1,7 @@
-"""Spreadsheets (.xlsx) as foreign tables: the values in the cells, for formulas the value that was last computed."""
+"""Spreadsheets (.xlsx, .xlsm) as foreign tables: the values in the cells, for formulas the value that was last computed.
+
+A number that stands in a cell as text is read as the mapping says that numbers are written; all others are numbers already.
+"""
 
 # pyright: reportMissingTypeStubs=false, reportMissingModuleSource=false
 
@@ -10,7 +13,9 @@ from typing import Any
 
 from scalar.data.located_table import did_you_mean, shorten
 from scalar.errors import Fault, InvalidInput
-from scalar.ingest.raw_table import MOST_COLUMNS, RawTable, table_of_rows
+from scalar.ingest.raw_table import MISSING, MOST_COLUMNS, RawTable
+from scalar.ingest.rows_of_text import table_of_rows
+from scalar.ingest.written_numbers import Written
 
 
 def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable:
@@ -35,8 +40,10 @@ def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable
             message = f"no sheet {shorten(wanted)}; {hint}it has {', '.join(names)}; correct text.sheet"
             raise InvalidInput(Fault(file, message))
         sheet = book[wanted]
+        written = Written(text.get("decimal", "."), text.get("thousands", ""))
+        marks = MISSING | {mark.strip().lower() for mark in text.get("missing", [])}
         rows = [
-            (line, [_cell(value) for value in cells])
+            (line, [_cell(value, written, marks) for value in cells])
             for line, cells in enumerate(sheet.iter_rows(values_only=True, max_col=MOST_COLUMNS + 1), 1)
         ]
     except InvalidInput:
@@ -55,8 +62,14 @@ def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable
     )
 
 
-def _cell(value: Any) -> str:
-    """Return a cell as text; numbers to the last digit."""
+def _cell(value: Any, written: Written, marks: frozenset[str]) -> str:
+    """Return a cell as text; numbers to the last digit, with a decimal point. Marks for "not measured" stay as they are."""
     if value is None:
         return ""
-    return repr(value) if isinstance(value, float) else str(value).strip()
+    if isinstance(value, float):
+        return repr(value)
+    cell = str(value).strip()
+    if written == Written() or not isinstance(value, str) or cell.lower() in marks:
+        return cell
+    number = written.number(cell)
+    return cell if number is None else repr(number)

@@ -2,14 +2,13 @@
 
 import re
 from dataclasses import dataclass
-from datetime import UTC, datetime
 
 from scalar.data.located_table import NUMBER
 
 _UNIT = re.compile(r"[\[(]?[^\W\d_]{0,4}[°º'\"/%²³·^.*\-]{0,2}[^\W\d_]{0,4}[\])]?")
 """A cell of a row of units: a few letters and signs, perhaps in brackets, and no digit."""
-_DATE_AND_TIME = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}")
-"""The beginning of a date with a time of day; other orders of day, month and year may mean two things."""
+_PLAIN = str.maketrans({"\N{NO-BREAK SPACE}": " ", "\N{NARROW NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "-"})
+"""Signs that programs for text write in place of a blank and of a hyphen."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class Written:
 
     def number(self, cell: str) -> float | None:
         """Return the number in a cell, or None if it is none as this table writes them."""
-        plain = cell.replace("\N{NO-BREAK SPACE}", " ").replace("\N{NARROW NO-BREAK SPACE}", " ")
+        plain = cell.translate(_PLAIN)
         if self.thousands and re.fullmatch(_grouped(self.thousands, self.decimal), plain):
             plain = plain.replace(self.thousands, "")
         if self.decimal == ",":
@@ -54,17 +53,6 @@ class Written:
 def _grouped(thousands: str, decimal: str) -> str:
     """Return the pattern of a number with signs between all groups of three digits, of which there are two at least."""
     return rf"[-+]?\d{{1,3}}({re.escape(thousands)}\d{{3}})+({re.escape(decimal)}\d*)?"
-
-
-def moment_of(cell: str) -> float | None:
-    """Return a date with a time of day, as ISO 8601 writes it, in seconds; those without a time zone as if all were in one. None if it is none."""
-    if not _DATE_AND_TIME.match(cell):
-        return None
-    try:
-        moment = datetime.fromisoformat(cell.replace(",", "."))
-    except ValueError:
-        return None
-    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
 
 
 def is_row_of_units(cells: list[str], below: list[str], written: Written, missing: frozenset[str]) -> bool:

@@ -130,3 +130,13 @@ def test_swapped_euler_angles_are_not_called_the_inverse(tracked):
     with pytest.raises(InvalidInput) as refused:
         calibrate(with_columns(tracked, Rotation.from_euler("ZYX", angles).as_rotvec()))
     assert "inverse" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("shift", "words"), [(1, "qw,qx,qy,qz and were read as"), (-1, "qx,qy,qz,qw and were read as")]
+)
+def test_quaternions_whose_columns_were_exchanged_are_named(tracked, shift, words):
+    """Their orientations are the inverse ones in other frames, and the positions show which of the three readings is right."""
+    swapped = Rotation.from_quat(np.roll(rotations(tracked).as_quat(), shift, axis=1)).as_rotvec()
+    with pytest.raises(InvalidInput, match=f"quaternions whose columns are {words}"):
+        calibrate(with_columns(tracked, swapped))

@@ -31,6 +31,7 @@ _FILE, _COLUMN = "points.csv", "rx,ry,rz"
 _EULER_AXES = ("xyz", "XYZ", "ZYX", "ZYZ")  # capitals: about moving axes; "xyz" is roll, pitch and yaw
 _NEARLY_HALF_A_TURN = 3.0  # rad: beyond it, a small error may turn the axis round
 _WIDE = 50.0  # times what the positions leave: over places that are spread as far, a frame is known to about a degree
+_SWAPPED = "quaternions whose columns"
 _LEAST_POSES = 4  # with fewer, a few turns may agree by chance
 
 
@@ -57,7 +58,18 @@ def refuse_wrong_orientations(dataset: Dataset) -> None:
     least = AS_GOOD * min(left for left, _, _ in readings)
     left, says, remedy = next(reading for reading in readings if reading[0] <= least)
     if left <= most:
-        fault = Fault(_FILE, f"they are {says}: {_then(left, as_read)}; {remedy}", column=_COLUMN)
+        swapped = [what for alike, what, _ in readings if alike <= least and what.startswith(_SWAPPED)]
+        others = (
+            [] if says.startswith(_SWAPPED) else swapped
+        )  # with both frames free, they are the same as the inverse rotation
+        message = f"they are {says}: {_then(left, as_read)}; {remedy}"
+        for what in others:
+            message += f". Or they are {what}, which fits as well"
+        if others:
+            message += (
+                ": if the file has quaternions, correct qw, qx, qy and qz in the mapping, and not the signs"
+            )
+        fault = Fault(_FILE, message, column=_COLUMN)
         raise InvalidInput([fault])
     if free <= DISAGREEMENT:
         _refuse_if_positions_fit(dataset, as_read)
@@ -189,6 +201,11 @@ def _readings(dataset: Dataset, frames: Array | None) -> Iterator[tuple[float, s
     convert = "write rotation vectors (the axis times the angle, in radians); 'scalar import' converts Euler angles (euler_axes in the mapping)"
     inverted = "the inverse rotation, from the tracker's axes to the target's"
     yield disagreement(dataset, exp_so3(-vectors), frames), inverted, "change the sign of all three columns"
+    as_read = np.roll(Rotation.from_rotvec(vectors).as_quat(), 1, axis=1)  # qw, qx, qy, qz
+    for roll, read, is_ in ((0, "qw,qx,qy,qz", "qx,qy,qz,qw"), (-2, "qx,qy,qz,qw", "qw,qx,qy,qz")):
+        R = Rotation.from_quat(np.roll(as_read, roll, axis=1)).as_matrix()
+        says = f"{_SWAPPED} are {is_} and were read as {read}"
+        yield disagreement(dataset, R, frames), says, "exchange the columns in the mapping"
     yield disagreement(dataset, exp_so3(vectors * DEG), frames), "in degrees", "multiply them by pi / 180"
     for axes in _EULER_AXES:
         kind = "moving" if axes.isupper() else "fixed"

@@ -1,0 +1,35 @@
+"""Joints whose angles in the dataset differ from those that the controller shows: what a user has to know before a program is corrected."""
+
+from __future__ import annotations
+
+import re
+
+from scalar.ingest.mapping import Column, MappingFile
+
+
+def converted_joints(mapping: MappingFile) -> str | None:
+    """Return a sentence about the joints that the mapping converts by more than their unit, or None if there are none."""
+    joints = {
+        name: column for name, column in mapping.poses.columns.items() if re.fullmatch("q[1-9][0-9]*", name)
+    }
+    formulas = [
+        f"{name} = {_formula(column)}"
+        for name, column in joints.items()
+        if column.plus is not None or column.sign != 1.0 or column.offset
+    ]
+    if not formulas:
+        return None
+    return (
+        f"the joint angles of the dataset are not those that the controller shows: {', '.join(formulas)}. 'scalar plan' writes those of the dataset, "
+        "and 'scalar predict' and 'scalar correct' read them: convert a program likewise, and what they write back before the arm runs it"
+    )
+
+
+def _formula(column: Column) -> str:
+    """Return how a joint follows from the columns of the file, in the unit of the file."""
+    value = f"{column.reference}" if column.plus is None else f"{column.reference} + {column.plus}"
+    if column.sign == -1.0:
+        value = f"-{value}" if column.plus is None else f"-({value})"
+    if not column.offset:
+        return value
+    return f"{value} {'+' if column.offset > 0 else '-'} {abs(column.offset):g} {column.unit}".rstrip()

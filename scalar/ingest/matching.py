@@ -1,0 +1,96 @@
+"""Which points belong to which pose, where tables do not have the same numbers: by time, or with poses and points left over."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from scalar.errors import Fault
+from scalar.ingest.imported_table import ImportedTable, select_rows
+from scalar.ingest.left_out import LeftOut, left_out_rows
+
+TIME = "_time"
+"""The column of points, as they are read, with the time at which they were measured."""
+_BOTH = "write dates with times in both files, or times of day or seconds in both"
+
+
+@dataclass(frozen=True)
+class NearestTime:
+    """How points are given to the poses that are nearest in time.
+
+    Attributes:
+        column: The file's column of times.
+        within: The longest time between a pose and its points [s].
+        add: What is added to the times of the points, where their clock differs from that of the poses [s].
+    """
+
+    column: str | int
+    within: float
+    add: float = 0.0
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any] | None) -> NearestTime | None:
+        """Return what the key ``nearest_time`` of a mapping says, or None without it."""
+        return None if content is None else cls(**content)
+
+
+def give_to_nearest(
+    points: ImportedTable,
+    poses: ImportedTable,
+    rule: NearestTime,
+    faults: list[Fault],
+    left_out: list[LeftOut],
+) -> ImportedTable:
+    """Return the points with the number of the pose that is nearest in time; those without a pose are left out and noted.
+
+    A fault is added if no point has a pose, or if a point lies so near two poses in time that nothing says to which it belongs.
+    """
+    time = points.columns.pop(TIME) + rule.add
+    clock = poses.columns["time"]
+    if (poses.midnight is None) != (points.midnight is None):
+        faults.append(Fault(points.file, f"one table states the date and the other does not; {_BOTH}"))
+        return points
+    time = time + (points.midnight or 0.0) - (poses.midnight or 0.0)
+    away = np.abs(time[:, None] - clock[None, :])
+    nearest = np.argmin(away, axis=1)
+    near = away <= rule.within
+    count = np.sum(near, axis=1)
+    label = points.labels.get(TIME, "time")
+    points = replace(points, labels={**points.labels, "pose": label})
+    points.columns["pose"] = poses.columns["pose"][nearest]
+    if not near.any():
+        least = float(np.min(away))
+        far = (
+            f"no row lies within {rule.within:g} s of a pose; the shortest time between the two tables is {least:.6g} s: do their clocks stand in "
+            "the same time zone? Correct them by points.nearest_time.add, or write a longer points.nearest_time.within"
+        )
+        faults.append(Fault(points.file, far, column=label))
+        return points
+
+    def message(i: int) -> str:
+        two = " and ".join(f"{poses.columns['pose'][k]:.15g}" for k in np.argsort(away[i])[:2])
+        return (
+            f"lies within {rule.within:g} s of two poses, {two}; write a shorter points.nearest_time.within"
+        )
+
+    points.report(faults, "pose", count > 1, message)
+    none = count == 0
+    left_out[:0] = left_out_rows(points, none, f"not within {rule.within:g} s of a pose (nearest_time)")
+    return select_rows(points, ~none)
+
+
+def keep_matched(
+    poses: ImportedTable, points: ImportedTable, left_out: list[LeftOut]
+) -> tuple[ImportedTable, ImportedTable]:
+    """Return the poses that have points, and the points whose pose is known; the others are noted."""
+    measured = np.asarray(np.isin(poses.columns["pose"], points.columns["pose"]))
+    known = np.asarray(np.isin(points.columns["pose"], poses.columns["pose"]))
+    if not measured.any():  # the check of both tables says what is wrong
+        return poses, points
+    without_points = left_out_rows(poses, ~measured, "poses without points (matched_only)")
+    without_pose = left_out_rows(points, ~known, "points without a pose (matched_only)")
+    left_out[:0] = [*without_points, *without_pose]  # they matter most
+    return select_rows(poses, measured), select_rows(points, known)

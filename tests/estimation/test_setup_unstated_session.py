@@ -1,0 +1,53 @@
+"""A tracker that was set up anew is found beside single gross errors, and half of the campaign is not taken for such errors."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scalar.errors import InvalidInput, Undetermined
+from scalar.estimation.calibrate import calibrate
+from scalar.estimation.gross_errors import clean
+from scalar.estimation.setup.unstated_session import unstated_session
+from scalar.geometry.se3 import exp_so3
+from tests.random_scene import make_scene
+
+MOVED_AT = 45  # row from which on the tracker stands elsewhere
+WRONG = [7, 20, 60]  # rows with a gross error
+
+
+@pytest.fixture(scope="module")
+def moved():
+    """Return seventy-five poses, three of them with a gross error, before a tracker that was set up anew without a column ``session``."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=25, noise=1e-4, seed=7).dataset
+    points = dataset.points.copy()
+    points[MOVED_AT:] = points[MOVED_AT:] @ exp_so3([0.0, 0.4, -0.6]).T + [0.3, 0.0, 0.2]
+    points[WRONG] += 0.2
+    return replace(dataset, points=points)
+
+
+def test_the_refusal_names_the_missing_session_once_and_the_gross_errors(moved):
+    """Thirty poses of another set-up have one message, and nobody is told to remove them."""
+    ids = moved.pose_ids
+    with pytest.raises(InvalidInput) as refused:
+        calibrate(moved)
+    first, *others = map(str, refused.value.faults)
+    assert f"poses {ids[MOVED_AT]} to {ids[-1]}" in first and "29 of these 30 fit" in first
+    assert f"value changes at pose {ids[MOVED_AT]}" in first
+    assert not [
+        said for said in others if any(f"pose {number} contradicts" in said for number in ids[MOVED_AT:])
+    ]
+
+
+def test_gross_errors_that_fit_no_set_up_of_their_own_are_no_session(moved):
+    """Fifteen wrong poses at the end stay gross errors; so do poses that do not follow each other."""
+    points = make_scene("vs060", "tracker", poses_per_plane=25, noise=1e-4, seed=7).dataset.points.copy()
+    points[-15:] += 0.1 * np.random.default_rng(3).normal(size=(15, 3))
+    ids = moved.pose_ids
+    assert unstated_session(replace(moved, points=points), ids[-15:].tolist()) is None
+    session = np.where(np.arange(len(ids)) < len(ids) - 15, "a", "b")
+    stated = replace(moved, points=points, poses=moved.poses.assign(session=session))
+    with pytest.raises(Undetermined, match="no pose of session b agrees"):
+        clean(stated)
+    assert unstated_session(moved, ids[::3].tolist()) is None
+    assert unstated_session(moved, ids[:5].tolist()) is None
