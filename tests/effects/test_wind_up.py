@@ -5,7 +5,8 @@ import pytest
 
 from scalar.data.poses import Poses
 from scalar.diagnosis import diagnose
-from scalar.effects.flexible.wind_up import KNEES, UnattributedWindUp, wind_ups
+from scalar.effects.flexible.wind_up import UnattributedWindUp, wind_ups
+from scalar.effects.flexible.yielding import KNEES
 from scalar.effects.gravity import typical_masses
 from scalar.effects.joint_backlash import JointBacklash
 from tests.effects.injected import Flaws, PoseData, gravity_torques, make_cell

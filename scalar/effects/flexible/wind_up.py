@@ -11,6 +11,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.flexible.unattributed import NAME, Unattributed
 from scalar.effects.flexible.variable import GRAVITY
+from scalar.effects.flexible.yielding import KNEES
 from scalar.effects.gravity import torque_of, typical_torque
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
@@ -20,11 +21,6 @@ from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
-
-KNEES = (
-    0.3,
-    0.5,
-)  # shares of the largest torque; play that is crossed over a smaller share of it is still play
 
 
 @dataclass(frozen=True, eq=False)
