@@ -104,7 +104,7 @@ CANDIDATES = (
     Candidate("tolerance", "stopped by a loose tolerance", ("tolerance",)),
     Candidate("iterations", "stopped after some iterations", ("iterations",)),
     Candidate("abs", "root read as √|·|", method="baseline-abs"),
-    Candidate("abs-2018", "root read as √|·|, solver of 2018", method="baseline-abs-2018"),
+    Candidate("abs-2018", "root read as √|·|, lmfit of 2018", method="baseline-abs-2018"),
     Candidate("clip", "root read as √max(0, ·)", method="baseline-clip"),
     Candidate("noise+scan", "more noise, error common to a scan", ("noise", "scan")),
     Candidate("noise+joint", "more noise, joints' repeatability", ("noise", "joint")),

@@ -26,10 +26,10 @@ LEANS_DEG = (0.0, 0.5, 1.0, 2.0, 3.0)
 """Angles by which the walls lean, if the config states none."""
 READINGS = {
     "baseline-abs": "√|·|",
-    "baseline-abs-2018": "√|·|, solver of 2018",
+    "baseline-abs-2018": "√|·|, lmfit of 2018",
     "baseline-clip": "√max(0, ·)",
     "baseline-nan": "no number passed on",
-    "baseline-nan-2018": "no number passed on, solver of 2018",
+    "baseline-nan-2018": "no number passed on, lmfit of 2018",
 }
 """Methods that are fitted, with their labels."""
 
