@@ -17,10 +17,14 @@ from scalar.ingest.merged_scans import SCAN, number_scans, report_merged
 from scalar.ingest.orientation import to_rotation_vectors
 from scalar.ingest.raw_table import RawTable
 from scalar.ingest.row_profiles import points_of_rows
+from scalar.ingest.source_files import distinct_names
 
 SAME_POSE = 1e-3
 """Most by which joint angles [rad] may differ between the rows of one pose: encoders dither by less, and poses differ by more."""
 _EMPTY = "an empty cell; complete it, or let the mapping leave such rows out with drop_without"
+_WITHOUT_TIME = (
+    "an empty cell; complete it, or let the mapping leave such rows out by rows_like: {this column: '?*'}"
+)
 
 
 def read_block(
@@ -48,9 +52,10 @@ def read_block(
     parts: list[ImportedTable] = []
     points: list[ImportedTable] = []
     n_poses, next_id, next_scan = 0, 0, 0
-    for path, rule in chosen:
+    names = distinct_names([path for path, _ in chosen])
+    for (path, rule), name in zip(chosen, names, strict=True):
         try:
-            raw = read_raw(path, {**mapping.text, **block.text}, mapping.variable)
+            raw = replace(read_raw(path, {**mapping.text, **block.text}, mapping.variable), file=name)
             raw = _rows_like(raw, block, left_out)
             if block.row_profiles is not None:
                 raw = points_of_rows(raw, block.row_profiles)
@@ -104,7 +109,9 @@ def _rows_like(raw: RawTable, block: Block, left_out: list[LeftOut]) -> RawTable
     keep = raw.like(block.rows_like)
     wanted = " and ".join(f"{name} like '{pattern}'" for name, pattern in block.rows_like.items())
     if not keep.any():
-        raise InvalidInput(Fault(raw.file, f"no row has {wanted}; correct rows_like in the mapping"))
+        sets = any("[" in pattern for pattern in block.rows_like.values())
+        hint = " ([ begins a set of signs, as in [0-9]; write [[] for this sign itself)" if sets else ""
+        raise InvalidInput(Fault(raw.file, f"no row has {wanted}; correct rows_like in the mapping{hint}"))
     if not keep.all():
         rows = tuple(int(line) for line in raw.lines[~keep])
         left_out.append(LeftOut(raw.file, rows, f"which do not have {wanted} (rows_like)"))
@@ -184,8 +191,10 @@ def _read_columns(
     if block.drop_zeros:
         zero = keep & np.all([columns[name] == 0.0 for name in block.drop_zeros], axis=0)
     if not (keep & ~zero).any():
-        wanted = " and ".join([*block.drop_without, *block.drop_zeros])
-        message = f"no row has {wanted}, so that none is left; check columns, drop_without and drop_zeros"
+        message = f"no row has {' and '.join(block.drop_without)}, so that none is left; check columns and drop_without"
+        if zero.any():
+            others = " that is not empty" if block.drop_without else ""
+            message = f"{', '.join(block.drop_zeros)} are 0 in every row{others}, so that none is left; check columns and drop_zeros"
         raise InvalidInput(Fault(raw.file, message))
     labels = {name: raw.label(column.reference) for name, column in block.columns.items()}
     if block.nearest_time is not None:
@@ -202,7 +211,8 @@ def _read_columns(
         left_out.append(LeftOut(raw.file, rows, f"with 0 in {where} (drop_zeros)"))
         keep &= ~zero
     for name, missing in empty.items():
-        table.report(faults, name, missing & keep, lambda _: _EMPTY)
+        remedy = _WITHOUT_TIME if name == TIME else _EMPTY
+        table.report(faults, name, missing & keep, lambda _, remedy=remedy: remedy)
     if block.first_of_each is not None:
         key = raw.text(block.first_of_each)[0].astype(str)
         columns["_pose"] = np.unique(key, return_inverse=True)[1].astype(float)
