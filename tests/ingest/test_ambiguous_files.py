@@ -158,3 +158,14 @@ def test_lines_of_remarks_do_not_shift_the_line_that_a_fault_names(tmp_path):
     path = tmp_path / "tracker.csv"
     path.write_text("# a\n# b\n" + path.read_text().replace("Nr,x,y,z", "Nr,x,y"))
     refused(tmp_path, run(tmp_path, given, tmp_path), "tracker.csv, row 3: the line that should name")
+
+
+def test_positions_may_count_from_the_first_of_them(tmp_path):
+    """The first row alone is then exactly 0; a second such row is not."""
+    relative = places() - places()[0]
+    given = two_tables(tmp_path, points=[[str(k + 1), *map(str, row)] for k, row in enumerate(relative)])
+    imported(tmp_path, given, tmp_path)
+    (tmp_path / "out").rename(tmp_path / "first")
+    relative[4] = 0.0
+    given = two_tables(tmp_path, points=[[str(k + 1), *map(str, row)] for k, row in enumerate(relative)])
+    refused(tmp_path, run(tmp_path, given, tmp_path), "in 2 of 9 rows (2, 6)")
