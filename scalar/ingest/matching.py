@@ -9,11 +9,9 @@ from typing import Any
 import numpy as np
 
 from scalar.errors import Fault
-from scalar.ingest.imported_table import ImportedTable, select_rows
+from scalar.ingest.imported_table import MEASURED_AT, ImportedTable, select_rows
 from scalar.ingest.left_out import LeftOut, left_out_rows
 
-TIME = "_time"
-"""The column of points, as they are read, with the time at which they were measured."""
 _BOTH = "write dates with times in both files, or times of day or seconds in both"
 
 
@@ -48,7 +46,7 @@ def give_to_nearest(
 
     A fault is added if no point has a pose, or if a point lies so near two poses in time that nothing says to which it belongs.
     """
-    time = points.columns.pop(TIME) + rule.add
+    time = points.columns.pop(MEASURED_AT) + rule.add
     if (poses.midnight is None) != (points.midnight is None):
         faults.append(Fault(points.file, f"one table states the date and the other does not; {_BOTH}"))
         return points
@@ -60,7 +58,7 @@ def give_to_nearest(
     earlier, later = later - 1, np.minimum(later, len(clock) - 1)
     nearest = np.where(time - clock[earlier] <= clock[later] - time, earlier, later)
     count = np.searchsorted(clock, time + rule.within, "right") - np.searchsorted(clock, time - rule.within)
-    label = points.labels.get(TIME, "time")
+    label = points.labels.get(MEASURED_AT, "time")
     points = replace(points, labels={**points.labels, "pose": label})
     points.columns["pose"] = numbers[nearest]
     if not count.any():

@@ -9,10 +9,9 @@ import numpy as np
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.column_profiles import points_of_columns
 from scalar.ingest.foreign_tables import read_raw
-from scalar.ingest.imported_table import ImportedTable, joined, select_rows
+from scalar.ingest.imported_table import MEASURED_AT, ImportedTable, joined, select_rows
 from scalar.ingest.left_out import LeftOut
 from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, FileRule, MappingFile
-from scalar.ingest.matching import TIME
 from scalar.ingest.merged_scans import SCAN, number_scans, report_merged
 from scalar.ingest.orientation import to_rotation_vectors
 from scalar.ingest.raw_table import RawTable
@@ -91,11 +90,15 @@ def read_block(
         parts.append(table)
     if faults or not parts:
         return None, None
-    table = joined(parts)
+    try:
+        table, all_points = joined(parts), joined(points) if points else None
+    except InvalidInput as error:
+        faults += error.faults
+        return None, None
     if mapping.table is not None and mapping.table.several_rows and block is mapping.points:
         report_merged(table, block, faults)
     table.columns.pop(SCAN, None)
-    return table, joined(points) if points else None
+    return table, all_points
 
 
 def _rows_like(raw: RawTable, block: Block, left_out: list[LeftOut]) -> RawTable:
@@ -171,7 +174,9 @@ def _read_columns(
             faults += error.faults
     if block.nearest_time is not None:
         try:
-            columns[TIME], empty[TIME], midnight = raw.seconds(block.nearest_time.column, faults)
+            columns[MEASURED_AT], empty[MEASURED_AT], midnight = raw.seconds(
+                block.nearest_time.column, faults
+            )
         except InvalidInput as error:
             faults += error.faults
     if faults:
@@ -198,7 +203,7 @@ def _read_columns(
         raise InvalidInput(Fault(raw.file, message))
     labels = {name: raw.label(column.reference) for name, column in block.columns.items()}
     if block.nearest_time is not None:
-        labels[TIME] = raw.label(block.nearest_time.column)
+        labels[MEASURED_AT] = raw.label(block.nearest_time.column)
     lines, files = raw.lines, np.full(n, raw.file, dtype=object)
     table = ImportedTable(raw.file, columns, lambda: lines, files=files, labels=labels, midnight=midnight)
     if not keep.all():
@@ -211,7 +216,7 @@ def _read_columns(
         left_out.append(LeftOut(raw.file, rows, f"with 0 in {where} (drop_zeros)"))
         keep &= ~zero
     for name, missing in empty.items():
-        remedy = _WITHOUT_TIME if name == TIME else _EMPTY
+        remedy = _WITHOUT_TIME if name == MEASURED_AT else _EMPTY
         table.report(faults, name, missing & keep, lambda _, remedy=remedy: remedy)
     if block.first_of_each is not None:
         key = raw.text(block.first_of_each)[0].astype(str)

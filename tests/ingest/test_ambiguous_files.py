@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from openpyxl import Workbook
 
-from scalar.ingest.imported_table import ImportedTable
-from scalar.ingest.matching import TIME, NearestTime, give_to_nearest
+from scalar.ingest.imported_table import MEASURED_AT, ImportedTable
+from scalar.ingest.matching import NearestTime, give_to_nearest
 from tests.ingest.foreign_tables import N, imported, joints, refused, run, write_table
 from tests.ingest.test_matching_of_tables import XYZ, angles, by_time, places, two_tables
 from tests.ingest.test_merged_scans import POSES, Z, mapping
@@ -142,7 +142,7 @@ def test_each_point_has_the_pose_of_which_the_time_is_nearest(n_poses):
     clock, time = 10.0 * rng.permutation(n_poses) + rng.uniform(0, 1, n_poses), rng.uniform(-20, 110, 400)
     poses = table("poses.csv", pose=np.arange(n_poses, dtype=float), time=clock)
     faults, left_out = [], []
-    points = table("points.csv", x=time, **{TIME: time.copy()})
+    points = table("points.csv", x=time, **{MEASURED_AT: time.copy()})
     found = give_to_nearest(points, poses, NearestTime("t", 3.0), faults, left_out)
     away = np.abs(time[:, None] - clock)
     near = away.min(axis=1) <= 3.0
@@ -169,3 +169,13 @@ def test_positions_may_count_from_the_first_of_them(tmp_path):
     relative[4] = 0.0
     given = two_tables(tmp_path, points=[[str(k + 1), *map(str, row)] for k, row in enumerate(relative)])
     refused(tmp_path, run(tmp_path, given, tmp_path), "in 2 of 9 rows (2, 6)")
+
+
+def test_dates_in_one_file_and_times_of_day_in_the_other_are_refused(tmp_path):
+    """Nothing says on which day the times of the second file are."""
+    for k, (part, stamp) in enumerate(((slice(0, 4), "26.11.2026 9:00:0"), (slice(4, N), "9:00:0"))):
+        timed = [[f"{stamp}{i}", *row] for i, row in enumerate(rows(part))]
+        write_table(tmp_path / f"Tag {k}.csv", timed, ["Clock", *NAMES], ",")
+    given = one_table({"time": {"column": "Clock"}})
+    given["poses"]["files"] = [{"name": "Tag *.csv"}]
+    refused(tmp_path, run(tmp_path, given, tmp_path), "Tag 1.csv", "no dates", "Tag 0.csv")
