@@ -146,7 +146,7 @@ class RawTable:
             if dates:
                 message = (
                     f"a date ({shorten(cells[dates[0]])}), and such dates are not read; write seconds, 09:04:30, 2026-11-26 09:04:30 "
-                    "or 26.11.2026 09:04:30"
+                    "or 26.11.2026 09:04:30, and either all of a column with a time zone or none"
                 )
                 faults.append(Fault(self.file, message, int(self.lines[dates[0]]), self.label(reference)))
                 return values, missing, None

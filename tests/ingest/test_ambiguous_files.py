@@ -7,6 +7,7 @@ from openpyxl import Workbook
 
 from scalar.ingest.imported_table import MEASURED_AT, ImportedTable
 from scalar.ingest.matching import NearestTime, give_to_nearest
+from scalar.ingest.written_times import read_times
 from tests.ingest.foreign_tables import N, imported, joints, refused, run, write_table
 from tests.ingest.test_matching_of_tables import XYZ, angles, by_time, places, two_tables
 from tests.ingest.test_merged_scans import POSES, Z, mapping
@@ -179,3 +180,20 @@ def test_dates_in_one_file_and_times_of_day_in_the_other_are_refused(tmp_path):
     given = one_table({"time": {"column": "Clock"}})
     given["poses"]["files"] = [{"name": "Tag *.csv"}]
     refused(tmp_path, run(tmp_path, given, tmp_path), "Tag 1.csv", "no dates", "Tag 0.csv")
+
+
+@pytest.mark.parametrize(
+    ("stamps", "seconds"),
+    [
+        (["23:59:30", "00:00:10,5"], [86_370.0, 86_410.5]),
+        (["26.11.2026 9:04", "2026-11-26 09:04:30.5"], [32_640.0, 32_670.5]),
+        (["2026-11-26T00:30:00+01:00", "2026-11-26T00:00:00Z"], [84_600.0, 86_400.0]),
+        (["2026-11-26 09:04:30", "2026-11-26T08:04:30+01:00"], None),
+        (["9:75:00", "9:76:00"], None),
+        (["31.02.2026 09:00:00", "31.02.2026 09:00:01"], None),
+    ],
+)
+def test_times_are_read_only_if_they_mean_one_thing(stamps, seconds):
+    """Times past midnight, in UTC with a zone; no minutes beyond 59, no day that does not exist, and no zones of some cells alone."""
+    found = read_times(stamps)
+    assert (found is None) if seconds is None else found is not None and found.seconds.tolist() == seconds
