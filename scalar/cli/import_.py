@@ -14,7 +14,7 @@ from scalar.cli.terminal import say
 from scalar.cli.validate import describe_content
 from scalar.errors import Fault, InvalidInput
 
-_TABLES = {".csv", ".mat", ".tsv", ".xlsx"}
+_TABLES = {".csv", ".mat", ".tsv", ".xlsm", ".xlsx"}
 _YAML = {".yaml", ".yml"}
 _FILES_SHOWN = 6  # files of which rows were left out that are named
 

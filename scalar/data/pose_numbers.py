@@ -27,7 +27,8 @@ def shifted_by(ids: np.ndarray, known: np.ndarray) -> int | None:
 def report_shifted(points: Table, poses: Table, faults: list[Fault]) -> bool:
     """Add a fault if the two tables count the poses from different numbers, and return whether they do."""
     ids, known = points.columns["pose"], poses.columns["pose"]
-    shift = shifted_by(ids[np.isfinite(ids)], known[np.isfinite(known)])
+    ids, known = ids[np.isfinite(ids)], known[np.isfinite(known)]
+    shift = shifted_by(ids, known)
     if shift is None:
         return False
     message = (

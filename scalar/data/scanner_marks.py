@@ -35,17 +35,21 @@ def suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) -> 
 
 
 def suspect_origins(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
-    """Add a fault if coordinates are all exactly 0: the origin of the instrument, where no target can be, which it writes when it did not see one."""
+    """Add a fault if coordinates are all exactly 0: the origin of the instrument, where no target can be, which it writes when it did not see one.
+
+    In the first row alone, they are taken for the place from which all others count.
+    """
     lengths = [name for name, unit in layout.units.items() if unit == "m" and name in points.columns]
     if len(lengths) < len(layout.units):
         return
     zero = np.all([points.columns[name] == 0.0 for name in lengths], axis=0)
-    if zero.any() and not zero.all():
+    if zero[1:].any() and not zero.all():
         lines = [int(line) for line in points.line_numbers()[zero]]
         shown = ", ".join(map(str, lines[:_SHOWN])) + (", ..." if len(lines) > _SHOWN else "")
         message = (
             f"suspect: {', '.join(lengths)} are all exactly 0 in {len(lines)} of {len(zero)} rows ({shown}), which is the origin of the instrument: "
-            f"was the target not seen there? Leave these rows out (of an import by drop_zeros: [{', '.join(lengths)}] in the mapping)"
+            f"was the target not seen there? Leave these rows out (of an import by drop_zeros: [{', '.join(lengths)}] in the mapping). If the target "
+            "did stand there, because positions count from it, add the same length to one coordinate of all rows"
         )
         faults.append(Fault(points.file, message, lines[0], lengths[0]))
 

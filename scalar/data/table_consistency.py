@@ -175,7 +175,9 @@ def _check_unique(table: Table, column: str, faults: list[Fault], advice: str = 
         if table.file_of(i) == (other := table.file_of(int(first[i]))):
             return f"{column} {values[i]:.15g} stands already in row {row}; correct or remove one{advice}"
         what = f"{column} {values[i]:.15g} stands already in {other}, row {row}"
-        return f"{what}; if each file counts its {column}s anew, write add_to_pose: 1000 for this file, where poses and points are mapped{advice}"
+        if column != "pose":
+            return f"{what}; correct or remove one"
+        return f"{what}; if each file counts its poses anew, write add_to_pose: 1000 for this file, where poses and points are mapped{advice}"
 
     table.report(faults, column, repeated, message)
 

@@ -248,6 +248,8 @@ def suspect_points(
 ) -> None:
     """Add a fault for each column of points that looks like millimetres or degrees, or that holds a scanner's mark for "no value".
 
+    A fault is added as well if a tracker wrote zeros in place of measurements (``suspect_origins``).
+
     Args:
         points: The table of points.
         layout: Its columns, with their units.

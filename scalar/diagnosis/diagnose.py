@@ -140,7 +140,8 @@ def _with_boundaries(
     """
     set_aside = run.cleaned.outlier_poses
     boundaries = misplaced_boundaries(dataset, set_aside, calibrations[0].model)
-    if (unstated := unstated_session(dataset, set_aside)) is not None:
+    # A boundary at the wrong pose explains what was set aside: the same poses are no session of their own.
+    if not boundaries and (unstated := unstated_session(dataset, set_aside)) is not None:
         boundaries.append(unstated[0])
     boundaries += boundaries_near_changes(dataset, [finding.effect for finding in found])
     return [with_suspicions(calibration, boundaries) for calibration in calibrations]

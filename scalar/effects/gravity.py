@@ -125,6 +125,18 @@ def torque_of(robot: Robot, q: Array, joint: int, masses: Sequence[float]) -> Ar
     return _torques(robot, q, joint) @ np.asarray(masses)
 
 
+def assumed_torque(robot: Robot, q: Array, joint: int, masses: Sequence[float]) -> Array:
+    """Return the gravity torque ``(N,)`` about a joint (from 1) as ``torque_of`` has it, or without masses that of ``typical_torque``.
+
+    Args:
+        robot: Nominal.
+        q: ``(N, n)`` [rad, m].
+        joint: From 1.
+        masses: As for ``torque_of``, or none.
+    """
+    return torque_of(robot, q, joint, masses) if masses else typical_torque(robot, q, joint)
+
+
 def typical_masses(robot: Robot, q: Array, joint: int) -> Array:
     """Return the first moments ``(2 (n - joint + 1),)``, a vector of length one, whose torque is proportional to ``typical_torque``."""
     B = _torques(robot, q, joint)

@@ -15,7 +15,7 @@ from scalar.effects.command_words import joints_named
 from scalar.effects.effect import Effect
 from scalar.effects.flexible.tilt import tilts
 from scalar.effects.flexible.wind_up import wind_ups
-from scalar.effects.gravity import torque_of, typical_masses, typical_torque
+from scalar.effects.gravity import assumed_torque, typical_masses, typical_torque
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View, angle_axis
 from scalar.effects.places import OneAxis, SingleJointEffect
@@ -93,9 +93,7 @@ class JointBacklash(OneAxis, SingleJointEffect):
 
     def torque(self, robot: Robot, q: Array) -> Array:
         """Return the torque ``(N,)`` whose sign says on which side the joint rests, in any unit."""
-        if self.masses:
-            return torque_of(robot, q, self.joint, self.masses)
-        return typical_torque(robot, q, self.joint)
+        return assumed_torque(robot, q, self.joint, self.masses)
 
     def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the side on which the joint rests, -1 or 1."""

@@ -32,4 +32,4 @@ def _formula(column: Column) -> str:
         value = f"-{value}" if column.plus is None else f"-({value})"
     if not column.offset:
         return value
-    return f"{value} {'+' if column.offset > 0 else '-'} {abs(column.offset):g} {column.unit}".rstrip()
+    return f"{value} {'+' if column.offset > 0 else '-'} {abs(column.offset):.12g} {column.unit}".rstrip()

@@ -8,7 +8,8 @@ import numpy as np
 from scalar.data.located_table import Table
 from scalar.errors import Fault, InvalidInput
 
-_TIMES = {"time", "_time"}
+MEASURED_AT = "_time"
+"""The column of points, as they are read, with the time at which they were measured; it is taken out before the table is written."""
 
 
 @dataclass
@@ -52,7 +53,7 @@ def joined(tables: Sequence[ImportedTable]) -> ImportedTable:
     """Return the rows of several tables as one, with times that have dates all after the first midnight of them.
 
     Raises:
-        InvalidInput: The tables do not have the same columns.
+        InvalidInput: The tables do not have the same columns, or some have times with dates and others times without.
     """
     lines = np.concatenate([table.line_numbers() for table in tables])
     first = tables[0]
@@ -69,11 +70,16 @@ def joined(tables: Sequence[ImportedTable]) -> ImportedTable:
     columns = {name: np.concatenate([table.columns[name] for table in tables]) for name in first.columns}
     files = np.concatenate([table.files for table in tables])
     midnights = [table.midnight for table in tables if table.midnight is not None]
-    if len(midnights) == len(tables):
-        shift = [np.full(table.n_rows, (table.midnight or 0.0) - min(midnights)) for table in tables]
-        for name in _TIMES & columns.keys():
-            columns[name] = columns[name] + np.concatenate(shift)
-    together = min(midnights) if len(midnights) == len(tables) else None
+    if not midnights:
+        return replace(first, columns=columns, line_numbers=lambda: lines, files=files, bad={})
+    dated = next(table.file for table in tables if table.midnight is not None)
+    message = f"its times have no dates, and those of {dated} have: write dates with the times in all files, or in none"
+    if faults := [Fault(table.file, message) for table in tables if table.midnight is None]:
+        raise InvalidInput(faults)
+    together = min(midnights)
+    shift = np.repeat([midnight - together for midnight in midnights], [table.n_rows for table in tables])
+    for name in {"time", MEASURED_AT} & columns.keys():
+        columns[name] = columns[name] + shift
     return replace(first, columns=columns, line_numbers=lambda: lines, files=files, bad={}, midnight=together)
 
 

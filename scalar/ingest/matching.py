@@ -9,11 +9,9 @@ from typing import Any
 import numpy as np
 
 from scalar.errors import Fault
-from scalar.ingest.imported_table import ImportedTable, select_rows
+from scalar.ingest.imported_table import MEASURED_AT, ImportedTable, select_rows
 from scalar.ingest.left_out import LeftOut, left_out_rows
 
-TIME = "_time"
-"""The column of points, as they are read, with the time at which they were measured."""
 _BOTH = "write dates with times in both files, or times of day or seconds in both"
 
 
@@ -48,21 +46,23 @@ def give_to_nearest(
 
     A fault is added if no point has a pose, or if a point lies so near two poses in time that nothing says to which it belongs.
     """
-    time = points.columns.pop(TIME) + rule.add
-    clock = poses.columns["time"]
+    time = points.columns.pop(MEASURED_AT) + rule.add
     if (poses.midnight is None) != (points.midnight is None):
         faults.append(Fault(points.file, f"one table states the date and the other does not; {_BOTH}"))
         return points
-    time = time + (points.midnight or 0.0) - (poses.midnight or 0.0)
-    away = np.abs(time[:, None] - clock[None, :])
-    nearest = np.argmin(away, axis=1)
-    near = away <= rule.within
-    count = np.sum(near, axis=1)
-    label = points.labels.get(TIME, "time")
+    time = time + ((points.midnight or 0.0) - (poses.midnight or 0.0))
+    by_time = np.argsort(poses.columns["time"], kind="stable")
+    clock, numbers = poses.columns["time"][by_time], poses.columns["pose"][by_time]
+    # A scanner has some hundred thousand points: each is compared with its neighbours in time alone.
+    later = np.clip(np.searchsorted(clock, time), 1, max(len(clock) - 1, 1))
+    earlier, later = later - 1, np.minimum(later, len(clock) - 1)
+    nearest = np.where(time - clock[earlier] <= clock[later] - time, earlier, later)
+    count = np.searchsorted(clock, time + rule.within, "right") - np.searchsorted(clock, time - rule.within)
+    label = points.labels.get(MEASURED_AT, "time")
     points = replace(points, labels={**points.labels, "pose": label})
-    points.columns["pose"] = poses.columns["pose"][nearest]
-    if not near.any():
-        least = float(np.min(away))
+    points.columns["pose"] = numbers[nearest]
+    if not count.any():
+        least = float(np.min(np.abs(time - clock[nearest])))
         far = (
             f"no row lies within {rule.within:g} s of a pose; the shortest time between the two tables is {least:.6g} s: do their clocks stand in "
             "the same time zone? Correct them by points.nearest_time.add, or write a longer points.nearest_time.within"
@@ -71,7 +71,7 @@ def give_to_nearest(
         return points
 
     def message(i: int) -> str:
-        two = " and ".join(f"{poses.columns['pose'][k]:.15g}" for k in np.argsort(away[i])[:2])
+        two = " and ".join(f"{numbers[k]:.15g}" for k in np.sort(np.argsort(np.abs(time[i] - clock))[:2]))
         return (
             f"lies within {rule.within:g} s of two poses, {two}; write a shorter points.nearest_time.within"
         )

@@ -44,8 +44,7 @@ def report_merged(points: ImportedTable, block: Block, faults: list[Fault]) -> N
 
     def message(i: int) -> str:
         own = places[float(pose[i])]
-        folders = ", in different folders" if len(set(own)) < len(own) else ""
-        what = f"pose {pose[i]:.15g} has {len(own)} scans ({', '.join(own)}{folders})"
+        what = f"pose {pose[i]:.15g} has {len(own)} scans ({', '.join(own)})"
         others = "" if usual == 1 else f", and most poses have {usual}"
         return f"{what}{others}: a copy, or a wrong number? Leave out the one that does not belong there"
 
@@ -53,5 +52,6 @@ def report_merged(points: ImportedTable, block: Block, faults: list[Fault]) -> N
 
 
 def _of_files(block: Block) -> bool:
-    """Return whether the name of a file says to which pose its points belong."""
-    return "pose" in block.columns and block.columns["pose"].reference == FILE_NUMBER
+    """Return whether each file is one scan: its name says to which pose its points belong, and it has a row for each point."""
+    by_name = "pose" in block.columns and block.columns["pose"].reference == FILE_NUMBER
+    return by_name and block.row_profiles is None and block.column_profiles is None

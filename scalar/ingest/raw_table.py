@@ -146,7 +146,7 @@ class RawTable:
             if dates:
                 message = (
                     f"a date ({shorten(cells[dates[0]])}), and such dates are not read; write seconds, 09:04:30, 2026-11-26 09:04:30 "
-                    "or 26.11.2026 09:04:30"
+                    "or 26.11.2026 09:04:30, and either all of a column with a time zone or none"
                 )
                 faults.append(Fault(self.file, message, int(self.lines[dates[0]]), self.label(reference)))
                 return values, missing, None
@@ -203,14 +203,17 @@ class RawTable:
         return 1.0 + (rows // each if reference == POSE else rows % each)
 
     def like(self, patterns: Mapping[str, str]) -> np.ndarray:
-        """Return in which rows ``(N,)`` the cell of every named column is like its pattern, in which ``*`` stands for any text.
+        """Return in which rows ``(N,)`` the cell of every column is like its pattern, in which ``*`` stands for any text.
+
+        Columns are given by name, or by number if no column is called so.
 
         Raises:
             InvalidInput: A column is missing.
         """
         fits = np.ones(len(self.lines), dtype=bool)
         for name, pattern in patterns.items():
-            fits &= [fnmatchcase(cell, pattern) for cell in self.text(name)[0]]
+            column = int(name) if name.isdecimal() and name not in (self.names or ()) else name
+            fits &= [fnmatchcase(cell, pattern) for cell in self.text(column)[0]]
         return fits
 
     def of_rows(self, rows: np.ndarray) -> Self:

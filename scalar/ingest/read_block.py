@@ -9,18 +9,21 @@ import numpy as np
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.column_profiles import points_of_columns
 from scalar.ingest.foreign_tables import read_raw
-from scalar.ingest.imported_table import ImportedTable, joined, select_rows
+from scalar.ingest.imported_table import MEASURED_AT, ImportedTable, joined, select_rows
 from scalar.ingest.left_out import LeftOut
 from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, FileRule, MappingFile
-from scalar.ingest.matching import TIME
 from scalar.ingest.merged_scans import SCAN, number_scans, report_merged
 from scalar.ingest.orientation import to_rotation_vectors
 from scalar.ingest.raw_table import RawTable
 from scalar.ingest.row_profiles import points_of_rows
+from scalar.ingest.source_files import distinct_names
 
 SAME_POSE = 1e-3
 """Most by which joint angles [rad] may differ between the rows of one pose: encoders dither by less, and poses differ by more."""
 _EMPTY = "an empty cell; complete it, or let the mapping leave such rows out with drop_without"
+_WITHOUT_TIME = (
+    "an empty cell; complete it, or let the mapping leave such rows out by rows_like: {this column: '?*'}"
+)
 
 
 def read_block(
@@ -48,9 +51,10 @@ def read_block(
     parts: list[ImportedTable] = []
     points: list[ImportedTable] = []
     n_poses, next_id, next_scan = 0, 0, 0
-    for path, rule in chosen:
+    names = distinct_names([path for path, _ in chosen])
+    for (path, rule), name in zip(chosen, names, strict=True):
         try:
-            raw = read_raw(path, {**mapping.text, **block.text}, mapping.variable)
+            raw = replace(read_raw(path, {**mapping.text, **block.text}, mapping.variable), file=name)
             raw = _rows_like(raw, block, left_out)
             if block.row_profiles is not None:
                 raw = points_of_rows(raw, block.row_profiles)
@@ -86,11 +90,15 @@ def read_block(
         parts.append(table)
     if faults or not parts:
         return None, None
-    table = joined(parts)
+    try:
+        table, all_points = joined(parts), joined(points) if points else None
+    except InvalidInput as error:
+        faults += error.faults
+        return None, None
     if mapping.table is not None and mapping.table.several_rows and block is mapping.points:
         report_merged(table, block, faults)
     table.columns.pop(SCAN, None)
-    return table, joined(points) if points else None
+    return table, all_points
 
 
 def _rows_like(raw: RawTable, block: Block, left_out: list[LeftOut]) -> RawTable:
@@ -104,7 +112,9 @@ def _rows_like(raw: RawTable, block: Block, left_out: list[LeftOut]) -> RawTable
     keep = raw.like(block.rows_like)
     wanted = " and ".join(f"{name} like '{pattern}'" for name, pattern in block.rows_like.items())
     if not keep.any():
-        raise InvalidInput(Fault(raw.file, f"no row has {wanted}; correct rows_like in the mapping"))
+        sets = any("[" in pattern for pattern in block.rows_like.values())
+        hint = " ([ begins a set of signs, as in [0-9]; write [[] for this sign itself)" if sets else ""
+        raise InvalidInput(Fault(raw.file, f"no row has {wanted}; correct rows_like in the mapping{hint}"))
     if not keep.all():
         rows = tuple(int(line) for line in raw.lines[~keep])
         left_out.append(LeftOut(raw.file, rows, f"which do not have {wanted} (rows_like)"))
@@ -164,7 +174,9 @@ def _read_columns(
             faults += error.faults
     if block.nearest_time is not None:
         try:
-            columns[TIME], empty[TIME], midnight = raw.seconds(block.nearest_time.column, faults)
+            columns[MEASURED_AT], empty[MEASURED_AT], midnight = raw.seconds(
+                block.nearest_time.column, faults
+            )
         except InvalidInput as error:
             faults += error.faults
     if faults:
@@ -184,12 +196,14 @@ def _read_columns(
     if block.drop_zeros:
         zero = keep & np.all([columns[name] == 0.0 for name in block.drop_zeros], axis=0)
     if not (keep & ~zero).any():
-        wanted = " and ".join([*block.drop_without, *block.drop_zeros])
-        message = f"no row has {wanted}, so that none is left; check columns, drop_without and drop_zeros"
+        message = f"no row has {' and '.join(block.drop_without)}, so that none is left; check columns and drop_without"
+        if zero.any():
+            others = " that is not empty" if block.drop_without else ""
+            message = f"{', '.join(block.drop_zeros)} are 0 in every row{others}, so that none is left; check columns and drop_zeros"
         raise InvalidInput(Fault(raw.file, message))
     labels = {name: raw.label(column.reference) for name, column in block.columns.items()}
     if block.nearest_time is not None:
-        labels[TIME] = raw.label(block.nearest_time.column)
+        labels[MEASURED_AT] = raw.label(block.nearest_time.column)
     lines, files = raw.lines, np.full(n, raw.file, dtype=object)
     table = ImportedTable(raw.file, columns, lambda: lines, files=files, labels=labels, midnight=midnight)
     if not keep.all():
@@ -202,7 +216,8 @@ def _read_columns(
         left_out.append(LeftOut(raw.file, rows, f"with 0 in {where} (drop_zeros)"))
         keep &= ~zero
     for name, missing in empty.items():
-        table.report(faults, name, missing & keep, lambda _: _EMPTY)
+        remedy = _WITHOUT_TIME if name == MEASURED_AT else _EMPTY
+        table.report(faults, name, missing & keep, lambda _, remedy=remedy: remedy)
     if block.first_of_each is not None:
         key = raw.text(block.first_of_each)[0].astype(str)
         columns["_pose"] = np.unique(key, return_inverse=True)[1].astype(float)

@@ -38,7 +38,7 @@ def table_of_rows(
         for line, cells in rows
         if line > skip and any(cells) and not (comment and cells[0].startswith(comment))
     ]
-    names = None
+    names, first = None, rows[0][0] if rows else skip + 1
     if text.get("header", True) and rows:
         # The same letter may be written as one sign, or as a letter and its dots (macOS).
         names = tuple(unicodedata.normalize("NFC", cell) for cell in rows.pop(0)[1])
@@ -46,7 +46,7 @@ def table_of_rows(
             names = names[:-1]
         if separator and len(names) == 1 and any(s in names[0] for s in ",;\t|" if s != separator):
             message = f"one column only, called {shorten(names[0])}; set text.separator in the mapping"
-            raise InvalidInput(Fault(file, message, skip + 1))
+            raise InvalidInput(Fault(file, message, first))
     if not rows:
         raise InvalidInput(Fault(file, "there are no rows of data; give a file with some"))
     written = Written(text.get("decimal", "."), text.get("thousands", ""))
@@ -55,7 +55,7 @@ def table_of_rows(
         rows.pop(0)
     width = len(names) if names is not None else len(rows[0][1])
     if width > MOST_COLUMNS:
-        raise InvalidInput(Fault(file, too_many_columns(width, MOST_COLUMNS), skip + 1))
+        raise InvalidInput(Fault(file, too_many_columns(width, MOST_COLUMNS), first))
     faults = []
     for line, cells in rows:
         while len(cells) > width and not cells[-1]:
@@ -66,12 +66,12 @@ def table_of_rows(
     if faults:
         usual, times = Counter(len(cells) for _, cells in rows).most_common(1)[0]
         if names is not None and width < usual and times > _MOST_ROWS * len(rows):
-            first = next(line for line, cells in rows if len(cells) == usual)
+            begin = next(line for line, cells in rows if len(cells) == usual)
             message = (
                 f"the line that should name the columns has {width} cell{'s' if width > 1 else ''}, and {times} of the {len(rows)} lines after it "
-                f"have {usual}; if a title stands before the table, write skip_lines: {first - 1} under text in the mapping"
+                f"have {usual}; if a title stands before the table, write skip_lines: {begin - 1} under text in the mapping"
             )
-            raise InvalidInput(Fault(file, message, skip + 1))
+            raise InvalidInput(Fault(file, message, first))
         raise InvalidInput(faults[:MAX_SHOWN])
     columns = []
     for j in range(width):

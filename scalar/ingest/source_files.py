@@ -2,6 +2,7 @@
 
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
@@ -51,6 +52,18 @@ def in_order_of_numbers(paths: Iterable[Path]) -> list[Path]:
     return sorted(paths, key=key)
 
 
+def distinct_names(paths: Sequence[Path]) -> list[str]:
+    """Return a name for each of several files: its own, and where others are called so, with the folders that distinguish them."""
+    parts = [path.absolute().parts for path in paths]
+    names = [path.name for path in paths]
+    for depth in range(2, max(map(len, parts), default=0) + 1):
+        shared = {name for name, times in Counter(names).items() if times > 1}
+        names = [
+            "/".join(own[-depth:]) if name in shared else name for own, name in zip(parts, names, strict=True)
+        ]
+    return names
+
+
 def choose_files(
     mapping: MappingFile, sources: Sequence[Path], file: str
 ) -> tuple[list[tuple[Path, FileRule]], ...]:
@@ -82,6 +95,9 @@ def choose_files(
             inside += [path for rule in rules for path in _in_folders(source, rule.name)]
             named = [path for path in inside if any(_is_named(path, rule.name) for rule in rules)]
             given += in_order_of_numbers(dict.fromkeys(named))
+    given = list({path.resolve(): path for path in reversed(given)}.values())[
+        ::-1
+    ]  # one that two sources hold is one file
     if not rules:
         if faults:
             raise InvalidInput(faults)

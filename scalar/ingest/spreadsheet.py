@@ -72,4 +72,5 @@ def _cell(value: Any, written: Written, marks: frozenset[str]) -> str:
     if written == Written() or not isinstance(value, str) or cell.lower() in marks:
         return cell
     number = written.number(cell)
-    return cell if number is None else repr(number)
+    # What is the same number in either way of writing, as 17, stays as it is: it may name a column, a session or a pose.
+    return cell if number is None or number == Written().number(cell) else repr(number)

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 DAY = 86_400.0  # s
-_TIME_OF_DAY = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?")
+_TIME_OF_DAY = re.compile(r"(\d{1,2}):([0-5]\d)(?::([0-5]\d(?:[.,]\d+)?))?")
 _DATE = re.compile(r"\s*\d{1,4}([-./])\d{1,2}\1\d{1,4}(?!\d)")
 _DATE_AND_TIME = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}")
 """The beginning of a date with a time of day, year first."""
@@ -33,7 +33,8 @@ class Clock:
 def read_times(cells: list[str]) -> Clock | None:
     """Return the times in cells, all of which have to be times of day, or all dates with times of day; None if they are not.
 
-    A time of day more than half a day before that of the cell above belongs to the next day.
+    Dates have to state their time zone all or none: those without one might be hours away from the others. Those with one count from a midnight of
+    UTC. A time of day more than half a day before that of the cell above belongs to the next day.
     """
     found = [_TIME_OF_DAY.fullmatch(cell) for cell in cells]
     if found and all(found):
@@ -41,12 +42,12 @@ def read_times(cells: list[str]) -> Clock | None:
         times = np.array(parts) @ [3600.0, 60.0, 1.0]
         days = np.cumsum(np.diff(times, prepend=times[:1]) < -DAY / 2)
         return Clock(times + DAY * days)
-    read = [moment_of(cell) for cell in cells]
-    moments = [moment for moment in read if moment is not None]
-    if not moments or len(moments) < len(cells):
+    moments = [moment for moment in map(moment_of, cells) if moment is not None]
+    if not moments or len(moments) < len(cells) or len({moment.tzinfo is None for moment in moments}) > 1:
         return None
-    midnight = min(moments) - min(moments) % DAY
-    return Clock(np.array(moments) - midnight, midnight)
+    seconds = [(moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp() for moment in moments]
+    midnight = min(seconds) - min(seconds) % DAY
+    return Clock(np.array(seconds) - midnight, midnight)
 
 
 def is_date(cell: str) -> bool:
@@ -54,8 +55,8 @@ def is_date(cell: str) -> bool:
     return _DATE.match(cell) is not None
 
 
-def moment_of(cell: str) -> float | None:
-    """Return a date with a time of day in seconds, those without a time zone as if all were in one; None if it is none.
+def moment_of(cell: str) -> datetime | None:
+    """Return a date with a time of day, and with its time zone if it is stated; None if it is none.
 
     Dates are read as ISO 8601 has them, year first, or with points between day, month and year.
     """
@@ -65,7 +66,6 @@ def moment_of(cell: str) -> float | None:
     if not _DATE_AND_TIME.match(cell):
         return None
     try:
-        moment = datetime.fromisoformat(cell.strip().replace(",", "."))
+        return datetime.fromisoformat(cell.strip().replace(",", "."))
     except ValueError:
         return None
-    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()

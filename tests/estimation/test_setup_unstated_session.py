@@ -51,3 +51,46 @@ def test_gross_errors_that_fit_no_set_up_of_their_own_are_no_session(moved):
         clean(stated)
     assert unstated_session(moved, ids[::3].tolist()) is None
     assert unstated_session(moved, ids[:5].tolist()) is None
+
+
+BEGIN, END = 30, 42  # rows of stated session b that belong elsewhere
+
+
+def with_sessions(own_place, late=False):
+    """Return two stated sessions, b from row ``BEGIN`` on (or ``END``, if late), whose set-up changed at row ``END`` (``BEGIN``).
+
+    The poses between belong to the session on the other side of the boundary, or were measured from a place of their own.
+    """
+    dataset = make_scene("vs060", "tracker", poses_per_plane=25, noise=1e-4, seed=7).dataset
+    points = dataset.points.copy()
+
+    def move(rows, share):
+        points[rows] = points[rows] @ exp_so3([0.0, 0.4 * share, -0.6 * share]).T + [0.3 * share, 0.0, 0.2]
+
+    move(slice(BEGIN if late else END, None), 1.0)
+    if own_place:
+        move(slice(BEGIN, END), 2.0)
+    session = np.where(np.arange(len(points)) < (END if late else BEGIN), "a", "b")
+    return replace(dataset, points=points, poses=dataset.poses.assign(session=session))
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_a_boundary_at_the_wrong_pose_is_to_be_moved(late):
+    """Poses beside a stated boundary that fit the other session need no third one."""
+    dataset = with_sessions(own_place=False, late=late)
+    ids = dataset.pose_ids
+    found = unstated_session(dataset, ids[BEGIN:END].tolist())
+    assert found is not None
+    sentence, stated, true = found[0].sentence, *((END, BEGIN) if late else (BEGIN, END))
+    assert f"changes too {'late' if late else 'early'}, at pose {ids[stated]};" in sentence
+    assert sentence.endswith(f"let it change at pose {ids[true]}")
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_a_third_session_begins_or_ends_within_a_stated_one(late):
+    """The pose at which the column has to change as well is the one at which it does not change yet."""
+    dataset = with_sessions(own_place=True, late=late)
+    ids = dataset.pose_ids
+    found = unstated_session(dataset, ids[BEGIN:END].tolist())
+    assert found is not None
+    assert found[0].sentence.endswith(f"change at pose {ids[BEGIN if late else END]} too")

@@ -65,5 +65,5 @@ def test_two_files_of_one_number_are_refused(tmp_path, copies):
     result = run(tmp_path, use, tmp_path, tmp_path / "day 2")
     assert (
         result.exit_code == 2
-        and "pose 1 has 2 scans (Scan 1.csv, Scan 1.csv, in different folders)" in result.stderr
+        and f"pose 1 has 2 scans ({tmp_path.name}/Scan 1.csv, day 2/Scan 1.csv)" in result.stderr
     )

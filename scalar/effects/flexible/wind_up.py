@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -12,7 +12,7 @@ from scalar.data.poses import Poses
 from scalar.effects.flexible.unattributed import NAME, Unattributed
 from scalar.effects.flexible.variable import GRAVITY
 from scalar.effects.flexible.yielding import KNEES
-from scalar.effects.gravity import torque_of, typical_torque
+from scalar.effects.gravity import assumed_torque
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import SingleJointEffect
@@ -32,8 +32,8 @@ class UnattributedWindUp(Unattributed, SingleJointEffect):
 
     Attributes:
         joint: From 1.
-        knee: Torque up to which it gives way, in the unit of the torque by ``masses``.
-        masses: As in ``JointBacklash``.
+        knee: Torque up to which it gives way, greater than 0, in the unit of ``assumed_torque``.
+        masses: First moments of mass as for ``assumed_torque``; empty for those of a typical arm.
     """
 
     joint: int
@@ -69,9 +69,7 @@ class UnattributedWindUp(Unattributed, SingleJointEffect):
 
     def torque(self, robot: Robot, poses: Poses) -> Array:
         """Return the torque on the joint over that at the knee ``(N,)``."""
-        if self.masses:
-            return torque_of(robot, poses.q, self.joint, self.masses) / self.knee
-        return typical_torque(robot, poses.q, self.joint) / self.knee
+        return assumed_torque(robot, poses.q, self.joint, self.masses) / self.knee
 
     def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the torque over that at the knee, limited to -1 and 1."""
@@ -95,14 +93,19 @@ class UnattributedWindUp(Unattributed, SingleJointEffect):
 
 
 def wind_ups(dataset: Dataset, joint: int, masses: Sequence[float] = ()) -> list[UnattributedWindUp]:
-    """Return a wind-up of a joint to each of some torques.
+    """Return the wind-ups of a joint to some torques.
 
     Args:
         dataset: On which it acts.
-        joint: From 1.
-        masses: As in ``JointBacklash``.
+        joint: From 1. It turns, and the weight exerts a torque on it.
+        masses: As for ``UnattributedWindUp``.
+
+    Returns:
+        One for each of ``KNEES``, which are shares of the largest torque in the dataset; none if there is no torque.
     """
     poses = Poses.of_joints(dataset.q)
     whole = UnattributedWindUp(joint, 1.0, tuple(masses))
     largest = float(np.max(np.abs(whole.torque(dataset.robot, poses))))
-    return [UnattributedWindUp(joint, share * largest, tuple(masses)) for share in KNEES if largest > 0]
+    if largest == 0.0:
+        return []
+    return [replace(whole, knee=share * largest) for share in KNEES]

@@ -59,16 +59,11 @@ def refuse_wrong_orientations(dataset: Dataset) -> None:
     left, says, remedy = next(reading for reading in readings if reading[0] <= least)
     if left <= most:
         swapped = [what for alike, what, _ in readings if alike <= least and what.startswith(_SWAPPED)]
-        others = (
-            [] if says.startswith(_SWAPPED) else swapped
-        )  # with both frames free, they are the same as the inverse rotation
         message = f"they are {says}: {_then(left, as_read)}; {remedy}"
-        for what in others:
-            message += f". Or they are {what}, which fits as well"
-        if others:
-            message += (
-                ": if the file has quaternions, correct qw, qx, qy and qz in the mapping, and not the signs"
-            )
+        # Where both frames are free, quaternions in the wrong order cannot be distinguished from inverse rotations.
+        if swapped and not says.startswith(_SWAPPED):
+            either = " or ".join(swapped)
+            message += f". They fit as well as {either}: if the file has quaternions, correct qw, qx, qy and qz in the mapping, and not the signs"
         fault = Fault(_FILE, message, column=_COLUMN)
         raise InvalidInput([fault])
     if free <= DISAGREEMENT:

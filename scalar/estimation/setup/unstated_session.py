@@ -54,9 +54,8 @@ def _run(aside: Array, least: int) -> slice | None:
         return None
     before = np.concatenate([[0], np.cumsum(aside)])
     breaks = np.arange(least, n - least + 1)
-    late = (
-        before[breaks] + (n - breaks) - (before[n] - before[breaks])
-    )  # poses at odds with a run from there on
+    # The poses at odds with a run from there on.
+    late = before[breaks] + (n - breaks) - (before[n] - before[breaks])
     early = n - late
     k = int(breaks[np.argmin(late)] if late.min() <= early.min() else breaks[np.argmin(early)])
     run, rest = (slice(k, n), slice(0, k)) if late.min() <= early.min() else (slice(0, k), slice(k, n))
@@ -66,26 +65,48 @@ def _run(aside: Array, least: int) -> slice | None:
 
 
 def _suspicion(dataset: Dataset, aside: Array, moved: Array, session: Array) -> Suspicion | None:
-    """Return the suspicion if nearly all of the poses ``moved`` ``(N,)`` agree with the others given a session of their own; else None."""
-    with_own = replace(dataset, poses=dataset.poses.assign(session=2 * session + moved))
+    """Return the suspicion if nearly all of the poses ``moved`` ``(N,)`` agree with the others once their session is another; else None.
+
+    If a boundary of stated sessions lies at one end of them, the session on its other side is tried first: the boundary may stand at the wrong pose.
+    """
+    rows = np.flatnonzero(moved)
+    own = np.flatnonzero(session == session[rows[0]])
+    at_end = rows[0] != own[0]
+    neighbour, at = (rows[-1] + 1, rows[0]) if at_end else (rows[0] - 1, rows[-1] + 1)
+    ids, poses = dataset.pose_ids, f"poses {dataset.pose_ids[rows[0]]} to {dataset.pose_ids[rows[-1]]}"
+    if 0 <= neighbour < len(ids) and (
+        found := _fit_with(dataset, aside, moved, np.where(moved, session[neighbour], session))
+    ):
+        n_fitting, rms = found
+        boundary, when = (neighbour, "late") if at_end else (rows[0], "early")
+        sentence = (
+            f"{poses} contradict the others of their session, and {n_fitting} of these {len(rows)} fit the session that "
+            f"{'begins' if at_end else 'ends'} at pose {ids[neighbour]} (to {in_mm(rms)} mm in the median): the column session of poses.csv "
+            f"probably changes too {when}, at pose {ids[boundary]}; let it change at pose {ids[at]}"
+        )
+        return Suspicion("session", f"pose {ids[boundary]}", sentence, None, rms)
+    if (found := _fit_with(dataset, aside, moved, np.where(moved, session.max() + 1, session))) is None:
+        return None
+    n_fitting, rms = found
+    what = "the planes or the arm's base were" if dataset.planes else "the tracker or the arm's base was"
+    remedy = f"write a column session into poses.csv whose value changes at pose {ids[at]}"
+    if dataset.session is not None:
+        remedy = f"let the column session of poses.csv change at pose {ids[at]} too"
+    sentence = (
+        f"{poses} contradict the others, and {n_fitting} of these {len(rows)} fit with a session of their own (to {in_mm(rms)} mm in the median): "
+        f"{what} probably set up anew before pose {ids[at]}; {remedy}"
+    )
+    return Suspicion("session", f"pose {ids[at]}", sentence, None, rms)
+
+
+def _fit_with(dataset: Dataset, aside: Array, moved: Array, session: Array) -> tuple[int, float] | None:
+    """Return how many of the poses ``moved`` agree with the others under other sessions ``(N,)``, and the residual [m]; None if too few do."""
+    with_it = replace(dataset, poses=dataset.poses.assign(session=session))
     try:
-        wrong = np.isin(dataset.pose_ids, clean(with_own).outlier_poses)
+        wrong = np.isin(dataset.pose_ids, clean(with_it).outlier_poses)
     except ScalarError:
         return None
     if wrong[moved].mean() > MOST_BESIDE or wrong.sum() > aside.sum() - (1 - MOST_BESIDE) * moved.sum():
         return None
-    with_it = full_fit(with_own.subset(~wrong))
-    if with_it is None:
-        return None
-    ids, rows = dataset.pose_ids, np.flatnonzero(moved)
-    at = rows[0] if rows[0] else rows[-1] + 1
-    what = "the planes or the arm's base were" if dataset.planes else "the tracker or the arm's base was"
-    return Suspicion(
-        "session",
-        f"pose {ids[at]}",
-        f"poses {ids[rows[0]]} to {ids[rows[-1]]} contradict the others, and {np.sum(moved & ~wrong)} of these {len(rows)} fit with a session "
-        f"of their own (to {in_mm(with_it.rms)} mm in the median): {what} probably set up anew before pose {ids[at]}; write a column session "
-        f"into poses.csv whose value changes at pose {ids[at]}",
-        None,
-        with_it.rms,
-    )
+    fit = full_fit(with_it.subset(~wrong))
+    return None if fit is None else (int(np.sum(moved & ~wrong)), fit.rms)
