@@ -86,7 +86,7 @@ def import_(
     """
     from scalar.data.folder import read_folder
     from scalar.ingest.convert import import_dataset
-    from scalar.ingest.converted_joints import converted_joints
+    from scalar.ingest.converted_joints import converted_joints, unconverted_signs
     from scalar.ingest.mapping_reader import load_mapping
 
     _refuse_exchanged(mapping, sources)
@@ -106,8 +106,9 @@ def import_(
         say(
             f"  {len(more)} more files of which rows were left out: {sum(len(rows.rows) for rows in more)} rows in all"
         )
-    if converted := converted_joints(load_mapping(mapping, robot)):
-        say(f"  {converted}")
+    read = load_mapping(mapping, robot)
+    for sentence in filter(None, (converted_joints(read), unconverted_signs(read))):
+        say(f"  {sentence}")
     say(f"written: {output}")
 
 

@@ -131,8 +131,10 @@ def check_items(points: Table, item: str, faults: list[Fault]) -> None:
         repeated[i] = first.setdefault(key, i) != i and not np.isnan(key[0])
 
     def message(i: int) -> str:
-        row = lines[first[float(ids[i]), str(names[i])]]
-        return f"{item} {names[i]} of pose {ids[i]:.15g} stands already in row {row}; correct or remove one"
+        earlier = first[float(ids[i]), str(names[i])]
+        file = points.file_of(earlier)
+        where = f"row {lines[earlier]}" if file == points.file_of(i) else f"{file}, row {lines[earlier]}"
+        return f"{item} {names[i]} of pose {ids[i]:.15g} stands already in {where}; correct or remove one"
 
     points.report(faults, item, repeated, message)
 

@@ -17,7 +17,7 @@ from scalar.effects.picture import Axis, Map, Profile, View, variable_axis
 from scalar.effects.places import PointEffect
 from scalar.effects.plane_axes import coordinates_by_sensor_axes
 from scalar.effects.remedies import nothing_for_the_plane
-from scalar.effects.wording import listed
+from scalar.effects.wording import OWN_SESSION, listed
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -234,7 +234,7 @@ class PlaneMoved(PointEffect):
         """Return how to avoid it."""
         return [
             f"Clamp target plane {self.plane} and measure again, or give the poses from order "
-            f"{self.order:.0f} on a session of their own (column session in poses.csv)."
+            f"{self.order:.0f} on {OWN_SESSION}."
         ]
 
     @property

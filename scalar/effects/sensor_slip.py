@@ -15,6 +15,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.flexible.rivals_of_changes import rivals_of_change
 from scalar.effects.picture import Axis, Map, Profile, View, largest, variable_axis
 from scalar.effects.places import SensorEffect
+from scalar.effects.wording import OWN_SESSION
 from scalar.geometry.robot import Robot
 from scalar.geometry.screws import change_frame
 from scalar.geometry.se3 import Array
@@ -141,7 +142,7 @@ class SensorSlip(SensorEffect):
         """Return what to do about it."""
         return [
             "Tighten the sensor's mount on the flange and measure again, or give the poses from order "
-            f"{self.order:.0f} on a session of their own (column session in poses.csv)."
+            f"{self.order:.0f} on {OWN_SESSION}."
         ]
 
     @property

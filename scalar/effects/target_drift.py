@@ -16,6 +16,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.flexible.rivals_of_changes import rivals_of_change
 from scalar.effects.picture import CURVE_POINTS, Axis, Map, Profile, View, largest, variable_axis
 from scalar.effects.places import BaseEffect
+from scalar.effects.wording import OWN_SESSION
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
@@ -238,7 +239,7 @@ class TargetDrift(BaseEffect):
         """Return what to do about it."""
         if self.by == STEP:
             return [
-                f"Give the poses from order {self.order:.0f} on a session of their own (column session in poses.csv): the tracker may have been "
+                f"Give the poses from order {self.order:.0f} on {OWN_SESSION}: the tracker may have been "
                 "knocked or set up anew, or the base of the robot moved. Before the next campaign, tighten the base's bolts and stand the tracker "
                 "where nobody walks."
             ]

@@ -12,6 +12,9 @@ from scalar.units import DEG, MM, MRAD
 
 UNKNOWN = "–"
 
+OWN_SESSION = "a session of their own (column session in poses.csv; order is a column there, too, and without it the rows count from 0)"
+"""What poses after a sudden change are to get."""
+
 
 def listed(words: Sequence[str], conjunction: str = "and") -> str:
     """Return words as a list in a sentence, with ``conjunction`` before the last."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from scalar.ingest.mapping import Column, MappingFile
+from scalar.ingest.mapping import OF_JOINT, Column, MappingFile
 
 
 def converted_joints(mapping: MappingFile) -> str | None:
@@ -23,6 +23,30 @@ def converted_joints(mapping: MappingFile) -> str | None:
         f"the joint angles of the dataset are not those that the controller shows: {', '.join(formulas)}. 'scalar plan' writes those of the dataset, "
         "and 'scalar predict' and 'scalar correct' read them: convert a program likewise, and what they write back before the arm runs it"
     )
+
+
+def unconverted_signs(mapping: MappingFile) -> str | None:
+    """Return a sentence about directions of approach and torques that keep the sign of the file, while that of their joint is turned; or None."""
+    columns = mapping.poses.columns
+    kept = [
+        name
+        for name, column in columns.items()
+        if OF_JOINT.fullmatch(name) and not column.sign_stated and _turned(columns.get(f"q{_number(name)}"))
+    ]
+    if not kept:
+        return None
+    return (
+        f"{' and '.join(kept)} keep{'s' if len(kept) == 1 else ''} the sign of the file, although the sign of the joint is turned: if the controller "
+        "counts them as it counts the joint, write sign: -1 for them too, else sign: 1; play with the wrong direction is not found, or wrongly"
+    )
+
+
+def _turned(joint: Column | None) -> bool:
+    return joint is not None and joint.sign == -1.0
+
+
+def _number(name: str) -> str:
+    return re.sub(r"\D", "", name)
 
 
 def _formula(column: Column) -> str:

@@ -35,10 +35,12 @@ class ImportedTable(Table):
     ) -> None:
         """Add a fault for every row at which ``mask`` ``(N,)`` is True; it names the foreign file, row and column from which the cell comes."""
         found: list[Fault] = []
+        rows = np.flatnonzero(mask & ~self.bad.get(column, np.zeros(self.n_rows, dtype=bool)))
         super().report(found, column, mask, message)
-        rows = iter(np.flatnonzero(mask))
-        for fault in found:
-            file = self.files[next(rows)] if fault.row is not None else self.file
+        for k, fault in enumerate(found):
+            file = self.files[
+                rows[k if fault.row is not None else -1]
+            ]  # without a row: how many more, to the last
             faults.append(replace(fault, file=file, column=self.labels.get(column, column)))
 
 

@@ -17,6 +17,8 @@ from scalar.ingest.row_profiles import RowProfiles
 TARGET = "target"
 TEXT_COLUMNS = ("plane", "session", TARGET, "nest")
 JOINT = re.compile(r"qc?[1-9][0-9]*")
+OF_JOINT = re.compile(rf"(approach|{TORQUE})[1-9][0-9]*")
+"""Columns whose sign is that of a joint's motion."""
 _BY_JOINT = re.compile(rf"(q|{COMMANDED}|{TORQUE})([1-9][0-9]*)")
 
 
@@ -33,6 +35,7 @@ class Column:
             the horizontal need it.
         names: for text, ``{value in the file: value in the dataset}``; None if all values are kept.
         unit: the file's unit; empty if the column has none.
+        sign_stated: whether the mapping states ``sign``.
     """
 
     reference: Reference
@@ -42,6 +45,7 @@ class Column:
     plus: Reference | None = None
     names: Mapping[str, str] | None = None
     unit: str = ""
+    sign_stated: bool = False
 
 
 @dataclass(frozen=True)

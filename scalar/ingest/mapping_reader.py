@@ -24,7 +24,16 @@ from scalar.data.strict_schema import strict_validator
 from scalar.data.unit_suspicions import suspect_description, write_si
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.column_profiles import ColumnProfiles
-from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, Column, FileRule, MappingFile, quantity_of
+from scalar.ingest.mapping import (
+    JOINT,
+    OF_JOINT,
+    TEXT_COLUMNS,
+    Block,
+    Column,
+    FileRule,
+    MappingFile,
+    quantity_of,
+)
 from scalar.ingest.mapping_columns import check_columns
 from scalar.ingest.matching import NearestTime
 from scalar.ingest.named_units import UNITS, description_to_si, units_of_dataset
@@ -242,7 +251,7 @@ def _column(
         hint = did_you_mean(unit, list(units))
         given.fault((*path, "unit"), f"unknown ({shorten(unit)}); {hint}write one of {', '.join(units)}")
     for key in ("sign", "offset", "plus"):
-        mirrored = key == "sign" and name in ("x", "y", "z")
+        mirrored = key == "sign" and (name in ("x", "y", "z") or bool(OF_JOINT.fullmatch(name)))
         counted = key == "offset" and name == "pose"
         if counted and key in entry and entry[key] != int(entry[key]):
             given.fault((*path, key), "poses have whole numbers; write one")
@@ -253,4 +262,4 @@ def _column(
     to_si = units.get(unit or "", lambda value: value)
     offset, names = float(entry.get("offset", 0.0)), entry.get("names")
     sign, plus = float(entry.get("sign", 1)), entry.get("plus")
-    return Column(entry["column"], to_si, sign, offset, plus, names, unit or "")
+    return Column(entry["column"], to_si, sign, offset, plus, names, unit or "", "sign" in entry)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from scalar.errors import Fault
+from scalar.ingest.clocks import better_correction
 from scalar.ingest.imported_table import MEASURED_AT, ImportedTable, select_rows
 from scalar.ingest.left_out import LeftOut, left_out_rows
 
@@ -44,7 +45,8 @@ def give_to_nearest(
 ) -> ImportedTable:
     """Return the points with the number of the pose that is nearest in time; those without a pose are left out and noted.
 
-    A fault is added if no point has a pose, or if a point lies so near two poses in time that nothing says to which it belongs.
+    A fault is added if no point has a pose, if a point lies so near two poses in time that nothing says to which it belongs, or if another
+    correction of the clock lets all points come with one delay after a pose.
     """
     time = points.columns.pop(MEASURED_AT) + rule.add
     if (poses.midnight is None) != (points.midnight is None):
@@ -77,9 +79,32 @@ def give_to_nearest(
         )
 
     points.report(faults, "pose", count > 1, message)
+    _report_other_clock(points, time, clock, rule, label, faults)
     none = count == 0
     left_out[:0] = left_out_rows(points, none, f"not within {rule.within:g} s of a pose (nearest_time)")
     return select_rows(points, ~none)
+
+
+def _report_other_clock(
+    points: ImportedTable,
+    time: np.ndarray,
+    clock: np.ndarray,
+    rule: NearestTime,
+    label: str,
+    faults: list[Fault],
+) -> None:
+    """Add a fault for each file whose points come with one delay after a pose if its clock is corrected, and now do not."""
+    target = points.columns.get("target", np.zeros(points.n_rows)).astype(str)
+    for file in dict.fromkeys(points.files):
+        rows = np.flatnonzero(points.files == file)
+        if (better := better_correction(time[rows], clock, target[rows])) is None:
+            continue
+        shift, now, then = better
+        text = (
+            "its points are probably given to other poses than those at which they were measured: the delay between a pose and its points scatters "
+            f"by {now:.2g} s, and by {then:.2g} s if points.nearest_time.add is {rule.add + shift:.6g}. Look at the clocks, and correct this one"
+        )
+        faults.append(Fault(str(file), text, column=label))
 
 
 def keep_matched(

@@ -64,12 +64,24 @@ def factor_within_poses(residual: Array, moved: Array, measured: Array, *, state
     poses = freedom > 0
     if freedom[poses].sum() < _ENOUGH:
         return None
-    typical = float(np.median(freedom[poses]))
-    mean_squares = np.sum(left[poses] ** 2, axis=1) / freedom[poses]
-    factor = float(np.sqrt(np.median(mean_squares) / (chi2.ppf(0.5, typical) / typical)))
+    # Each pose is divided by the median for its own degrees of freedom: a pose that shows fewer targets has a smaller one for each degree.
+    typical = chi2.ppf(0.5, freedom[poses])
+    factor = float(np.sqrt(np.median(np.sum(left[poses] ** 2, axis=1) / typical)))
     by_chance = np.log1p(_STANDARD_ERRORS * _OF_A_MEDIAN / np.sqrt(2.0 * freedom[poses].sum()))
     differs = abs(np.log(max(factor, 1e-300))) > max(np.log(_CLEARLY_DIFFERENT), by_chance)
     return factor if differs or not stated else 1.0
+
+
+def rows_within_poses(seen: Array) -> float:
+    """Return of how many rows a root mean square would be as exact as the median of ``factor_within_poses`` is.
+
+    Args:
+        seen: ``(N, K)`` bool, which targets each pose shows, not on one line if they are three or more. A rigid motion takes 3 of the rows of
+            one target, 5 of those of two, and 6 of those of more.
+    """
+    targets = seen.sum(axis=1)
+    freedom = 3 * targets - np.where(targets == 2, 5, np.where(targets > 2, 6, 3 * targets))
+    return float(freedom.sum()) / _OF_A_MEDIAN**2
 
 
 def scaled_up(rms: float, rows: int, unknowns: int) -> float:
@@ -77,12 +89,12 @@ def scaled_up(rms: float, rows: int, unknowns: int) -> float:
     return rms * float(np.sqrt(rows / max(rows - unknowns, rows / 2)))
 
 
-def estimated_position_noise(value: float, rows: int, stated: float | None) -> NoiseComponent:
+def estimated_position_noise(value: float, rows: float, stated: float | None) -> NoiseComponent:
     """Return an estimated noise of positions as files list it.
 
     Args:
         value: Its standard deviation [m], of a coordinate or a contact.
-        rows: Number of measured rows.
+        rows: Number of rows whose root mean square would be as exact.
         stated: What was stated [m], or None.
     """
     sentence = (

@@ -20,6 +20,7 @@ from scalar.sensors.residual_noise import (
     estimated_position_noise,
     factor_within_poses,
     noise_factor,
+    rows_within_poses,
     scaled_up,
 )
 from scalar.sensors.rows import LEAST_SIGMA, stated_sigma
@@ -186,7 +187,8 @@ class TrackerNoise:
         """Return the estimated noise of positions and of orientations as files list them; none that is stated, guessed or not measured."""
         found = []
         if self.position_estimated:
-            found.append(estimated_position_noise(self.typical, 3 * int(self.seen.sum()), self.stated))
+            rows = rows_within_poses(self.seen) if self.measured else 3.0 * float(self.seen.sum())
+            found.append(estimated_position_noise(self.typical, rows, self.stated))
         if self.rotation is not None and not self.rotation_stated:
             value, n = float(self.rotation[self.seen][0]), 3 * int(self.seen.sum())
             sentence = "the noise of the measured orientations is estimated from what the model leaves"

@@ -36,6 +36,7 @@ def test_a_knocked_tracker_is_a_step_and_no_drift(first, seed):
         3e-4 * np.hypot(1.0, 0.5), rel=0.5
     )  # at the base, about which the turn is taken
     assert "column session" in effect.advice[0] and "warm up" not in effect.advice[0]
+    assert "without it the rows count from 0" in effect.advice[0]  # a pose numbered 75 may have order 74
     (in_controller,) = [
         item for item in advice(diagnosis, diagnosis.to_mapping()) if item.about == "In the controller"
     ]

@@ -9,7 +9,7 @@ import pytest
 
 from scalar.sensors import measure
 from scalar.sensors.probe import Probe
-from scalar.sensors.residual_noise import factor_within_poses, noise_factor, scaled_up
+from scalar.sensors.residual_noise import factor_within_poses, noise_factor, rows_within_poses, scaled_up
 from tests.random_scene import make_scene
 from tests.tracked_targets import drawn_arm
 
@@ -102,6 +102,27 @@ def test_several_targets_show_their_noise_whatever_the_arm_does(names):
     residual[:40, 0] += 1e3
     measured = np.ones(residual.shape, dtype=bool)
     assert factor_within_poses(residual, moved, measured, stated=True) == pytest.approx(5.0, rel=0.15)
+
+
+def test_the_noise_within_poses_is_neither_too_small_nor_more_exact_than_stated():
+    """If some poses show two targets of three, (hat - true)/std has mean zero and at most unit spread; such poses had made it 6 % too small."""
+    rng = np.random.default_rng(3)
+    factors = []
+    seen = np.ones((90, 3), dtype=bool)
+    seen[::3, 2] = False
+    for _ in range(300):
+        arms = rng.normal(0.0, 0.05, (90, 3, 3))
+        turns = -np.cross(arms[:, :, None, :], np.eye(3))
+        moved = np.concatenate([np.broadcast_to(np.eye(3), (90, 3, 3, 3)), turns], axis=-1)
+        rows = np.repeat(seen, 3, axis=1)
+        residual = rng.normal(0.0, 1.0, (90, 9)) * rows
+        factors.append(
+            factor_within_poses(residual, moved.reshape(90, 9, 6) * rows[:, :, None], rows, stated=False)
+        )
+    std = 1.0 / np.sqrt(2.0 * rows_within_poses(seen))
+    deviations = (np.array(factors, dtype=float) - 1.0) / std
+    assert abs(deviations.mean()) < 0.15
+    assert 0.7 < deviations.std() < 1.1
 
 
 def test_one_target_shows_nothing_within_a_pose():
