@@ -238,6 +238,13 @@ def gravity_torques(
     return np.column_stack(columns)
 
 
+def shares_of_torque(truth: Truth, q: np.ndarray, joint: int) -> np.ndarray:
+    """Return the gravity torque on a joint, from 1, of an arm with links that get lighter, over the largest of it ``(N,)``."""
+    n = q.shape[1]
+    torque = gravity_torques(truth, q, np.linspace(8.0, 1.0, n), np.full((n, 3), 0.08))[:, joint - 1]
+    return torque / np.abs(torque).max()
+
+
 def sag(truth: Truth, compliance: np.ndarray, rng: np.random.Generator) -> Function:
     """Return joints that give way [rad] under links of random masses, ``compliance`` ``(n,)`` [rad/(N m)]."""
     n = truth.geometry.shape[1]

@@ -5,11 +5,11 @@ import pytest
 
 from scalar.data.poses import Poses
 from scalar.diagnosis import diagnose
+from scalar.effects.flexible.bent_deflection import KNEES
 from scalar.effects.flexible.wind_up import UnattributedWindUp, wind_ups
-from scalar.effects.flexible.yielding import KNEES
 from scalar.effects.gravity import typical_masses
 from scalar.effects.joint_backlash import JointBacklash
-from tests.effects.injected import Flaws, PoseData, gravity_torques, make_cell
+from tests.effects.injected import Flaws, PoseData, make_cell, shares_of_torque
 from tests.random_scene import make_scene
 
 SEED = 28
@@ -18,11 +18,9 @@ SEED = 28
 def loaded(gradual: bool):
     """Return the diagnosis of an arm whose joint 3 moves by 0.4 mrad to the side of its torque: at once, or gradually over 30 % of the torque."""
     truth = make_scene(seed=SEED, poses_per_plane=40).truth
-    masses, centres = np.linspace(8.0, 1.0, 6), np.full((6, 3), 0.08)
 
     def joints(at: PoseData) -> np.ndarray:
-        torque = gravity_torques(truth, at.q, masses, centres)[:, 2]
-        share = torque / np.abs(torque).max()
+        share = shares_of_torque(truth, at.q, 3)
         dq = np.zeros_like(at.q)
         dq[:, 2] = 4e-4 * (np.clip(share / 0.3, -1.0, 1.0) if gradual else np.sign(share))
         return dq

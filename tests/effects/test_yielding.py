@@ -6,9 +6,10 @@ import pytest
 from scalar.data.poses import Poses
 from scalar.diagnosis import diagnose
 from scalar.effects.effect import Effect
-from scalar.effects.flexible.yielding import KNEES, UnattributedYielding, yielding_rivals
+from scalar.effects.flexible.bent_deflection import KNEES
+from scalar.effects.flexible.yielding import UnattributedYielding, yielding_rivals
 from scalar.effects.joint_compliance import JointCompliance
-from tests.effects.injected import Flaws, PoseData, gravity_torques, make_cell
+from tests.effects.injected import Flaws, PoseData, make_cell, shares_of_torque
 from tests.random_scene import make_scene
 
 TERMS = ((2, 2), (2, 3), (3, 3))
@@ -19,11 +20,9 @@ SEED = 24
 def sagging(two_slopes: bool):
     """Return the diagnosis of an arm whose joint 2 gives way: by 0.6 mrad at most, or by 0.5 mrad more until a quarter of the largest torque."""
     truth = make_scene(seed=SEED, poses_per_plane=60).truth
-    masses, centres = np.linspace(8.0, 1.0, 6), np.full((6, 3), 0.08)
 
     def joints(at: PoseData) -> np.ndarray:
-        torque = gravity_torques(truth, at.q, masses, centres)[:, 1]
-        share = torque / np.abs(torque).max()
+        share = shares_of_torque(truth, at.q, 2)
         dq = np.zeros_like(at.q)
         dq[:, 1] = 6e-4 * share + (5e-4 * np.clip(share / 0.25, -1.0, 1.0) if two_slopes else 0.0)
         return dq

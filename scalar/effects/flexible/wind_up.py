@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-import numpy as np
-
 from scalar.data.poses import Poses
-from scalar.effects.flexible.unattributed import NAME, Unattributed
-from scalar.effects.flexible.variable import GRAVITY
-from scalar.effects.flexible.yielding import KNEES
+from scalar.effects.flexible.bent_deflection import BentDeflection
+from scalar.effects.flexible.unattributed import NAME
 from scalar.effects.gravity import assumed_torque
-from scalar.effects.joint_pictures import joint_profile
-from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import SingleJointEffect
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
@@ -24,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class UnattributedWindUp(Unattributed, SingleJointEffect):
+class UnattributedWindUp(BentDeflection, SingleJointEffect):
     """A joint's gear is wound up in proportion to the torque on it up to a torque, and no further: ``dq_j = b clip(torque / knee, -1, 1)``.
 
     It is the rival of a play whose side follows from the torque: that changes its side at once where the torque changes its sign. Together with
@@ -43,16 +38,6 @@ class UnattributedWindUp(Unattributed, SingleJointEffect):
     place: ClassVar[str] = "wind_up"
 
     @property
-    def depends_on(self) -> list[str]:
-        """Return gravity and the joint's angle."""
-        return [GRAVITY, f"q{self.joint}"]
-
-    @property
-    def described_as(self) -> str:
-        """Return which joint gives way, and how."""
-        return f"a deflection of joint {self.joint} under the weight of the arm that is not in proportion to the torque on it"
-
-    @property
     def key(self) -> str:
         """Name, joint and knee."""
         return f"{NAME}_wind_up{self.joint}_{self.knee:.3g}"
@@ -68,19 +53,12 @@ class UnattributedWindUp(Unattributed, SingleJointEffect):
         return ["rad"]
 
     def torque(self, robot: Robot, poses: Poses) -> Array:
-        """Return the torque on the joint over that at the knee ``(N,)``."""
-        return assumed_torque(robot, poses.q, self.joint, self.masses) / self.knee
+        """Return the torque by ``masses``."""
+        return assumed_torque(robot, poses.q, self.joint, self.masses)
 
     def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the torque over that at the knee, limited to -1 and 1."""
-        return np.clip(self.torque(robot, poses), -1.0, 1.0)[:, None]
-
-    def pictures(self, view: View) -> list[Profile | Map]:
-        """Return the deflection of the joint over the torque on it."""
-        torque = self.torque(view.nominal, view.poses)
-        largest = max(float(np.max(np.abs(torque))), 1e-300)
-        axis = Axis(f"gravity torque on joint {self.joint}, relative to the largest", "1")
-        return [joint_profile(view, self, self.joint, axis, torque / largest)]
+        return self.up_to_knee(self.torque(robot, poses))[:, None]
 
     def to_mapping(self) -> dict[str, Any]:
         """Return place, joint, knee and masses."""
@@ -103,9 +81,4 @@ def wind_ups(dataset: Dataset, joint: int, masses: Sequence[float] = ()) -> list
     Returns:
         One for each of ``KNEES``, which are shares of the largest torque in the dataset; none if there is no torque.
     """
-    poses = Poses.of_joints(dataset.q)
-    whole = UnattributedWindUp(joint, 1.0, tuple(masses))
-    largest = float(np.max(np.abs(whole.torque(dataset.robot, poses))))
-    if largest == 0.0:
-        return []
-    return [replace(whole, knee=share * largest) for share in KNEES]
+    return UnattributedWindUp(joint, 1.0, tuple(masses)).at_knees(dataset)

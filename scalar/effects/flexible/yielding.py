@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.flexible.unattributed import NAME, Unattributed
-from scalar.effects.flexible.variable import GRAVITY
+from scalar.effects.flexible.bent_deflection import BentDeflection
+from scalar.effects.flexible.unattributed import NAME
 from scalar.effects.gravity import AXES, torque_about, unit_moments_at
-from scalar.effects.joint_pictures import joint_profile
-from scalar.effects.picture import Axis, Map, Profile, View
-from scalar.effects.places import JointEffect
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-KNEES = (0.15, 0.3, 0.5)  # shares of the largest torque at which the stiffness is tried to change
-
 
 @dataclass(frozen=True, eq=False)
-class UnattributedYielding(Unattributed, JointEffect):
+class UnattributedYielding(BentDeflection):
     """Joints give way under the weight of the arm, and the stiffness of one of them changes at a torque: below it, the gear is softer or stiffer.
 
     It is the rival of a compliance, whose deflection is in proportion to the torque. The masses of the links are unknown, so the torque on the joint
@@ -52,16 +47,6 @@ class UnattributedYielding(Unattributed, JointEffect):
         return None
 
     @property
-    def depends_on(self) -> list[str]:
-        """Return gravity and the joint's angle."""
-        return [GRAVITY, f"q{self.joint}"]
-
-    @property
-    def described_as(self) -> str:
-        """Return which joint gives way, and how."""
-        return f"a deflection of joint {self.joint} under the weight of the arm that is not in proportion to the torque on it"
-
-    @property
     def key(self) -> str:
         """Name, joint and knee."""
         return f"{NAME}_yielding_joint{self.joint}_{self.knee:.3g}"
@@ -82,19 +67,16 @@ class UnattributedYielding(Unattributed, JointEffect):
         moments, axes = unit_moments_at(robot, poses)
         for k, (joint, frame) in enumerate(self.terms):
             B[:, joint - 1, 2 * k : 2 * k + 2] = torque_about(moments, axes, joint, frame)
-        B[:, self.joint - 1, -1] = np.clip(self.deflection(B) / self.knee, -1.0, 1.0)
+        B[:, self.joint - 1, -1] = self.up_to_knee(self._deflection(B))
         return B
 
-    def deflection(self, B: Array) -> Array:
+    def torque(self, robot: Robot, poses: Poses) -> Array:
+        """Return the deflection by the compliance ``(N,)`` [rad], which is in proportion to the torque."""
+        return self._deflection(self.joint_basis(robot, poses))
+
+    def _deflection(self, B: Array) -> Array:
         """Return the joint's deflection ``(N,)`` [rad] by the compliance, from the torques of unit first moments."""
         return B[:, self.joint - 1, :-1] @ np.array(self.weights)
-
-    def pictures(self, view: View) -> list[Profile | Map]:
-        """Return the deflection of the joint over the torque on it."""
-        torque = self.deflection(self.joint_basis(view.nominal, view.poses))
-        largest = max(float(np.max(np.abs(torque))), 1e-300)
-        axis = Axis(f"gravity torque on joint {self.joint}, relative to the largest", "1")
-        return [joint_profile(view, self, self.joint, axis, torque / largest)]
 
     def to_mapping(self) -> dict[str, Any]:
         """Return place, joint, terms, weights and knee."""
@@ -127,11 +109,10 @@ def yielding_rivals(
         terms: (joint, frame) pairs of the compliance that was found.
         weights: ``(2 len(terms),)`` [rad], its coefficients.
     """
-    found = []
-    poses = Poses.of_joints(dataset.q)
-    for joint in sorted({joint for joint, _ in terms}):
-        whole = UnattributedYielding(joint, tuple(terms), tuple(map(float, weights)), 1.0)
-        largest = float(np.max(np.abs(whole.deflection(whole.joint_basis(dataset.robot, poses)))))
-        if largest > 0:
-            found += [replace(whole, knee=share * largest) for share in KNEES]
-    return found
+    return [
+        rival
+        for joint in sorted({joint for joint, _ in terms})
+        for rival in UnattributedYielding(joint, tuple(terms), tuple(map(float, weights)), 1.0).at_knees(
+            dataset
+        )
+    ]
