@@ -26,9 +26,7 @@ from scalar.planning.defaults import N_CANDIDATES, PLANNED_POSES, REPEATABILITY
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
-    from scalar.cli.plan_files import ChosenPoses
-    from scalar.data.dataset import Dataset
-    from scalar.planning.candidates import Allowed, Candidates
+    from scalar.planning.candidates import Allowed
     from scalar.planning.workcell import Workcell
 
 _NEAREST_IN_METRES = 10.0  # m; a scanner's nearest distance is less
@@ -118,6 +116,7 @@ def plan(
     import numpy as np
 
     from scalar.cli.plan_after import check_belongs, plan_after
+    from scalar.cli.plan_by_error import plan_by_error
     from scalar.cli.plan_files import ChosenPoses, write_plan
     from scalar.data.folder import POSES
     from scalar.planning.candidates import draw_candidates
@@ -156,7 +155,7 @@ def plan(
                 return
             chosen = ChosenPoses(indices, content, lines, [], None)
         else:
-            chosen = _chosen_by_error(workcell, found, dataset, poses, accuracy, criterion, seed)
+            chosen = plan_by_error(workcell, found, dataset, poses, accuracy, criterion, seed)
         lines = [*chosen.lines, *write_plan(output, workcell, found, chosen, allowed, dataset)]
     if dataset is not None:
         lines.append(
@@ -181,26 +180,6 @@ def _check_noise(noise: float | None) -> None:
     if noise is not None and noise < _LEAST_NOISE:
         message = f"no sensor has a noise of {noise:g} mm; are these metres? write millimetres"
         raise InvalidInput(Fault("--noise", message))
-
-
-def _chosen_by_error(
-    workcell: Workcell,
-    found: Candidates,
-    dataset: Dataset | None,
-    poses: int | None,
-    accuracy: float | None,
-    criterion: str,
-    seed: int,
-) -> ChosenPoses:
-    """Return the poses from which predictions are expected to be best; the arguments are those of ``plan_by_error``."""
-    from scalar.cli.plan_by_error import errors_of_parts, plan_by_error
-    from scalar.cli.plan_files import ChosenPoses
-
-    result, info, lines = plan_by_error(workcell, found, dataset, poses, accuracy, criterion, seed)
-    content = result.to_mapping() | errors_of_parts(workcell, info, result)
-    content |= {"not_determined": list(info.fixed)}
-    random = (len(result.chosen), result.random_error)
-    return ChosenPoses(result.chosen, content, lines, result.curve, random)
 
 
 def _refuse_earlier_plan(output: Path, after: Path) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scalar.cli.plan_files import ChosenPoses
 from scalar.errors import Fault, InvalidInput
 from scalar.planning.defaults import PLANNED_POSES
 from scalar.planning.information import information
@@ -31,8 +32,8 @@ def plan_by_error(
     accuracy: float | None,
     criterion: str,
     seed: int,
-) -> tuple[Plan, Information, list[str]]:
-    """Return a plan by its expected error, the information of the candidates, and lines for the terminal.
+) -> ChosenPoses:
+    """Return the poses from which predictions are expected to be best.
 
     Args:
         workcell: The arm, its sensor and its target.
@@ -86,8 +87,8 @@ def plan_by_error(
         f"from noise of {workcell.noise / MM:.3g} mm and repeatability of {workcell.repeatability / MM:g} mm alone",
     )
     lines.insert(1, f"  as many {more}poses drawn at random: {result.random_error / MM:.4f} mm")
-    if info.measured:
-        parts = errors_of_parts(workcell, info, result)
+    parts = _errors_of_parts(workcell, info, result)
+    if parts:
         planned = parts["expected_error_of_planned_poses_alone_mm"]
         alone = (
             "the planned ones alone are too few for a calibration"
@@ -101,10 +102,11 @@ def plan_by_error(
         )
     others = ", ".join(f"{n}: {e / MM:.4f}" for n, e in result.curve if n != count)
     lines.append(f"  expected error with other numbers of {more}poses, at most [mm]: {others}")
-    return result, info, lines
+    content = {**result.to_mapping(), **parts, "not_determined": list(info.fixed)}
+    return ChosenPoses(result.chosen, content, lines, result.curve, (len(result.chosen), result.random_error))
 
 
-def errors_of_parts(workcell: Workcell, info: Information, result: Plan) -> dict[str, Any]:
+def _errors_of_parts(workcell: Workcell, info: Information, result: Plan) -> dict[str, Any]:
     """Return the entries of ``plan.json`` on the measured poses alone and on the planned poses alone; none if no poses were measured."""
     if not info.measured:
         return {}
