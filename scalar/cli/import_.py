@@ -86,8 +86,6 @@ def import_(
     """
     from scalar.data.folder import read_folder
     from scalar.ingest.convert import import_dataset
-    from scalar.ingest.converted_joints import converted_joints, unconverted_signs
-    from scalar.ingest.mapping_reader import load_mapping
 
     _refuse_exchanged(mapping, sources)
     robot = None
@@ -98,7 +96,7 @@ def import_(
     elif base is not None or tip is not None:
         message = "name links of a URDF; give --urdf FILE too, or leave them out"
         raise InvalidInput(Fault("--base, --tip", message))
-    left_out = import_dataset(mapping, sources, output, robot, force=force)
+    left_out, of_joints = import_dataset(mapping, sources, output, robot, force=force)
     say(describe_content(read_folder(output)))
     for rows in left_out[:_FILES_SHOWN]:
         say(f"  {rows}")
@@ -106,8 +104,7 @@ def import_(
         say(
             f"  {len(more)} more files of which rows were left out: {sum(len(rows.rows) for rows in more)} rows in all"
         )
-    read = load_mapping(mapping, robot)
-    for sentence in filter(None, (converted_joints(read), unconverted_signs(read))):
+    for sentence in of_joints:
         say(f"  {sentence}")
     say(f"written: {output}")
 

@@ -20,6 +20,7 @@ from scalar.data.references import check_references, references_layout
 from scalar.data.table_consistency import check_points, check_poses, points_layout, poses_layout
 from scalar.data.unit_suspicions import suspect_joint_angles, suspect_points, write_si
 from scalar.errors import Fault, InvalidInput
+from scalar.ingest.converted_joints import converted_joints, unconverted_signs
 from scalar.ingest.imported_table import ImportedTable, by_file
 from scalar.ingest.left_out import LeftOut
 from scalar.ingest.mapping import Block, MappingFile
@@ -37,8 +38,10 @@ def import_dataset(
     robot: Mapping[str, Any] | None = None,
     *,
     force: bool = False,
-) -> list[LeftOut]:
-    """Write a dataset folder from foreign tables; it appears whole or not at all. Return which rows were left out.
+) -> tuple[list[LeftOut], list[str]]:
+    """Write a dataset folder from foreign tables; it appears whole or not at all.
+
+    Return which rows were left out, and sentences on joints whose angles or directions are not those of the controller.
 
     Args:
         mapping_path: the mapping file.
@@ -93,7 +96,9 @@ def import_dataset(
     if faults:
         raise InvalidInput(faults)
     _write(mapping, poses, points, nests, dataset_dir, force)
-    return left_out
+    return left_out, [
+        sentence for sentence in (converted_joints(mapping), unconverted_signs(mapping)) if sentence
+    ]
 
 
 def _order(poses: ImportedTable) -> np.ndarray:
