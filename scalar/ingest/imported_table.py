@@ -38,9 +38,10 @@ class ImportedTable(Table):
         rows = np.flatnonzero(mask & ~self.bad.get(column, np.zeros(self.n_rows, dtype=bool)))
         super().report(found, column, mask, message)
         for k, fault in enumerate(found):
-            file = self.files[
-                rows[k if fault.row is not None else -1]
-            ]  # without a row: how many more, to the last
+            row = rows[
+                k if fault.row is not None else -1
+            ]  # a fault without a row says how many more there are, to the last
+            file = self.files[row]
             faults.append(replace(fault, file=file, column=self.labels.get(column, column)))
 
 

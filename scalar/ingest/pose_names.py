@@ -31,9 +31,8 @@ def several_kinds(names: Sequence[str], column: str) -> str | None:
         return None
     other = next(name for name in names if not (match := _NAME.fullmatch(name)) or _words(match) != usual)
     before = next(match[1] for match in found if _words(match) == usual)
-    pattern = (
-        re.sub(r"([\[*?])", r"[\1]", before) + "[0-9]*"
-    )  # a sign that has a meaning in patterns stands in brackets
+    # A sign that has a meaning in patterns stands in brackets.
+    pattern = re.sub(r"([\[*?])", r"[\1]", before) + "[0-9]*"
     return (
         f"{len(names) - times} of {len(names)} names are of another kind than the rest ({shorten(other)}); if they are no poses, leave them out by "
         f"rows_like: {{{column}: '{pattern}'}} in the mapping"

@@ -95,9 +95,10 @@ def choose_files(
             inside += [path for rule in rules for path in _in_folders(source, rule.name)]
             named = [path for path in inside if any(_is_named(path, rule.name) for rule in rules)]
             given += in_order_of_numbers(dict.fromkeys(named))
-    given = list({path.resolve(): path for path in reversed(given)}.values())[
-        ::-1
-    ]  # one that two sources hold is one file
+    first_given: dict[Path, Path] = {}  # a file that two sources hold is one file
+    for path in given:
+        first_given.setdefault(path.resolve(), path)
+    given = list(first_given.values())
     if not rules:
         if faults:
             raise InvalidInput(faults)

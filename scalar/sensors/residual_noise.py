@@ -65,7 +65,8 @@ def factor_within_poses(residual: Array, moved: Array, measured: Array, *, state
     if freedom[poses].sum() < _ENOUGH:
         return None
     # Each pose is divided by the median for its own degrees of freedom: a pose that shows fewer targets has a smaller one for each degree.
-    typical = chi2.ppf(0.5, freedom[poses])
+    degrees, which = np.unique(freedom[poses], return_inverse=True)
+    typical = chi2.ppf(0.5, degrees)[which]
     factor = float(np.sqrt(np.median(np.sum(left[poses] ** 2, axis=1) / typical)))
     by_chance = np.log1p(_STANDARD_ERRORS * _OF_A_MEDIAN / np.sqrt(2.0 * freedom[poses].sum()))
     differs = abs(np.log(max(factor, 1e-300))) > max(np.log(_CLEARLY_DIFFERENT), by_chance)

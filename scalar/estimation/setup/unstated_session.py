@@ -1,7 +1,7 @@
 """Poses that are set aside as gross errors, follow each other, and fit as well as the others with a session of their own.
 
-``moved_targets`` finds a tracker that was set up anew if the whole dataset does not fit. Single gross errors beside it hide the move from
-that search, and one of the two parts would be set aside pose by pose.
+A tracker that was set up anew is found (``moved_target``) where the whole dataset does not fit in one part. With single gross errors besides, it is
+not: the poses before the move, or those after it, would then be set aside one by one.
 """
 
 from __future__ import annotations
