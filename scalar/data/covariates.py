@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 from scalar.data.formats import COMMANDED, PAYLOAD, TARGET_MOTION, TORQUE
 from scalar.data.located_table import closest
@@ -20,12 +21,18 @@ def covariate_names(columns: Sequence[str], n_joints: int) -> tuple[str, ...]:
 
     The columns ``qc1..qcn`` are commanded joint positions only if there is one for each joint; otherwise they are covariates as well.
     """
-    joints = range(1, n_joints + 1)
-    known = {*KNOWN_POSE_COLUMNS, *(f"{stem}{i}" for stem in ("q", "approach") for i in joints)}
-    known |= {*move_columns(n_joints), *TARGET_MOTION}
-    commanded = {f"{COMMANDED}{i}" for i in joints}
-    known |= commanded if commanded <= {*columns} else set()
+    known = _defined(n_joints)
+    commanded = {f"{COMMANDED}{i}" for i in range(1, n_joints + 1)}
+    if commanded <= {*columns}:
+        known |= commanded
     return tuple(str(name) for name in columns if name not in known)
+
+
+@cache
+def _defined(n_joints: int) -> frozenset[str]:
+    """Return the columns to which the format gives a meaning, without the commanded positions."""
+    by_joint = (f"{stem}{i}" for stem in ("q", "approach") for i in range(1, n_joints + 1))
+    return frozenset({*KNOWN_POSE_COLUMNS, *by_joint, *move_columns(n_joints), *TARGET_MOTION})
 
 
 def misspelt_columns(columns: Sequence[str], n_joints: int) -> list[str]:

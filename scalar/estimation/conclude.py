@@ -128,6 +128,7 @@ def _suspicions(
         dataset,
         model,
         std,
+        guess=prepared.guess,
         rotation_observed=measurement.observes_orientation,
         residual=residuals.rms(model),
         misfit_ratio=None if to_stated is None else lack.ratio * to_stated,

@@ -29,6 +29,7 @@ from scalar.estimation.settings import DEFAULTS, EstimationSettings, Identifiabi
 from scalar.geometry.se3 import Array
 from scalar.units import DEG, MM
 
+_CLEARLY = 3.0  # margin by which every direction is determined without doubt: further rounds change prior standard deviations by less
 _ROUNDS = 4  # in each, the model is fitted and the priors are weighted anew by the remaining residual; usually two suffice
 
 
@@ -74,13 +75,20 @@ def fit_near_data_sheet(
             reweighted = with_prior_stds(reweighted, learned_prior_stds(residuals, reweighted, free, rules))
         converged = _largest_change(model, reweighted) < rules.settled_weight
         model = reweighted
-        if converged:
+        if converged or _determined_by(_CLEARLY, residuals, model, free, rules):
             break
-    used = std_of_priors(model)
-    scale = np.where(np.isfinite(used), used, prior_std(model, rules))
-    if _determined(residuals, model, free, scale, rules.prior_matters * model.misfit_ratio):
+    if _determined_by(1.0, residuals, model, free, rules):
         return model.with_priors((), 1.0).rebased()
     return with_reasons(residuals, model, free, rules).rebased()
+
+
+def _determined_by(
+    margin: float, residuals: Residuals, model: Model, free: Array, rules: IdentifiabilitySettings
+) -> bool:
+    """Return whether the data determine every direction well, by a margin on the ratio of prior standard deviation to standard error."""
+    used = std_of_priors(model)
+    scale = np.where(np.isfinite(used), used, prior_std(model, rules))
+    return _determined(residuals, model, free, scale, margin * rules.prior_matters * model.misfit_ratio)
 
 
 def _determined(residuals: Residuals, model: Model, free: Array, scale: Array, least: float) -> bool:

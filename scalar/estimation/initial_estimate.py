@@ -144,9 +144,11 @@ def _unseen_shifts_undone(residuals: Residuals, model: Model, place: Array, may_
     J = residuals.linearise(parallel)[1]
     index = np.arange(len(may_move))
     shifts, target = (index[block][may_move[block]] for block in (_place(model), model.blocks["target"]))
-    made_up = np.linalg.lstsq(J[:, target], J[:, shifts], rcond=None)[0]
-    _, lengths, directions = np.linalg.svd(J[:, shifts] - J[:, target] @ made_up, full_matrices=False)
-    unseen = directions[lengths < _UNSEEN_SHIFT * np.linalg.norm(J[:, shifts])]
+    # The triangular factor has the same lengths and angles as the columns, and as few rows as there are columns.
+    by_target, by_shift = np.hsplit(np.linalg.qr(J[:, [*target, *shifts]], mode="r"), [len(target)])
+    made_up = np.linalg.lstsq(by_target, by_shift, rcond=None)[0]
+    _, lengths, directions = np.linalg.svd(by_shift - by_target @ made_up, full_matrices=False)
+    unseen = directions[lengths < _UNSEEN_SHIFT * np.linalg.norm(by_shift)]
     if not len(unseen):
         return model
     vector = model.vector

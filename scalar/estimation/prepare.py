@@ -138,7 +138,8 @@ def _identify(
         Undetermined: Without a stated tolerance, the poses give fewer equations than there are free parameters; or no pose reaches its target.
     """
     identifiability = analyse(residuals, where, candidates, settings.identifiability, gauge_alone=True)
-    free = candidates & ~np.isin(initial.names, identifiability.fixed_names)
+    fixed = set(identifiability.fixed_names)
+    free = candidates & np.array([name not in fixed for name in initial.names])
     if dataset.robot.tolerance is None:
         check_equations(dataset, residuals.measurement, int(free.sum()))
     return identifiability, free

@@ -25,13 +25,22 @@ def random_poses(model: Model, count: int) -> Poses:
         count: How many.
     """
     rng = np.random.default_rng(_SEED)
-    limits = model.nominal.limits
-    q = rng.uniform(limits[:, 0], limits[:, 1], (count, len(limits)))
+    q = _joints(model, count, rng)
     columns = {"approach": rng.choice([-1.0, 1.0], q.shape), "temperature": rng.uniform(*_TEMPERATURE, count)}
     torques = rng.uniform(-_TORQUE, _TORQUE, q.shape)
     columns |= {f"{TORQUE}{j + 1}": column for j, column in enumerate(torques.T)}
     columns[PAYLOAD[0]] = rng.uniform(0.0, _PAYLOAD, count)
     return Poses.from_arrays(q, columns, q.shape[1])
+
+
+def random_joints(model: Model, count: int) -> Array:
+    """Return the joint angles ``(count, n)`` of ``random_poses`` alone [rad; m of a prismatic joint]."""
+    return _joints(model, count, np.random.default_rng(_SEED))
+
+
+def _joints(model: Model, count: int, rng: np.random.Generator) -> Array:
+    limits = model.nominal.limits
+    return rng.uniform(limits[:, 0], limits[:, 1], (count, len(limits)))
 
 
 def poses_within_limits(limits: Array, seen: Poses, count: int, seed: int) -> Poses:

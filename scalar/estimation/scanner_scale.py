@@ -11,13 +11,13 @@ from __future__ import annotations
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.effects import PointEffect
 from scalar.effects.registry import BUILT_IN
 from scalar.estimation.model import Model
-from scalar.estimation.random_poses import random_poses
-from scalar.estimation.residuals import BoundPointEffect, Residuals, extra_basis_of
+from scalar.estimation.random_poses import random_joints
+from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
-from scalar.sensors import kind_of, measure
+from scalar.sensors import kind_of
+from scalar.sensors.scans import as_scans, by_range_scale
 
 SCALE = next(kind for kind in BUILT_IN if kind.stretches_lengths)
 """The effect that is an error of the scale."""
@@ -45,28 +45,22 @@ def unchecked_scale(
         free: ``(P,)`` bool, in the order of ``model.names``.
         covariance: ``(F, F)`` of the free parameters, for residuals of unit variance.
     """
-    if not kind_of(dataset).measures_range or any(isinstance(effect, SCALE) for effect in model.effects):
+    kind = kind_of(dataset)
+    if not (kind.measures_range and kind.scans) or any(isinstance(effect, SCALE) for effect in model.effects):
         return None
-    scale = SCALE()
-    assert isinstance(scale, PointEffect)  # it is an error of the points
+    known = residuals.linearise(model)[1][:, free]
     T_base_sensor = residuals.kinematics(model).T_base_sensor
-    measurement = measure(dataset, extra_basis_of((*model.effects, scale)))
-    wider = residuals.measured_as(measurement.reweighted(T_base_sensor, model.target), model)
-    known = wider.linearise(model)[1][:, free]
-    by_scale = wider.measurement.extra_columns(
-        T_base_sensor, model.target, [BoundPointEffect(scale, residuals.poses)]
-    ).ravel()
+    by_scale = by_range_scale(as_scans(residuals.measurement), T_base_sensor, model.target).ravel()
     column = np.zeros(len(known))
-    column[: len(by_scale)] = (
-        by_scale  # the rows below are prior information, which the scale does not change
-    )
+    # The rows below are prior information, which the scale does not change.
+    column[: len(by_scale)] = by_scale
     absorbed = covariance @ (known.T @ column)
     left = float(np.linalg.norm(column - known @ absorbed))
     if left * DETERMINED * NATURAL > 1.0:
         return None
     vector = model.vector.copy()
     vector[free] -= NATURAL * absorbed
-    q = random_poses(model, _POSES).q
+    q = random_joints(model, _POSES)
     here, there = (
         (m.robot.flange(q) @ m.T_flange_sensor)[:, :3, 3] for m in (model, model.with_vector(vector))
     )

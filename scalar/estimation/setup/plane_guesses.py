@@ -8,14 +8,14 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
 from scalar.estimation.setup.mirror_image import or_wrong_signs
 from scalar.geometry.planes import Planes
-from scalar.sensors.plane_targets import plane_targets
+from scalar.sensors import Target
 from scalar.units import MM
 
 ALONG_Y = 0.7  # component of a normal along y from which on a plane lies on one side of the arm
 FAR = 200 * MM  # twice the error of a guess from which a fit is documented to start
 
 
-def far_guesses(dataset: Dataset, model: Model) -> list[tuple[str, str]]:
+def far_guesses(dataset: Dataset, model: Model, guess: Target) -> list[tuple[str, str]]:
     """Return the name of every plane whose guessed distance is far off, and a sentence with the figures.
 
     A guess that is tilted has another distance from the base's origin at the same points; as much as a tilt explains is not counted.
@@ -23,11 +23,12 @@ def far_guesses(dataset: Dataset, model: Model) -> list[tuple[str, str]]:
     Args:
         dataset: What was measured.
         model: Where the fit ended.
+        guess: The target at its initial guess.
     """
     planes = model.target
-    if not isinstance(planes, Planes):
+    if not (isinstance(planes, Planes) and isinstance(guess, Planes)):
         return []
-    guess, found = plane_targets(dataset)[1], []
+    found = []
     declared = {plane.name for plane in dataset.planes if plane.distance_std is not None}
     turns, distances = planes.relative_to(guess.normals)
     for name, normal, turn, fitted, guessed in zip(

@@ -20,7 +20,7 @@ from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array, log_so3
 from scalar.robots import doubt_of_name, largest_payload
-from scalar.sensors import kind_of
+from scalar.sensors import Target, kind_of
 from scalar.units import DEG, MM
 
 ZERO = 5 * DEG  # a joint zero that was set by marks is wrong by a few degrees at most
@@ -39,6 +39,7 @@ def implausible(
     model: Model,
     std: Array,
     *,
+    guess: Target,
     rotation_observed: bool,
     residual: float,
     misfit_ratio: float | None = None,
@@ -51,6 +52,7 @@ def implausible(
         dataset: What was measured.
         model: Where the fit ended.
         std: ``(P,)``, standard errors in the order of ``model.names``; NaN for what is fixed.
+        guess: The target at its initial guess.
         rotation_observed: Whether the data of this kind of sensor depend on its orientation on the flange.
         residual: Root mean square of what the fit leaves [m].
         misfit_ratio: The residual over what the stated noise explains, or None where none is stated.
@@ -62,7 +64,7 @@ def implausible(
         *lengths_off(dataset, model, std, fixed_length),
         *_zeros(dataset, model, std),
         *_sensor(dataset, model, rotation_observed),
-        *(Suspicion("plane_guess", name, sentence) for name, sentence in far_guesses(dataset, model)),
+        *(Suspicion("plane_guess", name, sentence) for name, sentence in far_guesses(dataset, model, guess)),
     ]
     if not any(suspicion.what == ROBOT for suspicion in found) and (doubt := doubt_of_name(dataset.robot)):
         found.append(Suspicion(ROBOT, "robot.name", doubt))
