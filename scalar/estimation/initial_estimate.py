@@ -124,6 +124,8 @@ def sensor_and_target(residuals: Residuals, model: Model) -> Array:
 
 def _may_move(model: Model, held: Collection[str]) -> Array:
     """Return which coordinates ``(P,)`` bool are not among those to hold."""
+    if not held:  # as in most calibrations, which are spared the names
+        return np.ones(model.blocks["effects"].stop, dtype=bool)
     return np.array([name not in held for name in model.names])
 
 
