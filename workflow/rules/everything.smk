@@ -43,6 +43,7 @@ use rule gather_numbers as gather_fresh_numbers with:
         curves=resource("published_curves.csv"),
         claims=resource("published_claims.csv"),
         followup=resource("published_followup.csv"),
+        published_measured=resource("published_measured.csv"),
         judged=resource("judged_claims.csv"),
         trials=[f"{TRIALS_DIR}/summaries/{path.name}" for path in TRIALS_REPORTED],
         stratified=[local(path) for path in STRATIFIED_REPORTED],
@@ -56,6 +57,7 @@ use rule gather_numbers as gather_fresh_numbers with:
         modules=modules(
             "study.paper.numbers",
             "study.paper.committed",
+            "study.paper.measured_published",
             "study.paper.measured_rivals",
             "study.paper.parts",
             "study.paper.trials",

@@ -78,6 +78,9 @@ if (MEASURED_SUMMARIES / "numbers.json").exists():
 if (MEASURED_SUMMARIES / "rivals.json").exists():
     PAPER_NUMBERS["measured_rivals"] = local(MEASURED_SUMMARIES / "rivals.json")
 
+if (MEASURED_SUMMARIES / "published.json").exists():
+    PAPER_NUMBERS["measured_published"] = local(MEASURED_SUMMARIES / "published.json")
+
 SENSITIVITY_SUMMARIES = PAPER / "summaries/sensitivity"
 if (SENSITIVITY_SUMMARIES / "numbers.json").exists():
     PAPER_NUMBERS["sensitivity"] = local(SENSITIVITY_SUMMARIES / "numbers.json")
@@ -214,6 +217,7 @@ rule gather_numbers:
         curves=resource("published_curves.csv"),
         claims=resource("published_claims.csv"),
         followup=resource("published_followup.csv"),
+        published_measured=resource("published_measured.csv"),
         judged=resource("judged_claims.csv"),
         trials=[local(path) for path in TRIALS_REPORTED],
         stratified=[local(path) for path in STRATIFIED_REPORTED],
@@ -227,6 +231,7 @@ rule gather_numbers:
         modules=modules(
             "study.paper.numbers",
             "study.paper.committed",
+            "study.paper.measured_published",
             "study.paper.measured_rivals",
             "study.paper.parts",
             "study.paper.trials",

@@ -9,6 +9,7 @@ with logged(snakemake.log):
     from scalar.data.io.atomic import write_json
     from study.common.tables import read_table
     from study.paper import committed
+    from study.paper.measured_published import beside
     from study.paper.measured_rivals import counts
     from study.paper.numbers import gather
     from study.paper.parts import compared, conventions, measured_later, settings, setup, stated
@@ -51,5 +52,9 @@ with logged(snakemake.log):
         parts["benchmark"]["with_moment"] = committed.with_moment(read_table(given.rivals))
     if "measured_rivals" in parts:
         parts["measured_rivals"] |= counts(parts["measured_rivals"]["sets"])
+    if "measured_published" in parts:
+        parts["measured_published"] |= beside(
+            parts["measured_published"]["sets"], read_table(given.published_measured)
+        )
     parts["compared"] = compared(parts)
     write_json(snakemake.output[0], {"draft": snakemake.params.draft} | gather(parts))
