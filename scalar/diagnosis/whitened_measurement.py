@@ -96,6 +96,11 @@ class WhitenedMeasurement(Measurement):
             residual, self.whitening @ rows.wrench, self.whitening @ rows.target, self.whitening @ rows.extra
         )
 
+    def by_range_scale(self, T_base_sensor: Array, target: Target) -> Array | None:
+        """Return the inner derivatives, whitened."""
+        inner = self.inner.by_range_scale(T_base_sensor, target)
+        return None if inner is None else np.einsum("nij,nj->ni", self.whitening, inner)
+
     def reweighted(self, T_base_sensor: Array, target: Target) -> Measurement:
         """Return the inner measurement reweighted, whitened as before."""
         return replace(self, inner=self.inner.reweighted(T_base_sensor, target))

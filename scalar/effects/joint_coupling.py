@@ -35,6 +35,7 @@ class JointCoupling(SingleJointEffect):
     source: int
 
     name: ClassVar[str] = "joint_coupling"
+    imitators_are_as_likely: ClassVar[bool] = True
     kind: ClassVar[str] = "coupling"
     sentence: ClassVar[str] = (
         "when one joint turns, another turns a little as well, as in wrists whose gears are coupled"

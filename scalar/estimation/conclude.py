@@ -198,7 +198,7 @@ def _summary(
         "kept_near_data_sheet": {a.name: a.reason for a in model.priors if a.reason},
         "singular_values": [float(s) for s in prepared.identifiability.singular_values],
     }
-    if (shift := unchecked_scale(dataset, residuals, model, found.free, covariance)) is not None:
+    if (shift := unchecked_scale(residuals, model, found.free, covariance)) is not None:
         summary[SCANNER_SCALE_SHIFT] = shift
     return summary | {"setup": []}
 

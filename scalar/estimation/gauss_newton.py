@@ -18,7 +18,7 @@ from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
 _STEPS = 200  # largest number of steps, those included that raised the cost; usually three suffice
-_LEAST_DROP = 1e-8  # a step that is expected to lower the cost by a smaller share of the residual's mean square (at least 1) is the last
+_LEAST_DROP = 1e-6  # a step that is expected to lower the cost by a smaller share of the residual's mean square (at least 1) is the last
 # Along a curved valley steps stay short. The last one is then that before which this many others have lowered the cost by less than this many times
 # the residual's mean square: the data do not tell such models apart.
 _SLOW_STEPS, _SLOW_DROP = 10, 0.1

@@ -10,14 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from scalar.data.dataset import Dataset
 from scalar.effects.registry import BUILT_IN
 from scalar.estimation.model import Model
 from scalar.estimation.random_poses import random_joints
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
-from scalar.sensors import kind_of
-from scalar.sensors.scans import as_scans, by_range_scale
 
 SCALE = next(kind for kind in BUILT_IN if kind.stretches_lengths)
 """The effect that is an error of the scale."""
@@ -31,29 +28,25 @@ SCANNER_SCALE_SHIFT = "scanner_scale_shift_m"
 _POSES = 200
 
 
-def unchecked_scale(
-    dataset: Dataset, residuals: Residuals, model: Model, free: Array, covariance: Array
-) -> float | None:
+def unchecked_scale(residuals: Residuals, model: Model, free: Array, covariance: Array) -> float | None:
     """Return how far predicted positions move if the scanner's scale is off by its natural size [m], RMS over random poses within the joint limits.
 
     None is returned if the sensor measures no ranges, if the model contains their scale, or if the data determine it.
 
     Args:
-        dataset: What was measured.
-        residuals: The same dataset's, whitened at the optimum.
+        residuals: Of the dataset, whitened at the optimum.
         model: Where the fit ended.
         free: ``(P,)`` bool, in the order of ``model.names``.
         covariance: ``(F, F)`` of the free parameters, for residuals of unit variance.
     """
-    kind = kind_of(dataset)
-    if not (kind.measures_range and kind.scans) or any(isinstance(effect, SCALE) for effect in model.effects):
+    T_base_sensor = residuals.kinematics(model).T_base_sensor
+    by_scale = residuals.measurement.by_range_scale(T_base_sensor, model.target)
+    if by_scale is None or any(isinstance(effect, SCALE) for effect in model.effects):
         return None
     known = residuals.linearise(model)[1][:, free]
-    T_base_sensor = residuals.kinematics(model).T_base_sensor
-    by_scale = by_range_scale(as_scans(residuals.measurement), T_base_sensor, model.target).ravel()
     column = np.zeros(len(known))
     # The rows below are prior information, which the scale does not change.
-    column[: len(by_scale)] = by_scale
+    column[: by_scale.size] = by_scale.ravel()
     absorbed = covariance @ (known.T @ column)
     left = float(np.linalg.norm(column - known @ absorbed))
     if left * DETERMINED * NATURAL > 1.0:

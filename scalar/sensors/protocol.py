@@ -101,6 +101,10 @@ class Measurement(NoiseProtocol):
         """Return the derivatives ``(N, m, k)`` of the rows by the coefficients of effects on points and surfaces: ``Rows.extra`` alone."""
         return self.rows(T_base_sensor, target, point_effects).extra
 
+    def by_range_scale(self, T_base_sensor: Array, target: Target) -> Array | None:
+        """Return the derivatives ``(N, m)`` of the rows by a factor on all ranges, if they depend on it; the default is None."""
+        return None
+
     @abstractmethod
     def distances(
         self, T_base_sensor: Array, target: Target, point_effects: Sequence[Any] = ()

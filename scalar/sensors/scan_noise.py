@@ -37,6 +37,17 @@ class NoisyScans(OnPlanes):
     R_metric: Array
     noise: PoseNoise | None
 
+    def by_range_scale(self, T_base_sensor: Array, target: Target) -> Array | None:
+        """Return the derivatives ``(N, m)`` of the rows by a factor on all ranges.
+
+        It moves a point (x, z) by its own place, or by (0, z) if the scanner errs along z. The point's height over the plane changes by what these
+        two coordinates contribute to it, which is a part of the contact vector.
+        """
+        assert isinstance(target, Planes)
+        by_coordinates = contact_vectors(T_base_sensor, target, self.target_index)
+        by_coordinates[:, : 1 if self.error_axis == "ray" else 2] = 0.0
+        return np.einsum("nij,nj->ni", self.R[:, :, :3], by_coordinates)
+
     def noise_floor(self, T_base_sensor: Array, target: Target) -> float:
         """Return the root mean square distance [m] to the planes that the noise of the points alone causes."""
         assert isinstance(target, Planes)

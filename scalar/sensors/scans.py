@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
-import numpy as np
-
 from scalar.geometry.se3 import Array
-from scalar.sensors.profile import contact_vectors
 from scalar.sensors.protocol import Measurement
 
 if TYPE_CHECKING:
@@ -73,14 +70,3 @@ def as_scans(measurement: Measurement) -> Scans:
     if not measurement.scans:
         raise ValueError(f"scans of planes are needed, and this is a {measurement.words}")
     return cast(Scans, measurement)
-
-
-def by_range_scale(scans: Scans, T_base_sensor: Array, planes: Any) -> Array:
-    """Return the derivatives ``(N, m)`` of the rows by a factor on all ranges, at poses of the sensor ``(N, 4, 4)``.
-
-    Longer ranges move a point (x, z) by its own place, or by (0, z) if the scanner errs along z. Its height over the plane changes by what these
-    two coordinates contribute to it, which is a part of the contact vector.
-    """
-    by_coordinates = contact_vectors(T_base_sensor, planes, scans.target_index)
-    by_coordinates[:, : 1 if scans.error_axis == "ray" else 2] = 0.0
-    return np.einsum("nij,nj->ni", scans.R[:, :, :3], by_coordinates)
