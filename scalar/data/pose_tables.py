@@ -23,6 +23,8 @@ from scalar.errors import Fault, InvalidInput
 if TYPE_CHECKING:
     import pandas as pd
 
+    from scalar.data.joint_convention import JointConvention
+
 # A calibration holds the limits of the dataset from which it was made.
 _GIVE_LIMITS = f"give its limits in {DESCRIPTION} of the dataset and calibrate again"
 
@@ -38,8 +40,9 @@ def read_pose_table(
     prismatic: Sequence[int] = (),
     columns: Sequence[str] | None = None,
     copied: bool = False,
+    convention: JointConvention | None = None,
 ) -> pd.DataFrame:
-    """Return the poses of a CSV file with the columns ``pose, q1..qn``; rows and columns as in the file.
+    """Return the poses of a CSV file with the columns ``pose, q1..qn``, joints as the dataset counts them; rows and columns as in the file.
 
     Args:
         path: the file.
@@ -51,6 +54,7 @@ def read_pose_table(
         prismatic: indices, from 0, of the prismatic joints.
         columns: the names in the file's first line, if they were read before.
         copied: whether further columns may hold text or empty cells.
+        convention: how the controller counts the joints of the file; None if they count as those of the dataset.
 
     Returns:
         `pose` int64, `plane` and `session` text, with `copied` also columns that are not all numbers, all others float64;
@@ -75,6 +79,8 @@ def read_pose_table(
     table = read_csv(path, layout, faults)
     if table is not None:
         own.to_si(table)
+        if convention is not None:
+            convention.table_to_dataset(table)
         # Only `pose` is unique: several poses to predict for may have the same order.
         # An effect of one joint needs the approach of that joint alone.
         check_poses(table, description, faults, unique=("pose",), all_joints=False)

@@ -97,7 +97,7 @@ def import_dataset(
         raise InvalidInput(faults)
     _write(mapping, poses, points, nests, dataset_dir, force)
     return left_out, [
-        sentence for sentence in (converted_joints(mapping), unconverted_signs(mapping)) if sentence
+        sentence for sentence in (converted_joints(mapping, file), unconverted_signs(mapping)) if sentence
     ]
 
 

@@ -53,12 +53,15 @@ def _validator() -> Draft202012Validator:
     return strict_validator(json.loads(text))
 
 
-def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingFile:
+def load_mapping(
+    path: Path, robot: Mapping[str, Any] | None = None, *, otherwise: Mapping[str, Any] | None = None
+) -> MappingFile:
     """Return the mapping in a YAML file.
 
     Args:
         path: the mapping file.
         robot: the ``robot:`` block of the dataset in SI; None if the mapping states it. One of the two has to.
+        otherwise: the ``robot:`` block that is taken if the mapping states none; unlike ``robot``, it may be given where the mapping states one.
 
     Raises:
         InvalidInput: with every fault of the keys; if there is none, with every fault of the dataset's description and of the columns.
@@ -79,7 +82,7 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
         given.fault(("dataset_units",), f"{inner} is a file, which is in metres and radians; {_OF_A_FILE}")
     if given.faults:
         raise InvalidInput(given.faults)
-    description = _description(given, path, robot)
+    description = _description(given, path, robot, otherwise)
     poses, points, nests = content["poses"], content.get("points"), content.get("nests")
     table = None if description.sensor_format is None else description.sensor_format.table
     references = None if description.sensor_format is None else description.sensor_format.references
@@ -112,7 +115,9 @@ def _with_place_of_text(fault: Fault) -> Fault:
     return replace(fault, message=_TEXT_PLACE) if fault.column == "poses.text" else fault
 
 
-def _description(given: Description, path: Path, robot: Mapping[str, Any] | None) -> Description:
+def _description(
+    given: Description, path: Path, robot: Mapping[str, Any] | None, otherwise: Mapping[str, Any] | None
+) -> Description:
     """Return the description of the dataset to be written; its faults name the file and the key that have to be corrected."""
     inner, inline = given.mapping["dataset"], True
     units = given.mapping.get("dataset_units", {})
@@ -123,6 +128,8 @@ def _description(given: Description, path: Path, robot: Mapping[str, Any] | None
         inner, lines = load_yaml_lines(other)
         file = other.name
     wrong: list[tuple[tuple[str | int, ...], str]] = []
+    if robot is None and isinstance(inner, dict) and "robot" not in inner:
+        robot = otherwise
     if inline:
         inner.setdefault("format", DATASET_FORMAT)
         inner = {"format": inner["format"], **inner}
