@@ -23,7 +23,7 @@ from scalar.errors import Fault, InvalidInput
 from scalar.ingest.converted_joints import converted_joints, unconverted_signs
 from scalar.ingest.imported_table import ImportedTable, by_file
 from scalar.ingest.left_out import LeftOut
-from scalar.ingest.mapping import Block, MappingFile
+from scalar.ingest.mapping import Block, FileRule, MappingFile
 from scalar.ingest.mapping_reader import load_mapping
 from scalar.ingest.matching import give_to_nearest, keep_matched
 from scalar.ingest.named_units import unit_of_column
@@ -60,12 +60,7 @@ def import_dataset(
     faults: list[Fault] = []
     left_out: list[LeftOut] = []
     several = mapping.several_points
-    poses, points = read_block(mapping, mapping.poses, chosen[0], faults, left_out, rows_are_points=several)
-    if mapping.points is not None:
-        points, _ = read_block(mapping, mapping.points, chosen[1], faults, left_out)
-    nests = None
-    if mapping.nests is not None:
-        nests, _ = read_block(mapping, mapping.nests, chosen[2], faults, left_out)
+    poses, points, nests = _read_blocks(mapping, chosen, faults, left_out)
     if faults or poses is None:
         raise InvalidInput(faults)
     block = mapping.points
@@ -99,6 +94,24 @@ def import_dataset(
     return left_out, [
         sentence for sentence in (converted_joints(mapping, file), unconverted_signs(mapping)) if sentence
     ]
+
+
+def _read_blocks(
+    mapping: MappingFile,
+    chosen: Sequence[Sequence[tuple[Path, FileRule]]],
+    faults: list[Fault],
+    left_out: list[LeftOut],
+) -> tuple[ImportedTable | None, ImportedTable | None, ImportedTable | None]:
+    """Return the tables of poses, points and nests from the files chosen for each; faults of one table do not hide those of another."""
+    several = mapping.several_points
+    poses, points = read_block(mapping, mapping.poses, chosen[0], faults, left_out, rows_are_points=several)
+    nests, of_points, of_nests = None, list[Fault](), list[Fault]()
+    if mapping.points is not None:
+        points, _ = read_block(mapping, mapping.points, chosen[1], of_points, left_out)
+    if mapping.nests is not None:
+        nests, _ = read_block(mapping, mapping.nests, chosen[2], of_nests, left_out)
+    faults += [*of_points, *of_nests]
+    return poses, points, nests
 
 
 def _order(poses: ImportedTable) -> np.ndarray:

@@ -1,13 +1,15 @@
 """Read the table that a block of a mapping describes (poses, points or nests) from its foreign files, in SI."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from filecmp import cmp
 from pathlib import Path
 
 import numpy as np
 
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.column_profiles import points_of_columns
+from scalar.ingest.copied_files import FileRead, report_copies
 from scalar.ingest.foreign_tables import read_raw
 from scalar.ingest.imported_table import MEASURED_AT, ImportedTable, joined, select_rows
 from scalar.ingest.left_out import LeftOut
@@ -50,29 +52,27 @@ def read_block(
     """
     parts: list[ImportedTable] = []
     points: list[ImportedTable] = []
+    read: list[FileRead] = []
+    faulty: dict[str, Path] = {}
     n_poses, next_id, next_scan = 0, 0, 0
     names = distinct_names([path for path, _ in chosen])
     for (path, rule), name in zip(chosen, names, strict=True):
+        n_before = len(faults)
+        if (same := _same_bytes(path, faulty)) is not None:
+            faults.append(
+                Fault(name, f"has the same bytes as {same}, which is at fault; leave one of them out")
+            )
+            continue
         try:
-            raw = replace(read_raw(path, {**mapping.text, **block.text}, mapping.variable), file=name)
-            raw = _rows_like(raw, block, left_out)
-            if block.row_profiles is not None:
-                raw = points_of_rows(raw, block.row_profiles)
-            elif block.column_profiles is not None:
-                raw = points_of_columns(raw, block.column_profiles)
-            raw = replace(raw, rows_per_pose=block.rows_per_pose)
-            whole = _in_order(
-                [
-                    _read_columns(
-                        raw, one, replace(rule, text={**rule.text, **text}), faults, left_out, next_scan
-                    )
-                    for one, text in block.of_each_target()
-                ]
+            raw, whole = _read_file(
+                mapping, block, path, replace(rule, name=name), faults, left_out, next_scan
             )
             next_scan += len(raw.lines) + 1
             keep, owner = _first_rows(raw, whole, block, faults)
         except InvalidInput as error:
             faults += error.faults
+            if len(faults) > n_before:
+                faulty[name] = path
             continue
         table = select_rows(whole, keep)
         if "pose" not in table.columns:
@@ -80,6 +80,7 @@ def read_block(
             table.columns["pose"] = np.arange(start, start + table.n_rows, dtype=float)
             next_id = start + table.n_rows
         table.columns["pose"] = table.columns["pose"] + rule.add_to_pose
+        read.append(FileRead(rule, whole, table.columns["pose"]))
         if rows_are_points:
             coordinates = {name: whole.columns[name] for name in mapping.measured_columns}
             for name in coordinates:
@@ -88,6 +89,9 @@ def read_block(
             points.append(replace(whole, columns=coordinates, bad={}))
         n_poses += table.n_rows
         parts.append(table)
+    references = mapping.references
+    nests = references is not None and block is mapping.nests
+    report_copies(read, block, tuple(references.units) if nests else mapping.point_columns, faults)
     if faults or not parts:
         return None, None
     try:
@@ -99,6 +103,51 @@ def read_block(
         report_merged(table, block, faults)
     table.columns.pop(SCAN, None)
     return table, all_points
+
+
+def _read_file(
+    mapping: MappingFile,
+    block: Block,
+    path: Path,
+    rule: FileRule,
+    faults: list[Fault],
+    left_out: list[LeftOut],
+    next_scan: int,
+) -> tuple[RawTable, ImportedTable]:
+    """Return one file as it is, and its columns in SI; a row of several targets has a row for each of them.
+
+    Args:
+        mapping: The mapping.
+        block: The block of the file.
+        path: The file.
+        rule: What holds for all its rows; ``name`` is what messages call the file.
+        faults: Every fault found is added here.
+        left_out: Rows that ``drop_without`` leaves out are added here.
+        next_scan: The number from which scans are counted in this file.
+
+    Raises:
+        InvalidInput: The file cannot be read, or there are faults.
+    """
+    raw = replace(read_raw(path, {**mapping.text, **block.text}, mapping.variable), file=rule.name)
+    raw = _rows_like(raw, block, left_out)
+    if block.row_profiles is not None:
+        raw = points_of_rows(raw, block.row_profiles)
+    elif block.column_profiles is not None:
+        raw = points_of_columns(raw, block.column_profiles)
+    raw = replace(raw, rows_per_pose=block.rows_per_pose)
+    tables = [
+        _read_columns(raw, one, replace(rule, text={**rule.text, **text}), faults, left_out, next_scan)
+        for one, text in block.of_each_target()
+    ]
+    return raw, _in_order(tables)
+
+
+def _same_bytes(path: Path, others: Mapping[str, Path]) -> str | None:
+    """Return the name of one of several files that has the same bytes as a file, or None."""
+    for name, other in others.items():
+        if path.is_file() and other.is_file() and cmp(path, other, shallow=False):
+            return name
+    return None
 
 
 def _rows_like(raw: RawTable, block: Block, left_out: list[LeftOut]) -> RawTable:
