@@ -19,6 +19,7 @@ TEXT_COLUMNS = ("plane", "session", TARGET, "nest")
 JOINT = re.compile(r"qc?[1-9][0-9]*")
 OF_JOINT = re.compile(rf"(approach|{TORQUE})[1-9][0-9]*")
 """Columns whose sign is that of a joint's motion."""
+APPROACH = re.compile(r"approach[1-9][0-9]*")
 _BY_JOINT = re.compile(rf"(q|{COMMANDED}|{TORQUE})([1-9][0-9]*)")
 
 
@@ -36,6 +37,7 @@ class Column:
         names: for text, ``{value in the file: value in the dataset}``; None if all values are kept.
         unit: the file's unit; empty if the column has none.
         sign_stated: whether the mapping states ``sign``.
+        values: for a direction of approach, ``{text in the file: 1, -1 or 0}``; None if the mapping states none.
     """
 
     reference: Reference
@@ -46,6 +48,7 @@ class Column:
     names: Mapping[str, str] | None = None
     unit: str = ""
     sign_stated: bool = False
+    values: Mapping[str, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ from scalar.data.unit_suspicions import suspect_description, write_si
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.column_profiles import ColumnProfiles
 from scalar.ingest.mapping import (
+    APPROACH,
     JOINT,
     OF_JOINT,
     TEXT_COLUMNS,
@@ -266,7 +267,10 @@ def _column(
             given.fault((*path, key), "only joints have one; remove this key")
     if "names" in entry and name not in TEXT_COLUMNS:
         given.fault((*path, "names"), f"only {', '.join(TEXT_COLUMNS)} have names; remove this key")
+    if "values" in entry and not APPROACH.fullmatch(name):
+        given.fault((*path, "values"), "only directions of approach have values; remove this key")
     to_si = units.get(unit or "", lambda value: value)
     offset, names = float(entry.get("offset", 0.0)), entry.get("names")
     sign, plus = float(entry.get("sign", 1)), entry.get("plus")
-    return Column(entry["column"], to_si, sign, offset, plus, names, unit or "", "sign" in entry)
+    values = {text: float(value) for text, value in entry["values"].items()} if "values" in entry else None
+    return Column(entry["column"], to_si, sign, offset, plus, names, unit or "", "sign" in entry, values)

@@ -10,22 +10,18 @@ import numpy as np
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.column_profiles import points_of_columns
 from scalar.ingest.copied_files import FileRead, report_copies
+from scalar.ingest.file_columns import read_columns
 from scalar.ingest.foreign_tables import read_raw
-from scalar.ingest.imported_table import MEASURED_AT, ImportedTable, joined, select_rows
+from scalar.ingest.imported_table import ImportedTable, joined, select_rows
 from scalar.ingest.left_out import LeftOut
-from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, FileRule, MappingFile
-from scalar.ingest.merged_scans import SCAN, number_scans, report_merged
-from scalar.ingest.orientation import to_rotation_vectors
+from scalar.ingest.mapping import JOINT, Block, FileRule, MappingFile
+from scalar.ingest.merged_scans import SCAN, report_merged
 from scalar.ingest.raw_table import RawTable
 from scalar.ingest.row_profiles import points_of_rows
 from scalar.ingest.source_files import distinct_names
 
 SAME_POSE = 1e-3
 """Most by which joint angles [rad] may differ between the rows of one pose: encoders dither by less, and poses differ by more."""
-_EMPTY = "an empty cell; complete it, or let the mapping leave such rows out with drop_without"
-_WITHOUT_TIME = (
-    "an empty cell; complete it, or let the mapping leave such rows out by rows_like: {this column: '?*'}"
-)
 
 
 def read_block(
@@ -136,7 +132,7 @@ def _read_file(
         raw = points_of_columns(raw, block.column_profiles)
     raw = replace(raw, rows_per_pose=block.rows_per_pose)
     tables = [
-        _read_columns(raw, one, replace(rule, text={**rule.text, **text}), faults, left_out, next_scan)
+        read_columns(raw, one, replace(rule, text={**rule.text, **text}), faults, left_out, next_scan)
         for one, text in block.of_each_target()
     ]
     return raw, _in_order(tables)
@@ -179,100 +175,6 @@ def _in_order(tables: Sequence[ImportedTable]) -> ImportedTable:
         joined(tables), labels={name: " or ".join(found) for name, found in of_columns.items()}
     )
     return select_rows(together, np.argsort(together.line_numbers(), kind="stable"))
-
-
-def _read_columns(
-    raw: RawTable,
-    block: Block,
-    rule: FileRule,
-    faults: list[Fault],
-    left_out: list[LeftOut],
-    first_scan: int,
-) -> ImportedTable:
-    """Return the columns of one file in SI, without the rows in which a column of ``drop_without`` is empty; these are noted.
-
-    Args:
-        raw: The file.
-        block: The block of the mapping, of one target.
-        rule: What holds for all rows of the file.
-        faults: Every fault found is added here.
-        left_out: Rows that ``drop_without`` leaves out are added here.
-        first_scan: The number from which scans are counted in this file.
-    """
-    columns: dict[str, np.ndarray] = {}
-    empty: dict[str, np.ndarray] = {}
-    midnight: float | None = None
-    for name, column in block.columns.items():
-        try:
-            if name in TEXT_COLUMNS:
-                text, empty[name] = raw.text(column.reference)
-                names = column.names or {}
-                columns[name] = np.array([names.get(cell, cell) for cell in text], dtype=object)
-            else:
-                if name == "time":
-                    values, empty[name], midnight = raw.seconds(column.reference, faults)
-                    columns[name] = column.to_si(values)
-                    continue
-                read = raw.pose_numbers if name == "pose" else raw.numbers
-                values, empty[name] = read(column.reference, faults)
-                if column.plus is not None:
-                    added, none_added = read(column.plus, faults)
-                    values, empty[name] = values + added, empty[name] | none_added
-                columns[name] = column.to_si(column.sign * values + column.offset)
-        except InvalidInput as error:
-            faults += error.faults
-    if block.nearest_time is not None:
-        try:
-            columns[MEASURED_AT], empty[MEASURED_AT], midnight = raw.seconds(
-                block.nearest_time.column, faults
-            )
-        except InvalidInput as error:
-            faults += error.faults
-    if faults:
-        raise InvalidInput(())
-    n = len(raw.lines)
-    for name, text in rule.text.items():
-        columns[name] = np.full(n, text, dtype=object)
-    for name, value in rule.covariates.items():
-        columns[name] = np.full(n, value)
-    scans = number_scans(raw, block, first_scan)
-    if scans is not None:
-        columns[SCAN] = scans
-    keep = np.ones(n, dtype=bool)
-    for name in block.drop_without:
-        keep &= ~empty[name]
-    zero = np.zeros(n, dtype=bool)
-    if block.drop_zeros:
-        zero = keep & np.all([columns[name] == 0.0 for name in block.drop_zeros], axis=0)
-    if not (keep & ~zero).any():
-        message = f"no row has {' and '.join(block.drop_without)}, so that none is left; check columns and drop_without"
-        if zero.any():
-            others = " that is not empty" if block.drop_without else ""
-            message = f"{', '.join(block.drop_zeros)} are 0 in every row{others}, so that none is left; check columns and drop_zeros"
-        raise InvalidInput(Fault(raw.file, message))
-    labels = {name: raw.label(column.reference) for name, column in block.columns.items()}
-    if block.nearest_time is not None:
-        labels[MEASURED_AT] = raw.label(block.nearest_time.column)
-    lines, files = raw.lines, np.full(n, raw.file, dtype=object)
-    table = ImportedTable(raw.file, columns, lambda: lines, files=files, labels=labels, midnight=midnight)
-    if not keep.all():
-        without = " or ".join(table.labels[name] for name in block.drop_without)
-        rows = tuple(int(line) for line in np.asarray(lines)[~keep])
-        left_out.append(LeftOut(raw.file, rows, f"without {without} (drop_without)"))
-    if zero.any():
-        rows = tuple(int(line) for line in np.asarray(lines)[zero])
-        where = ", ".join(table.labels[name] for name in block.drop_zeros)
-        left_out.append(LeftOut(raw.file, rows, f"with 0 in {where} (drop_zeros)"))
-        keep &= ~zero
-    for name, missing in empty.items():
-        remedy = _WITHOUT_TIME if name == MEASURED_AT else _EMPTY
-        table.report(faults, name, missing & keep, lambda _, remedy=remedy: remedy)
-    if block.first_of_each is not None:
-        key = raw.text(block.first_of_each)[0].astype(str)
-        columns["_pose"] = np.unique(key, return_inverse=True)[1].astype(float)
-    kept = select_rows(table, np.flatnonzero(keep))
-    to_rotation_vectors(kept, block.euler_axes, faults)
-    return kept
 
 
 def _first_rows(
