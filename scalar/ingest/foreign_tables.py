@@ -37,13 +37,13 @@ def read_raw(path: Path, text: Mapping[str, Any], variable: str | None) -> RawTa
 
     Args:
         path: the file.
-        text: the block ``text`` of the mapping: separator, decimal, thousands, header, skip_lines, encoding, missing, sheet.
+        text: the block ``text`` of the mapping: separator, decimal, thousands, header, skip_lines, encoding, missing, sheet, dates.
         variable: name of the matrix in a ``.mat`` file; None for the only one.
 
     Raises:
         InvalidInput: the file cannot be read, or is not such a table; every faulty row is named.
     """
-    return replace(_read(path, text, variable), number=last_number(path.stem))
+    return replace(_read(path, text, variable), number=last_number(path.stem), dates=text.get("dates"))
 
 
 def _read(path: Path, text: Mapping[str, Any], variable: str | None) -> RawTable:

@@ -13,7 +13,7 @@ from scalar.data.located_table import did_you_mean, shorten
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.pose_names import numbers_of_names, several_kinds
 from scalar.ingest.written_numbers import Written
-from scalar.ingest.written_times import is_date, read_times
+from scalar.ingest.written_times import Unsettled, is_date, read_times
 
 Reference = str | int
 """A column of a file by its name, or by its number, the first being 1."""
@@ -43,6 +43,7 @@ class RawTable:
         missing: texts, in lower case, which mean that nothing was measured.
         number: the last whole number in the file's name, which the column ``@file_number`` holds in every row; None if there is none.
         rows_per_pose: how many successive rows belong to each pose, which the columns ``@pose`` and ``@row_of_pose`` count; None if nothing says so.
+        dates: the order of day, month and year in dates that end in the year, as the mapping states it; None if it does not.
     """
 
     file: str
@@ -53,6 +54,7 @@ class RawTable:
     missing: frozenset[str] = MISSING
     number: int | None = None
     rows_per_pose: int | None = None
+    dates: str | None = None
 
     def find(self, reference: Reference) -> int:
         """Return the position of a column.
@@ -138,15 +140,19 @@ class RawTable:
         if cells.dtype == object:
             missing = self._is_missing(cells)
             values = np.full(len(cells), np.nan)
-            clock = read_times([str(cell) for cell in cells[~missing]])
+            clock = read_times([str(cell) for cell in cells[~missing]], self.dates)
+            if isinstance(clock, Unsettled):
+                row = int(self.lines[~missing][clock.row])
+                faults.append(Fault(self.file, clock.message, row, self.label(reference)))
+                return values, missing, None
             if clock is not None:
                 values[~missing] = clock.seconds
                 return values, missing, clock.midnight
             dates = [i for i in np.flatnonzero(~missing) if is_date(str(cells[i]))]
             if dates:
                 message = (
-                    f"a date ({shorten(cells[dates[0]])}), and such dates are not read; write seconds, 09:04:30, 2026-11-26 09:04:30 "
-                    "or 26.11.2026 09:04:30, and either all of a column with a time zone or none"
+                    f"a date ({shorten(cells[dates[0]])}), and such dates are not read; write seconds, 09:04:30, 2026-11-26 09:04:30, "
+                    "26.11.2026 09:04:30 or 11/26/2026 9:04:30 AM, all of a column alike, and with a time zone in all or none"
                 )
                 faults.append(Fault(self.file, message, int(self.lines[dates[0]]), self.label(reference)))
                 return values, missing, None
