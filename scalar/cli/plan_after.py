@@ -50,6 +50,7 @@ def plan_after(
     from scalar.planning.after import outcome, poses_after
     from scalar.planning.defaults import FURTHER_POSES
     from scalar.planning.separation import ANSWERED
+    from scalar.report.pose_numbers import with_pose_numbers
 
     left_open = read_questions(path, calibration.model.effects, dataset)
     after = poses_after(workcell, found, dataset, calibration, left_open, poses or FURTHER_POSES)
@@ -81,7 +82,7 @@ def plan_after(
         "not_answered_by_poses": not_by_poses,
         "poses": len(after.chosen),
     }
-    told = [f"  {answer.question.title}: {outcome(answer)}" for answer in answers]
+    told = [f"  {with_pose_numbers(answer.question.title, dataset)}: {outcome(answer)}" for answer in answers]
     return after.chosen, [*told, *lines], content
 
 
