@@ -56,7 +56,7 @@ class FileRule:
     """A file, or files by a pattern, and what holds for all their rows.
 
     Attributes:
-        name: name of the file, or a pattern of names.
+        name: name of the file, or a pattern of names; once a file is chosen, what messages call it.
         text: columns of text, such as ``plane`` and ``session``, that have one value in the whole file.
         covariates: columns of numbers that have one value in the whole file.
         first_pose: the id of its first pose, if ids are counted; None if they continue those of the file before.

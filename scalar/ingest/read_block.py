@@ -18,7 +18,6 @@ from scalar.ingest.mapping import JOINT, Block, FileRule, MappingFile
 from scalar.ingest.merged_scans import SCAN, report_merged
 from scalar.ingest.raw_table import RawTable
 from scalar.ingest.row_profiles import points_of_rows
-from scalar.ingest.source_files import distinct_names
 
 SAME_POSE = 1e-3
 """Most by which joint angles [rad] may differ between the rows of one pose: encoders dither by less, and poses differ by more."""
@@ -37,7 +36,7 @@ def read_block(
     Args:
         mapping: The mapping.
         block: The block, which says what the columns of the table are.
-        chosen: The files to read, each with its rule.
+        chosen: The files to read, each with its rule, whose name is what messages call the file.
         faults: Every fault found is added here.
         left_out: Rows that ``drop_without`` leaves out are added here.
         rows_are_points: Whether every row is a point. The first table then has one row for each pose; the second has the coordinates
@@ -51,24 +50,21 @@ def read_block(
     read: list[FileRead] = []
     faulty: dict[str, Path] = {}
     n_poses, next_id, next_scan = 0, 0, 0
-    names = distinct_names([path for path, _ in chosen])
-    for (path, rule), name in zip(chosen, names, strict=True):
+    for path, rule in chosen:
         n_before = len(faults)
         if (same := _same_bytes(path, faulty)) is not None:
             faults.append(
-                Fault(name, f"has the same bytes as {same}, which is at fault; leave one of them out")
+                Fault(rule.name, f"has the same bytes as {same}, which is at fault; leave one of them out")
             )
             continue
         try:
-            raw, whole = _read_file(
-                mapping, block, path, replace(rule, name=name), faults, left_out, next_scan
-            )
+            raw, whole = _read_file(mapping, block, path, rule, faults, left_out, next_scan)
             next_scan += len(raw.lines) + 1
             keep, owner = _first_rows(raw, whole, block, faults)
         except InvalidInput as error:
             faults += error.faults
             if len(faults) > n_before:
-                faulty[name] = path
+                faulty[rule.name] = path
             continue
         table = select_rows(whole, keep)
         if "pose" not in table.columns:
@@ -124,7 +120,7 @@ def _read_file(
     Raises:
         InvalidInput: The file cannot be read, or there are faults.
     """
-    raw = replace(read_raw(path, {**mapping.text, **block.text}, mapping.variable), file=rule.name)
+    raw = read_raw(path, {**mapping.text, **block.text}, mapping.variable, rule.name)
     raw = _rows_like(raw, block, left_out)
     if block.row_profiles is not None:
         raw = points_of_rows(raw, block.row_profiles)
