@@ -20,6 +20,7 @@ from scalar.data.references import check_references, references_layout
 from scalar.data.table_consistency import check_points, check_poses, points_layout, poses_layout
 from scalar.data.unit_suspicions import suspect_joint_angles, suspect_points, write_si
 from scalar.errors import Fault, InvalidInput
+from scalar.geometry.se3 import Array
 from scalar.ingest.converted_joints import converted_joints, unconverted_signs
 from scalar.ingest.imported_table import ImportedTable, by_file
 from scalar.ingest.left_out import LeftOut
@@ -114,7 +115,7 @@ def _read_blocks(
     return poses, points, nests
 
 
-def _order(poses: ImportedTable) -> np.ndarray:
+def _order(poses: ImportedTable) -> Array:
     """Return the order of acquisition ``(N,)``: files as the mapping lists them, and in a file the rows by their time, if it is stated."""
     _, first, file = np.unique(poses.files.astype(str), return_index=True, return_inverse=True)
     time = poses.columns.get("time", np.zeros(poses.n_rows))

@@ -11,6 +11,7 @@ import numpy as np
 
 from scalar.data.located_table import did_you_mean, shorten
 from scalar.errors import Fault, InvalidInput
+from scalar.geometry.se3 import Array
 from scalar.ingest.pose_names import numbers_of_names, several_kinds
 from scalar.ingest.written_numbers import Written
 from scalar.ingest.written_times import Unsettled, is_date, read_times
@@ -48,8 +49,8 @@ class RawTable:
 
     file: str
     names: tuple[str, ...] | None
-    cells: tuple[np.ndarray, ...]
-    lines: np.ndarray
+    cells: tuple[Array, ...]
+    lines: Array
     written: Written = field(default_factory=Written)
     missing: frozenset[str] = MISSING
     number: int | None = None
@@ -86,7 +87,7 @@ class RawTable:
         name = str(reference)
         return name if self.file.endswith((".csv", ".parquet")) else f"column {name}"
 
-    def text(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
+    def text(self, reference: Reference) -> tuple[Array, Array]:
         """Return a column as text ``(N,)``, and in which rows nothing was measured, ``(N,)`` bool."""
         cells = self._cells(reference)
         if cells.dtype != object:
@@ -94,7 +95,7 @@ class RawTable:
             return text, np.isnan(cells)
         return cells, self._is_missing(cells)
 
-    def numbers(self, reference: Reference, faults: list[Fault]) -> tuple[np.ndarray, np.ndarray]:
+    def numbers(self, reference: Reference, faults: list[Fault]) -> tuple[Array, Array]:
         """Return a column as numbers ``(N,)``, NaN where there is none, and in which rows nothing was measured, ``(N,)`` bool.
 
         Every other cell that is not a number is added to `faults`.
@@ -128,9 +129,7 @@ class RawTable:
             faults.append(Fault(self.file, message, column=self.label(reference)))
         return values, missing
 
-    def seconds(
-        self, reference: Reference, faults: list[Fault]
-    ) -> tuple[np.ndarray, np.ndarray, float | None]:
+    def seconds(self, reference: Reference, faults: list[Fault]) -> tuple[Array, Array, float | None]:
         """Return the column of times [s] as ``numbers`` does, and the midnight after which dates are counted, in seconds of the Unix epoch.
 
         Times of day (``09:04:30``) are counted from midnight, and if they have their date, from the midnight before the earliest; the last of the
@@ -158,7 +157,7 @@ class RawTable:
                 return values, missing, None
         return *self.numbers(reference, faults), None
 
-    def pose_numbers(self, reference: Reference, faults: list[Fault]) -> tuple[np.ndarray, np.ndarray]:
+    def pose_numbers(self, reference: Reference, faults: list[Fault]) -> tuple[Array, Array]:
         """Return the column of pose numbers as ``numbers`` does; names such as ``P017``, alike but for one whole number, are taken for it."""
         cells = self._cells(reference)
         if cells.dtype == object:
@@ -173,7 +172,7 @@ class RawTable:
                 return values, missing
         return self.numbers(reference, faults)
 
-    def _cells(self, reference: Reference) -> np.ndarray:
+    def _cells(self, reference: Reference) -> Array:
         if reference == HEAD_NUMBER and HEAD_NUMBER not in (self.names or ()):
             message = (
                 f"{HEAD_NUMBER} needs points.column_profiles, and a number of its own in the header of every profile; if both files have the poses "
@@ -192,7 +191,7 @@ class RawTable:
             )
         return np.full(len(self.lines), float(self.number))
 
-    def _count_by_pose(self, reference: Reference) -> np.ndarray:
+    def _count_by_pose(self, reference: Reference) -> Array:
         """Return the column ``@pose`` or ``@row_of_pose``, ``(N,)``.
 
         Raises:
@@ -208,7 +207,7 @@ class RawTable:
         rows = np.arange(n)
         return 1.0 + (rows // each if reference == POSE else rows % each)
 
-    def like(self, patterns: Mapping[str, str]) -> np.ndarray:
+    def like(self, patterns: Mapping[str, str]) -> Array:
         """Return in which rows ``(N,)`` the cell of every column is like its pattern, in which ``*`` stands for any text.
 
         Columns are given by name, or by number if no column is called so.
@@ -222,11 +221,11 @@ class RawTable:
             fits &= [fnmatchcase(cell, pattern) for cell in self.text(column)[0]]
         return fits
 
-    def of_rows(self, rows: np.ndarray) -> Self:
+    def of_rows(self, rows: Array) -> Self:
         """Return the table of some rows, ``(N,)`` bool."""
         return replace(self, cells=tuple(cells[rows] for cells in self.cells), lines=self.lines[rows])
 
-    def _is_missing(self, cells: np.ndarray) -> np.ndarray:
+    def _is_missing(self, cells: Array) -> Array:
         return np.array([cell.lower() in self.missing for cell in cells], dtype=bool)
 
 

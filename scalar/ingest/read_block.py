@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from scalar.errors import Fault, InvalidInput
+from scalar.geometry.se3 import Array
 from scalar.ingest.column_profiles import points_of_columns
 from scalar.ingest.copied_files import FileRead, report_copies
 from scalar.ingest.file_columns import read_columns
@@ -175,7 +176,7 @@ def _in_order(tables: Sequence[ImportedTable]) -> ImportedTable:
 
 def _first_rows(
     raw: RawTable, table: ImportedTable, block: Block, faults: list[Fault]
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[Array, Array]:
     """Return the rows that are the first of their pose, and for every row the index of its pose in this file, ``(N,)``."""
     if block.first_of_each is None:
         rows = np.arange(table.n_rows)

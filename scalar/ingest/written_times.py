@@ -15,6 +15,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from scalar.data.located_table import shorten
+from scalar.geometry.se3 import Array
 
 DAY = 86_400.0  # s
 DAY_FIRST, MONTH_FIRST = "day/month/year", "month/day/year"
@@ -40,7 +41,7 @@ class Clock:
         midnight: That midnight as seconds of the Unix epoch; None if the column has no dates.
     """
 
-    seconds: np.ndarray
+    seconds: Array
     midnight: float | None = None
 
 
