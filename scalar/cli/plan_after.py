@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scalar.errors import Fault, InvalidInput, Undetermined
+from scalar.report.pose_numbers import with_pose_numbers
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -50,7 +51,6 @@ def plan_after(
     from scalar.planning.after import outcome, poses_after
     from scalar.planning.defaults import FURTHER_POSES
     from scalar.planning.separation import ANSWERED
-    from scalar.report.pose_numbers import with_pose_numbers
 
     left_open = read_questions(path, calibration.model.effects, dataset)
     after = poses_after(workcell, found, dataset, calibration, left_open, poses or FURTHER_POSES)

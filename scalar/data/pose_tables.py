@@ -64,12 +64,7 @@ def read_pose_table(
         InvalidInput: with every fault found, each with its row and column.
     """
     path = Path(path)
-    joints: list[dict[str, Any]] = [
-        {} if limits is None else {"limits": [float(x) for x in limits[i]]} for i in range(n_joints)
-    ]
-    for i in prismatic:
-        joints[i]["type"] = "prismatic"
-    description = Description({"robot": {"joints": joints}}, {})
+    description = _description(n_joints, limits, prismatic)
     known = poses_layout(description)
     needed = known.required if joints_needed else ("pose",)
     columns = columns_of(path) if columns is None else columns
@@ -92,3 +87,13 @@ def read_pose_table(
     frame = pd.DataFrame(table.columns)
     frame["pose"] = frame["pose"].astype(np.int64)
     return frame
+
+
+def _description(n_joints: int, limits: np.ndarray | None, prismatic: Sequence[int]) -> Description:
+    """Return a description of the joints alone, by which tables are checked; arguments as above."""
+    joints: list[dict[str, Any]] = [
+        {} if limits is None else {"limits": [float(x) for x in limits[i]]} for i in range(n_joints)
+    ]
+    for i in prismatic:
+        joints[i]["type"] = "prismatic"
+    return Description({"robot": {"joints": joints}}, {})

@@ -64,16 +64,8 @@ def import_dataset(
     poses, points, nests = _read_blocks(mapping, chosen, faults, left_out)
     if faults or poses is None:
         raise InvalidInput(faults)
-    block = mapping.points
-    if block is not None and points is not None:
-        if block.nearest_time is not None:
-            points = give_to_nearest(points, poses, block.nearest_time, faults, left_out)
-        elif block.matched_only:
-            report_shifted(points, poses, faults)
-        if block.matched_only and not faults:
-            poses, points = keep_matched(poses, points, left_out)
-        if faults:
-            raise InvalidInput(faults)
+    if points is not None:
+        poses, points = _matched(mapping.points, poses, points, left_out)
     if "order" not in poses.columns:
         poses.columns["order"] = _order(poses)
     if several and points is not None:
@@ -95,6 +87,28 @@ def import_dataset(
     return left_out, [
         sentence for sentence in (converted_joints(mapping, file), unconverted_signs(mapping)) if sentence
     ]
+
+
+def _matched(
+    block: Block | None, poses: ImportedTable, points: ImportedTable, left_out: list[LeftOut]
+) -> tuple[ImportedTable, ImportedTable]:
+    """Return the poses, and the points with the numbers of their poses, as the block of the points says; rows left out are noted.
+
+    Raises:
+        InvalidInput: Points do not find their poses.
+    """
+    if block is None:
+        return poses, points
+    faults: list[Fault] = []
+    if block.nearest_time is not None:
+        points = give_to_nearest(points, poses, block.nearest_time, faults, left_out)
+    elif block.matched_only:
+        report_shifted(points, poses, faults)
+    if block.matched_only and not faults:
+        poses, points = keep_matched(poses, points, left_out)
+    if faults:
+        raise InvalidInput(faults)
+    return poses, points
 
 
 def _read_blocks(

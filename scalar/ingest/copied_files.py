@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -41,6 +42,14 @@ class FileRead:
     def name(self) -> str:
         """Return its name, with the folders that distinguish it."""
         return self.rows.file
+
+
+def digest_of(path: Path) -> bytes:
+    """Return what files with the same bytes have in common; for one that cannot be read, what it has in common with no other."""
+    if not path.is_file():
+        return str(path).encode()
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").digest()
 
 
 def report_copies(

@@ -175,6 +175,12 @@ class MappingFile:
         """Return the table that the sensor needs, or None."""
         return None if self.description.sensor_format is None else self.description.sensor_format.table
 
+    def measured_in(self, block: Block) -> tuple[str, ...]:
+        """Return the coordinates that a block may have: those of the nests, or those that the sensor needs."""
+        if block is self.nests and self.references is not None:
+            return tuple(self.references.units)
+        return self.point_columns
+
     @property
     def several_points(self) -> bool:
         """Return whether each row of the block ``poses`` is a point, of which a pose has several."""

@@ -1,8 +1,7 @@
 """Read the table that a block of a mapping describes (poses, points or nests) from its foreign files, in SI."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from filecmp import cmp
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
 from scalar.ingest.column_profiles import points_of_columns
-from scalar.ingest.copied_files import FileRead, report_copies
+from scalar.ingest.copied_files import FileRead, digest_of, report_copies
 from scalar.ingest.file_columns import read_columns
 from scalar.ingest.foreign_tables import read_raw
 from scalar.ingest.imported_table import ImportedTable, joined, select_rows
@@ -49,14 +48,13 @@ def read_block(
     parts: list[ImportedTable] = []
     points: list[ImportedTable] = []
     read: list[FileRead] = []
-    faulty: dict[str, Path] = {}
+    faulty: dict[bytes, str] = {}
     n_poses, next_id, next_scan = 0, 0, 0
     for path, rule in chosen:
         n_before = len(faults)
-        if (same := _same_bytes(path, faulty)) is not None:
-            faults.append(
-                Fault(rule.name, f"has the same bytes as {same}, which is at fault; leave one of them out")
-            )
+        if faulty and (same := faulty.get(digest_of(path))) is not None:
+            message = f"has the same bytes as {same}, which is at fault; leave one of them out"
+            faults.append(Fault(rule.name, message))
             continue
         try:
             raw, whole = _read_file(mapping, block, path, rule, faults, left_out, next_scan)
@@ -65,14 +63,10 @@ def read_block(
         except InvalidInput as error:
             faults += error.faults
             if len(faults) > n_before:
-                faulty[rule.name] = path
+                faulty.setdefault(digest_of(path), rule.name)
             continue
         table = select_rows(whole, keep)
-        if "pose" not in table.columns:
-            start = next_id if rule.first_pose is None else rule.first_pose
-            table.columns["pose"] = np.arange(start, start + table.n_rows, dtype=float)
-            next_id = start + table.n_rows
-        table.columns["pose"] = table.columns["pose"] + rule.add_to_pose
+        next_id = _number_poses(table, rule, next_id)
         read.append(FileRead(rule, whole, table.columns["pose"]))
         if rows_are_points:
             coordinates = {name: whole.columns[name] for name in mapping.measured_columns}
@@ -82,9 +76,7 @@ def read_block(
             points.append(replace(whole, columns=coordinates, bad={}))
         n_poses += table.n_rows
         parts.append(table)
-    references = mapping.references
-    nests = references is not None and block is mapping.nests
-    report_copies(read, block, tuple(references.units) if nests else mapping.point_columns, faults)
+    report_copies(read, block, mapping.measured_in(block), faults)
     if faults or not parts:
         return None, None
     try:
@@ -96,6 +88,16 @@ def read_block(
         report_merged(table, block, faults)
     table.columns.pop(SCAN, None)
     return table, all_points
+
+
+def _number_poses(table: ImportedTable, rule: FileRule, next_id: int) -> int:
+    """Give the poses of a file their numbers in the dataset, counted if no column has them; return from which number the next file counts."""
+    if "pose" not in table.columns:
+        start = next_id if rule.first_pose is None else rule.first_pose
+        table.columns["pose"] = np.arange(start, start + table.n_rows, dtype=float)
+        next_id = start + table.n_rows
+    table.columns["pose"] = table.columns["pose"] + rule.add_to_pose
+    return next_id
 
 
 def _read_file(
@@ -133,14 +135,6 @@ def _read_file(
         for one, text in block.of_each_target()
     ]
     return raw, _in_order(tables)
-
-
-def _same_bytes(path: Path, others: Mapping[str, Path]) -> str | None:
-    """Return the name of one of several files that has the same bytes as a file, or None."""
-    for name, other in others.items():
-        if path.is_file() and other.is_file() and cmp(path, other, shallow=False):
-            return name
-    return None
 
 
 def _rows_like(raw: RawTable, block: Block, left_out: list[LeftOut]) -> RawTable:

@@ -92,28 +92,9 @@ def choose_files(
             names no files.
     """
     every = (mapping.poses, mapping.points, mapping.nests)
-    blocks = [block for block in every if block is not None]
-    rules = [rule for block in blocks for rule in block.files]
-    faults, given = [], []
-    folders: dict[Path, Path] = {}
-    for source in sources:
-        if not source.is_dir():
-            given.append(source)
-        elif not rules:
-            message = f"a folder, and {file} names no files; give the files themselves, or add poses.files"
-            faults.append(Fault(str(source), message))
-        else:
-            inside = [path for path in source.iterdir() if path.is_file()]
-            inside += [path for rule in rules for path in _in_folders(source, rule.name)]
-            named = [path for path in inside if any(_is_named(path, rule.name) for rule in rules)]
-            found = in_order_of_numbers(dict.fromkeys(named))
-            folders |= {path: source for path in found if path not in given and path not in folders}
-            given += found
-    first_given: dict[Path, Path] = {}  # a file that two sources hold is one file
-    for path in given:
-        first_given.setdefault(path.resolve(), path)
-    given = list(first_given.values())
-    called = dict(zip(given, distinct_names(given, folders), strict=True))
+    rules = [rule for block in every if block is not None for rule in block.files]
+    faults: list[Fault] = []
+    given, called = _given_files(sources, rules, file, faults)
     if not rules:
         if faults:
             raise InvalidInput(faults)
@@ -139,3 +120,36 @@ def choose_files(
     if faults:
         raise InvalidInput(faults)
     return chosen
+
+
+def _given_files(
+    sources: Sequence[Path], rules: Sequence[FileRule], file: str, faults: list[Fault]
+) -> tuple[list[Path], dict[Path, str]]:
+    """Return the files among the sources, each once, and what messages call each of them.
+
+    Args:
+        sources: Files, or folders, of which the files that a rule names are taken.
+        rules: All rules of the mapping.
+        file: Name of the mapping file, for messages.
+        faults: A fault is added for each folder if there are no rules.
+    """
+    given: list[Path] = []
+    folders: dict[Path, Path] = {}
+    for source in sources:
+        if not source.is_dir():
+            given.append(source)
+        elif not rules:
+            message = f"a folder, and {file} names no files; give the files themselves, or add poses.files"
+            faults.append(Fault(str(source), message))
+        else:
+            inside = [path for path in source.iterdir() if path.is_file()]
+            inside += [path for rule in rules for path in _in_folders(source, rule.name)]
+            named = [path for path in inside if any(_is_named(path, rule.name) for rule in rules)]
+            for path in in_order_of_numbers(dict.fromkeys(named)):
+                folders.setdefault(path, source)
+                given.append(path)
+    first_given: dict[Path, Path] = {}  # a file that two sources hold is one file
+    for path in given:
+        first_given.setdefault(path.resolve(), path)
+    given = list(first_given.values())
+    return given, dict(zip(given, distinct_names(given, folders), strict=True))
