@@ -101,67 +101,101 @@ def describe_comparison(comparison: Comparison, residuals: Mapping[str, float] =
         comparison: The comparison.
         residuals: The residual [m] of A or B by letter, where it is more than instruments of the kind scatter by, and no noise is known.
     """
-    from scalar.comparison.beyond_chance import most_by_chance
-    from scalar.estimation.random_poses import RECORDS_IN_WORDS
+    lacking = _is_lacking(comparison, residuals)
+    return [
+        *_notes(comparison, residuals),
+        _headline(comparison, lacking),
+        *_caution(comparison, lacking),
+        *_changes(comparison),
+        *unchanged_effects(comparison),
+        *lines_on_unnamed_terms(comparison),
+        *(line for effect in comparison.disjoint_terms for line in _by_positions(effect)),
+        _positions_line(comparison),
+        _sensor_line(comparison),
+        *what_was_compared(comparison),
+    ]
 
-    lines: list[str] = []
-    for letter, (ratio, p) in zip("AB", comparison.misfits, strict=True):
-        if p < _MISFIT:
-            lines.append(
-                f"note: the model of {letter} leaves {ratio:.1f} times its noise; what it lacks may look like a change "
-                "(`scalar diagnose` looks for it)"
-            )
-    lines += [
+
+def _notes(comparison: Comparison, residuals: Mapping[str, float]) -> list[str]:
+    """Return the notes on what the models lack and on how the effects and the names of the arms differ; arguments as above."""
+    notes = [
+        f"note: the model of {letter} leaves {ratio:.1f} times its noise; what it lacks may look like a change (`scalar diagnose` looks for it)"
+        for letter, (ratio, p) in zip("AB", comparison.misfits, strict=True)
+        if p < _MISFIT
+    ]
+    notes += [
         f"note: the model of {letter} leaves {rms / MM:.3f} mm RMS, which is more than noise; what it lacks may look like a change, or hide one "
         "(`scalar diagnose` looks for it)"
         for letter, rms in residuals.items()
     ]
     if comparison.arm.effects_differ:
-        lines.append(how_effects_differ(comparison))
+        notes.append(how_effects_differ(comparison))
     if "names" in comparison.campaign:
         one, other = comparison.campaign["names"]
-        lines.append(f"note: A calls the arm '{one}' and B '{other}'; the nominal geometry is the same")
-    n = len(comparison.changes)
-    # If a model lacks something, its parameters depend a little on the measured poses: such calibrations differ without any change of the arm.
-    lacking = bool(residuals) or any(p < _MISFIT for _, p in comparison.misfits)
+        notes.append(f"note: A calls the arm '{one}' and B '{other}'; the nominal geometry is the same")
+    return notes
+
+
+def _is_lacking(comparison: Comparison, residuals: Mapping[str, float]) -> bool:
+    """Return whether a model lacks something: its parameters then depend a little on the measured poses, and differ without any change of the arm."""
+    return bool(residuals) or any(p < _MISFIT for _, p in comparison.misfits)
+
+
+def _headline(comparison: Comparison, lacking: bool) -> str:
+    """Return the line that says whether anything changed; ``lacking`` says whether a model lacks something."""
     doubtful = lacking or comparison.arm.effects_differ
     what = "the calibrations differ" if doubtful else "the arm changed"
-    if n:
-        lines.append(
-            f"{what}: {n} {'difference' if doubtful else 'change'}{'s' if n > 1 else ''} beyond chance"
-        )
-    elif comparison.changed:
-        lines.append(f"{what} beyond chance, but no single parameter explains it")
-    elif comparison.positions_changed:
-        lines.append(positions_unexplained(comparison))
-    else:
-        rest = " in what was compared (the last lines name the rest)" if comparison.not_compared else ""
-        lines.append(f"no change of the arm beyond chance{rest}")
-    if lacking and comparison.changed:
-        lines.append(
-            "  this does not prove a change of the arm: the parameters of a model that lacks something depend on the poses, which may differ. "
-            f"{with_what_it_lacks(comparison)}, or measure the same poses in both campaigns"
-        )
+    if n := len(comparison.changes):
+        return f"{what}: {n} {'difference' if doubtful else 'change'}{'s' if n > 1 else ''} beyond chance"
+    if comparison.changed:
+        return f"{what} beyond chance, but no single parameter explains it"
+    if comparison.positions_changed:
+        return positions_unexplained(comparison)
+    rest = " in what was compared (the last lines name the rest)" if comparison.not_compared else ""
+    return f"no change of the arm beyond chance{rest}"
+
+
+def _caution(comparison: Comparison, lacking: bool) -> list[str]:
+    """Return the line for differences that models which lack something may cause; none if there are no differences or the models lack nothing."""
+    if not (lacking and comparison.changed):
+        return []
+    return [
+        "  this does not prove a change of the arm: the parameters of a model that lacks something depend on the poses, which may differ. "
+        f"{with_what_it_lacks(comparison)}, or measure the same poses in both campaigns"
+    ]
+
+
+def _changes(comparison: Comparison) -> list[str]:
+    """Return the lines on each change, and one if they leave a difference beyond chance."""
+    lines: list[str] = []
     for change, moved in zip(comparison.changes, comparison.moved, strict=True):
         lines += _change_lines(comparison, change, moved)
-    if n and comparison.rest_p_value < comparison.alpha:
+    if comparison.changes and comparison.rest_p_value < comparison.alpha:
         lines.append(f"  and more, which no single parameter explains ({_chance(comparison.rest_p_value)})")
-    lines += unchanged_effects(comparison)
-    lines += lines_on_unnamed_terms(comparison)
-    lines += [line for effect in comparison.disjoint_terms for line in _by_positions(effect)]
+    return lines
+
+
+def _positions_line(comparison: Comparison) -> str:
+    """Return the line on how far predicted positions differ, and how far chance alone would move them."""
+    from scalar.comparison.beyond_chance import most_by_chance
+    from scalar.estimation.random_poses import RECORDS_IN_WORDS
+
     apart = comparison.positions_apart
     at = f", at {RECORDS_IN_WORDS}" if any(e.needs_records for e in comparison.arm.model.effects) else ""
-    lines.append(
+    return (
         f"predicted positions differ by {apart.rms / MM:.3f} mm RMS, at most {apart.largest / MM:.3f} mm, after the best "
         f"fit of base and sensor{at}; chance alone would make {comparison.by_chance / MM:.3f} mm RMS, and hardly ever more than "
         f"{most_by_chance(comparison.by_chance, comparison.alpha) / MM:.3f} mm"
     )
+
+
+def _sensor_line(comparison: Comparison) -> str:
+    """Return the line on the sensor's place on the flange, which is of the campaigns and not of the arm."""
     shift, turn = comparison.campaign["sensor_shift_mm"], comparison.campaign.get("sensor_turn_deg")
     turned = "" if turn is None else f" and {turn:.3f} deg"
     kinds = comparison.campaign.get("sensor_kinds")
     why = f"A has a {kinds[0]} and B a {kinds[1]}" if kinds else "of the campaigns, not of the arm"
-    lines.append(f"the sensor's place on the flange differs by {shift:.3f} mm{turned}: {why}")
-    return lines + what_was_compared(comparison)
+    return f"the sensor's place on the flange differs by {shift:.3f} mm{turned}: {why}"
 
 
 def _by_positions(effect: DisjointTerms) -> list[str]:

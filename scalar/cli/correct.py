@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from scalar.cli.convention import MAPPING, convention_of, lines_on_convention
 from scalar.cli.correct_words import (
     faults_of,
     is_near_singular,
@@ -23,6 +24,7 @@ from scalar.errors import InvalidInput
 
 if TYPE_CHECKING:
     from scalar.cli.corrected_targets import CorrectedTargets
+    from scalar.cli.targets import Targets
     from scalar.estimation.result import Calibration
 
 _CHOSEN = "  each posture was chosen near that of the row before; to choose another one, give its joint angles q1..qn beside the frames"
@@ -33,6 +35,7 @@ _CHOSEN = "  each posture was chosen near that of the row before; to choose anot
 @click.argument("targets", type=PATH)
 @click.option("-o", "--output", type=PATH, required=True, help="CSV file to write.")
 @UNITS
+@MAPPING
 @click.option(
     "--leave-out",
     is_flag=True,
@@ -45,6 +48,7 @@ def correct(
     targets: Path,
     output: Path,
     units: str | None,
+    mapping: Path | None,
     leave_out: bool,
     force: bool,
     effects_modules: Sequence[Path],
@@ -59,8 +63,8 @@ def correct(
                            or with roll,pitch,yaw or qw,qx,qy,qz in place of rx,ry,rz;
                            q1..qn beside them give the posture
 
-    Angles are in rad, and lengths in m (see --units). Columns that the calibrated effects need (approach1..n, temperature, time, order) stand
-    beside them.
+    Angles are in rad, and lengths in m (see --units). With --mapping, joint angles are those of the controller. Columns that the calibrated effects
+    need (approach1..n, temperature, time, order) stand beside them.
 
     The output has the joint angles to command, the other columns of TARGETS, and six columns that say how each row was corrected. A row that could
     not be has corrected = 0, a line that says why, and exit status 2.
@@ -81,7 +85,8 @@ def correct(
     refuse_foreign([(output, table_with("pose", "q1", "near_singular"))], force, [calibration, targets])
     load_effects(effects_modules)
     calibrated = load_calibration(calibration)
-    wanted = read_targets(targets, calibrated.model.robot, units)
+    convention = convention_of(mapping, calibrated.model.nominal)
+    wanted = read_targets(targets, calibrated.model.robot, units, convention)
     corrected = correct_targets(calibrated.model, wanted, leave_out)
     for line in _lines_before_writing(calibrated, corrected, leave_out):
         say(line)
@@ -91,9 +96,16 @@ def correct(
             say(line)
     failed = bool(corrected.refused) and not leave_out
     n_corrected = int(corrected.found.reached.sum())
+    for line in lines_on_convention(convention, _tables(wanted, output)):
+        say(line)
     say_written(output, n_written, "pose", f", {n_corrected} of them corrected" if failed else "")
     if failed:
         raise InvalidInput(faults_of(corrected.refused, str(targets)))
+
+
+def _tables(targets: Targets, output: Path) -> str:
+    """Return which tables have joint angles, in words with their verb."""
+    return f"{targets.path.name} and {output.name} have" if targets.joints_given else f"{output.name} has"
 
 
 def _lines_before_writing(

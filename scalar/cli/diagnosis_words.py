@@ -16,6 +16,7 @@ from scalar.report import words
 from scalar.report.excess_residual import cause_of_excess, excess_beside_findings
 from scalar.report.few_poses import few_poses
 from scalar.report.opening import verdict_on_effects
+from scalar.report.pose_numbers import with_pose_numbers
 from scalar.report.scale_words import scale_in_words, scanner_scale_in_words
 from scalar.report.shipped_words import shipped_sentences
 from scalar.report.unseen_words import unseen_sentences
@@ -42,7 +43,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
         *_lines_on_scales(diagnosis),
         *_lines_on_what_is_left_out(entry),
     ]
-    return "\n".join(lines).translate(_PLAIN)
+    return with_pose_numbers("\n".join(lines).translate(_PLAIN), diagnosis.dataset)
 
 
 def _verdict(diagnosis: Diagnosis) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from scalar.cli.convention import MAPPING, convention_of, lines_on_convention
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, lock_output
 from scalar.cli.outputs import FORCE, refuse_foreign_plan
@@ -65,6 +66,7 @@ _LEAST_NOISE = 5e-4  # mm; of no sensor
 @click.option(
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the random candidates."
 )
+@MAPPING
 @FORCE
 def plan(
     robot: str,
@@ -82,6 +84,7 @@ def plan(
     candidates: int,
     no_collisions: bool,
     seed: int,
+    mapping: Path | None,
     force: bool,
 ) -> None:
     """Plan which poses to measure.
@@ -104,11 +107,13 @@ def plan(
     The expected error contains only the noise of the sensor and the repeatability of the arm: it assumes that the model lacks nothing.
 
     Writes DIR/poses.csv (the columns of a dataset's poses.csv, in the order of a program with short moves), DIR/plan.json
-    and DIR/plan.png. Angles are in rad; DIR/poses_deg.csv has the same poses in degrees and millimetres, for the controller.
+    and DIR/plan.png. Angles are in rad; DIR/poses_deg.csv has the same poses in degrees and millimetres, for the controller. With --mapping it has
+    the joint angles as the controller counts them; poses.csv always has those of the dataset, to whose table its rows are appended.
 
     \b
     Example:
       scalar plan my-cell --poses 60 -o plan
+      scalar plan my-cell --mapping my-tracker.yaml -o plan
       scalar plan ur10e --accuracy 0.05 -o plan
       scalar plan my-cell --near out/calibration.json --poses 30 -o plan
       scalar plan my-cell --after out/diagnosis.json --poses 20 -o plan
@@ -133,6 +138,7 @@ def plan(
     view = View(*_range(limits), fan * DEG, incidence * DEG)
     if after is not None and after.is_dir():
         after /= "diagnosis.json"
+    convention = convention_of(mapping, arm)
     calibration = calibration_near(near, after, arm)
     if after is not None:
         assert dataset is not None and calibration is not None
@@ -156,7 +162,8 @@ def plan(
             chosen = ChosenPoses(indices, content, lines, [], None)
         else:
             chosen = plan_by_error(workcell, found, dataset, poses, accuracy, criterion, seed)
-        lines = [*chosen.lines, *write_plan(output, workcell, found, chosen, allowed, dataset)]
+        lines = [*chosen.lines, *write_plan(output, workcell, found, chosen, allowed, dataset, convention)]
+    lines += lines_on_convention(convention, "poses_deg.csv has")
     if dataset is not None:
         lines.append(
             f"  measure them, append the rows to the tables of {robot} (pose numbers and order continue from there; give them a session of their "

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scalar.errors import Fault, InvalidInput, Undetermined
+from scalar.report.pose_numbers import with_pose_numbers
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -81,7 +82,7 @@ def plan_after(
         "not_answered_by_poses": not_by_poses,
         "poses": len(after.chosen),
     }
-    told = [f"  {answer.question.title}: {outcome(answer)}" for answer in answers]
+    told = [f"  {with_pose_numbers(answer.question.title, dataset)}: {outcome(answer)}" for answer in answers]
     return after.chosen, [*told, *lines], content
 
 

@@ -11,6 +11,7 @@ import pandas as pd
 from scalar.cli.plan_moves import in_degrees, moves_in_words
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import atomic_write, write_json
+from scalar.data.joint_convention import JointConvention
 from scalar.geometry.se3 import Array
 from scalar.planning.candidates import Allowed, Candidates
 from scalar.planning.free_moves import order_poses
@@ -48,6 +49,7 @@ def write_plan(
     chosen: ChosenPoses,
     allowed: Allowed | None,
     dataset: Dataset | None,
+    convention: JointConvention | None = None,
 ) -> list[str]:
     """Write poses, numbers and picture, and return lines on the moves.
 
@@ -58,6 +60,7 @@ def write_plan(
         chosen: Those of the plan.
         allowed: The test of which joint angles touch nothing, or None.
         dataset: The measured poses, from which the planned ones are numbered on; None if there are none.
+        convention: How the controller counts the joints of the table in degrees; None if they count as those of the dataset.
     """
     robot = workcell.model.nominal
     q, plane = found.q[chosen.indices], found.plane[chosen.indices]
@@ -75,8 +78,12 @@ def write_plan(
     }
     with atomic_write(folder / "poses.csv") as temporary:
         table.to_csv(temporary, index=False, float_format="%.9g")
+    of_controller = table
+    if convention is not None:
+        joints = [f"q{i + 1}" for i in range(robot.n_joints)]
+        of_controller = table.assign(**dict(zip(joints, convention.to_controller(q).T, strict=True)))
     with atomic_write(folder / "poses_deg.csv") as temporary:
-        in_degrees(table, robot.prismatic).to_csv(temporary, index=False, float_format="%.4f")
+        in_degrees(of_controller, robot.prismatic).to_csv(temporary, index=False, float_format="%.4f")
     with atomic_write(folder / "plan.png") as temporary:
         draw_plan(temporary, q, robot, chosen.curve, chosen.random)
     # Written last: if plan.json exists, the other files are complete.

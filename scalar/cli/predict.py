@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from scalar.cli.convention import MAPPING, convention_of, lines_on_convention
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, load_effects
 from scalar.cli.outputs import FORCE, refuse_foreign, table_with
@@ -16,6 +17,7 @@ from scalar.cli.terminal import say, say_written
 if TYPE_CHECKING:
     import pandas as pd
 
+    from scalar.data.joint_convention import JointConvention
     from scalar.data.table_units import TableUnits
     from scalar.estimation.result import Calibration
 
@@ -48,6 +50,7 @@ _LACKS = (
     help="Also write the orientation as roll,pitch,yaw (Rz(yaw) Ry(pitch) Rx(roll); KUKA's C, B, A) or as qw,qx,qy,qz; may be given again.",
 )
 @UNITS
+@MAPPING
 @FORCE
 @EFFECTS_MODULE
 def predict(
@@ -58,6 +61,7 @@ def predict(
     target: str | None,
     orientations: Sequence[str],
     units: str | None,
+    mapping: Path | None,
     force: bool,
     effects_modules: Sequence[Path],
 ) -> None:
@@ -83,10 +87,13 @@ def predict(
     written. With --units deg, or columns q1_deg..qn_deg, lengths are written in mm as well, unless a travel is read in m.
     A column whose name states no unit is in m or rad.
 
+    With --mapping, q1..qn are the joint angles as the controller counts them, and approach1..n its directions.
+
     \b
     Example:
       scalar predict out/calibration.json joints.csv -o frames.csv --std
       scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm --orientation rpy
+      scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm --mapping my-tracker.yaml
     """
     from scalar.cli.kinds_of_targets import naming_table, naming_text, refuse_frames
     from scalar.data.pose_tables import read_pose_table
@@ -101,6 +108,7 @@ def predict(
     robot = calibrated.model.robot
     columns = columns_of(joints)
     refuse_frames(columns, joints.name)
+    convention = convention_of(mapping, calibrated.model.nominal)
     with advice_on_units():
         table = read_pose_table(
             joints,
@@ -110,6 +118,7 @@ def predict(
             prismatic=robot.prismatic,
             columns=columns,
             copied=True,
+            convention=convention,
         )
     with naming_table(joints.name), naming_text(table):
         covariance = calibrated.predict_covariance(table, target=target) if with_std else None
@@ -125,7 +134,9 @@ def predict(
         also=orientations,
     )
     say_written(output, len(table), "pose", written_in.in_words)
-    for line in _lines_on_table(calibrated, table, columns, read_in, written_in):
+    for line in lines_on_convention(convention, f"{joints.name} has"):
+        say(line)
+    for line in _lines_on_table(calibrated, table, columns, read_in, written_in, convention):
         say(line)
     if with_std:
         for line in _lines_on_std(calibrated):
@@ -138,6 +149,7 @@ def _lines_on_table(
     columns: Sequence[str],
     read_in: TableUnits,
     written_in: TableUnits,
+    convention: JointConvention | None,
 ) -> list[str]:
     """Return the lines on doubtful units, and on poses of which the calibration knows little.
 
@@ -147,6 +159,7 @@ def _lines_on_table(
         columns: Names in the first line of their file.
         read_in: Units of the columns there whose names state none.
         written_in: Units of the frames.
+        convention: How the controller counts the joints of the file; None if they count as those of the dataset.
     """
     from scalar.cli.pose_lines import (
         lines_on_limits,
@@ -160,9 +173,10 @@ def _lines_on_table(
 
     robot = calibration.model.robot
     q = joint_angles(table, robot.n_joints)
+    in_file = q if convention is None else convention.to_controller(q)
     return [
-        *lines_on_small_degrees(robot, q, written_in.angle),
-        *lines_on_small_travels(robot, q, columns, read_in),
+        *lines_on_small_degrees(robot, in_file, written_in.angle),
+        *lines_on_small_travels(robot, in_file, columns, read_in),
         *lines_on_limits(robot, table["pose"].to_numpy(), q),
         *lines_on_measured_ranges(calibration, q),
         *lines_on_measured_columns(calibration, table),

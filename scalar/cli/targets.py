@@ -17,6 +17,7 @@ from scalar.cli.kinds_of_targets import (
 )
 from scalar.cli.options import advice_on_units
 from scalar.cli.pose_lines import lines_on_small_degrees, lines_on_small_travels
+from scalar.data.joint_convention import JointConvention
 from scalar.data.moves import joint_angles
 from scalar.data.pose_tables import read_pose_table
 from scalar.data.table_units import TableUnits, base_name, columns_of, units_named, units_to_write
@@ -39,11 +40,12 @@ class Targets:
 
     Attributes:
         path: File of the table.
-        table: All rows, in SI units and with orientations as rotation vectors; its index counts the rows of the file.
+        table: All rows, in SI units, with the joints of the dataset and with orientations as rotation vectors; its index counts the rows of the file.
         frames_wanted: Whether the rows state wanted frames of the sensor. If not, the frames of the nominal arm at the joint angles are wanted.
         joints_given: Whether the rows state joint angles, at which the nominal arm takes the frame or near which a posture is chosen.
         units: Units in which the corrected table is written.
         doubts: Lines on units that the numbers make doubtful.
+        convention: How the controller counts the joints of the tables that are read and written; None if they count as those of the dataset.
     """
 
     path: Path
@@ -52,6 +54,7 @@ class Targets:
     joints_given: bool
     units: TableUnits
     doubts: tuple[str, ...]
+    convention: JointConvention | None = None
 
     def with_postures(self, model: Model) -> tuple[Targets, Array, list[Uncorrected]]:
         """Return the targets with joint angles in all rows, the indices of the rows that can be corrected, and a record for each other row.
@@ -68,13 +71,16 @@ class Targets:
         return replace(self, table=self.table.assign(**joints)), np.flatnonzero(found), refused
 
 
-def read_targets(path: Path, robot: Robot, units: str | None) -> Targets:
+def read_targets(
+    path: Path, robot: Robot, units: str | None, convention: JointConvention | None = None
+) -> Targets:
     """Return the targets that a table states.
 
     Args:
         path: CSV file.
         robot: The calibrated arm: how many joints it has, which of them slide, and where it reaches.
         units: Units that the user names for columns without a unit, such as ``deg,mm``; None if the user names none.
+        convention: How the controller counts the joints of the table; None if they count as those of the dataset.
 
     Raises:
         InvalidInput: The table is at fault, or holds numbers that cannot be in the stated units.
@@ -97,20 +103,21 @@ def read_targets(path: Path, robot: Robot, units: str | None) -> Targets:
             prismatic=robot.prismatic,
             columns=columns,
             copied=True,
+            convention=convention,
         )
     written_in = units_to_write(units, columns, robot.prismatic)
     q = joint_angles(table, robot.n_joints) if joints_given else np.empty((0, robot.n_joints))
-    doubts = lines_on_small_degrees(robot, q, written_in.angle)
-    doubts += lines_on_small_travels(robot, q, columns, read_in)
+    in_file = q if convention is None else convention.to_controller(q)
+    doubts = lines_on_small_degrees(robot, in_file, written_in.angle)
+    doubts += lines_on_small_travels(robot, in_file, columns, read_in)
     if frames_wanted:
         in_degrees = read_in.angle == "deg" or any(f"{name}_deg" in columns for name in orientation)
         if not in_degrees:
             refuse_large_turns(table, orientation, path.name)
         table = with_rotation_vectors(table, orientation, path.name)
         refuse_far_places(robot, frames_of(table), path.name)
-    return Targets(
-        path, table, frames_wanted, joints_given, written_in.sliding(robot.prismatic), tuple(doubts)
-    )
+    units_written = written_in.sliding(robot.prismatic)
+    return Targets(path, table, frames_wanted, joints_given, units_written, tuple(doubts), convention)
 
 
 def frames_of(table: pd.DataFrame) -> Array:

@@ -54,8 +54,10 @@ def _in_rows(rows: Array, n: int, values: Array, empty: object = "") -> Array:
 
 
 def _joints(corrected: CorrectedTargets) -> dict[str, Array]:
-    """Return the columns of the joint angles ``(M,)`` of the M rows that have such."""
+    """Return the columns of the joint angles ``(M,)`` of the M rows that have such, as the controller counts them if its convention is known."""
     units, q = corrected.targets.units, corrected.found.q
+    if (convention := corrected.targets.convention) is not None:
+        q = convention.to_controller(q)
     return {units.named(name): q[:, i] / units.of(name)[1] for i, name in enumerate(_joint_names(corrected))}
 
 

@@ -17,7 +17,7 @@ from scalar.comparison.moved import Moved
 from scalar.comparison.unnamed_terms import UnnamedTerm, unnamed_terms
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.command_line import named_effects
-from scalar.effects.parameter_names import effect_of
+from scalar.effects.parameter_names import effect_of, parameter_names
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.displacement import position_std
 from scalar.estimation.result import Calibration
@@ -211,19 +211,26 @@ def _campaign(a: Calibration, b: Calibration) -> dict[str, Any]:
 
 
 def _say_of_tilts(not_compared: dict[str, str], arm: ArmParameters) -> None:
-    """Say of Hayati's beta, which is fixed in every calibration, what it takes to compare it, and say nothing where there is nothing to compare.
+    """Name the tilts that were not compared as the effect ``axis_nonparallel``, with what it takes to compare them, and no other.
 
-    It is compared as the effect ``axis_nonparallel``, and stands for something only where two axes are nearly parallel.
+    Hayati's beta itself is fixed in every calibration: what is compared, or not, is the effect on top of it, and it stands for something only where
+    two axes are nearly parallel. By the rows of a standard-DH table, the beta of one axis has the number of the axis before.
     """
-    compared = {effect.target["joint"] for effect in arm.model.effects if effect.name == AxisNonparallel.name}
-    parallel = near_parallel_joints(arm.model.nominal)
+    contained = {
+        effect.target["joint"] for effect in arm.model.effects if effect.name == AxisNonparallel.name
+    }
+    missing = []
     for joint in range(1, arm.model.robot.n_joints + 1):
-        if not_compared.get(f"beta_{joint}") != _FIXED_IN_BOTH:
-            continue
-        if joint in compared or joint not in parallel:
+        reason = not_compared.get(f"beta_{joint}", "")
+        if joint in contained:
+            not_compared.pop(f"beta_{joint}", None)
+        elif reason.startswith(_FIXED_IN_BOTH):
             del not_compared[f"beta_{joint}"]
-        else:
-            not_compared[f"beta_{joint}"] = "estimated with --effects axis_nonparallel only"
+            missing += [joint] if joint in near_parallel_joints(arm.model.nominal) else []
+    tilts = [AxisNonparallel(joint) for joint in missing]
+    reason = f"in neither calibration; to compare it, add --effects {named_effects(tilts)} to both"
+    for names in parameter_names(tilts):
+        not_compared |= dict.fromkeys(names, reason)
 
 
 def _check_comparable(a: Calibration, b: Calibration) -> None:

@@ -23,6 +23,8 @@ from scalar.errors import Fault, InvalidInput
 if TYPE_CHECKING:
     import pandas as pd
 
+    from scalar.data.joint_convention import JointConvention
+
 # A calibration holds the limits of the dataset from which it was made.
 _GIVE_LIMITS = f"give its limits in {DESCRIPTION} of the dataset and calibrate again"
 
@@ -38,8 +40,9 @@ def read_pose_table(
     prismatic: Sequence[int] = (),
     columns: Sequence[str] | None = None,
     copied: bool = False,
+    convention: JointConvention | None = None,
 ) -> pd.DataFrame:
-    """Return the poses of a CSV file with the columns ``pose, q1..qn``; rows and columns as in the file.
+    """Return the poses of a CSV file with the columns ``pose, q1..qn``, joints as the dataset counts them; rows and columns as in the file.
 
     Args:
         path: the file.
@@ -51,6 +54,7 @@ def read_pose_table(
         prismatic: indices, from 0, of the prismatic joints.
         columns: the names in the file's first line, if they were read before.
         copied: whether further columns may hold text or empty cells.
+        convention: how the controller counts the joints of the file; None if they count as those of the dataset.
 
     Returns:
         `pose` int64, `plane` and `session` text, with `copied` also columns that are not all numbers, all others float64;
@@ -60,12 +64,7 @@ def read_pose_table(
         InvalidInput: with every fault found, each with its row and column.
     """
     path = Path(path)
-    joints: list[dict[str, Any]] = [
-        {} if limits is None else {"limits": [float(x) for x in limits[i]]} for i in range(n_joints)
-    ]
-    for i in prismatic:
-        joints[i]["type"] = "prismatic"
-    description = Description({"robot": {"joints": joints}}, {})
+    description = _description(n_joints, limits, prismatic)
     known = poses_layout(description)
     needed = known.required if joints_needed else ("pose",)
     columns = columns_of(path) if columns is None else columns
@@ -75,6 +74,8 @@ def read_pose_table(
     table = read_csv(path, layout, faults)
     if table is not None:
         own.to_si(table)
+        if convention is not None:
+            convention.table_to_dataset(table)
         # Only `pose` is unique: several poses to predict for may have the same order.
         # An effect of one joint needs the approach of that joint alone.
         check_poses(table, description, faults, unique=("pose",), all_joints=False)
@@ -86,3 +87,13 @@ def read_pose_table(
     frame = pd.DataFrame(table.columns)
     frame["pose"] = frame["pose"].astype(np.int64)
     return frame
+
+
+def _description(n_joints: int, limits: np.ndarray | None, prismatic: Sequence[int]) -> Description:
+    """Return a description of the joints alone, by which tables are checked; arguments as above."""
+    joints: list[dict[str, Any]] = [
+        {} if limits is None else {"limits": [float(x) for x in limits[i]]} for i in range(n_joints)
+    ]
+    for i in prismatic:
+        joints[i]["type"] = "prismatic"
+    return Description({"robot": {"joints": joints}}, {})

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from scalar.geometry.se3 import Array
+
 _ENOUGH = 20  # points; of fewer, some correction may fit by chance
 _SHARE = 0.8  # of the points that have to agree; the others may be reference points, or measured again
 _CLEARLY_LESS = 0.25  # scatter with another correction, over that with the stated one
@@ -21,9 +23,7 @@ _MOST = 20_000  # corrections that are tried
 _MOST_POINTS = 1_000  # points that are looked at: of more, as a scanner has, some spread over the file
 
 
-def better_correction(
-    time: np.ndarray, clock: np.ndarray, group: np.ndarray
-) -> tuple[float, float, float] | None:
+def better_correction(time: Array, clock: Array, group: Array) -> tuple[float, float, float] | None:
     """Return the correction of a clock with which delays scatter much less, and the scatter without and with it; None if there is none.
 
     Args:
@@ -55,7 +55,7 @@ def better_correction(
     return best - float(np.median(_delays(time + best, clock))), now, float(scatter.min())
 
 
-def _delays(time: np.ndarray, clock: np.ndarray) -> np.ndarray:
+def _delays(time: Array, clock: Array) -> Array:
     """Return ``(N,)``: how long after the nearest of the times ``(M,)``, which are sorted, each time is [s]."""
     above = np.clip(np.searchsorted(clock, time), 1, len(clock) - 1)
     below = above - 1
@@ -63,7 +63,7 @@ def _delays(time: np.ndarray, clock: np.ndarray) -> np.ndarray:
     return time - clock[nearer]
 
 
-def _scatter(delay: np.ndarray, members: list[np.ndarray]) -> float:
+def _scatter(delay: Array, members: list[Array]) -> float:
     """Return the distance from the median of its group within which most delays lie [s]."""
     away = np.empty(len(delay))
     for rows in members:

@@ -20,10 +20,11 @@ from scalar.data.references import check_references, references_layout
 from scalar.data.table_consistency import check_points, check_poses, points_layout, poses_layout
 from scalar.data.unit_suspicions import suspect_joint_angles, suspect_points, write_si
 from scalar.errors import Fault, InvalidInput
+from scalar.geometry.se3 import Array
 from scalar.ingest.converted_joints import converted_joints, unconverted_signs
 from scalar.ingest.imported_table import ImportedTable, by_file
 from scalar.ingest.left_out import LeftOut
-from scalar.ingest.mapping import Block, MappingFile
+from scalar.ingest.mapping import Block, FileRule, MappingFile
 from scalar.ingest.mapping_reader import load_mapping
 from scalar.ingest.matching import give_to_nearest, keep_matched
 from scalar.ingest.named_units import unit_of_column
@@ -60,24 +61,11 @@ def import_dataset(
     faults: list[Fault] = []
     left_out: list[LeftOut] = []
     several = mapping.several_points
-    poses, points = read_block(mapping, mapping.poses, chosen[0], faults, left_out, rows_are_points=several)
-    if mapping.points is not None:
-        points, _ = read_block(mapping, mapping.points, chosen[1], faults, left_out)
-    nests = None
-    if mapping.nests is not None:
-        nests, _ = read_block(mapping, mapping.nests, chosen[2], faults, left_out)
+    poses, points, nests = _read_blocks(mapping, chosen, faults, left_out)
     if faults or poses is None:
         raise InvalidInput(faults)
-    block = mapping.points
-    if block is not None and points is not None:
-        if block.nearest_time is not None:
-            points = give_to_nearest(points, poses, block.nearest_time, faults, left_out)
-        elif block.matched_only:
-            report_shifted(points, poses, faults)
-        if block.matched_only and not faults:
-            poses, points = keep_matched(poses, points, left_out)
-        if faults:
-            raise InvalidInput(faults)
+    if points is not None:
+        poses, points = _matched(mapping.points, poses, points, left_out)
     if "order" not in poses.columns:
         poses.columns["order"] = _order(poses)
     if several and points is not None:
@@ -97,11 +85,51 @@ def import_dataset(
         raise InvalidInput(faults)
     _write(mapping, poses, points, nests, dataset_dir, force)
     return left_out, [
-        sentence for sentence in (converted_joints(mapping), unconverted_signs(mapping)) if sentence
+        sentence for sentence in (converted_joints(mapping, file), unconverted_signs(mapping)) if sentence
     ]
 
 
-def _order(poses: ImportedTable) -> np.ndarray:
+def _matched(
+    block: Block | None, poses: ImportedTable, points: ImportedTable, left_out: list[LeftOut]
+) -> tuple[ImportedTable, ImportedTable]:
+    """Return the poses, and the points with the numbers of their poses, as the block of the points says; rows left out are noted.
+
+    Raises:
+        InvalidInput: Points do not find their poses.
+    """
+    if block is None:
+        return poses, points
+    faults: list[Fault] = []
+    if block.nearest_time is not None:
+        points = give_to_nearest(points, poses, block.nearest_time, faults, left_out)
+    elif block.matched_only:
+        report_shifted(points, poses, faults)
+    if block.matched_only and not faults:
+        poses, points = keep_matched(poses, points, left_out)
+    if faults:
+        raise InvalidInput(faults)
+    return poses, points
+
+
+def _read_blocks(
+    mapping: MappingFile,
+    chosen: Sequence[Sequence[tuple[Path, FileRule]]],
+    faults: list[Fault],
+    left_out: list[LeftOut],
+) -> tuple[ImportedTable | None, ImportedTable | None, ImportedTable | None]:
+    """Return the tables of poses, points and nests from the files chosen for each; faults of one table do not hide those of another."""
+    several = mapping.several_points
+    poses, points = read_block(mapping, mapping.poses, chosen[0], faults, left_out, rows_are_points=several)
+    nests, of_points, of_nests = None, list[Fault](), list[Fault]()
+    if mapping.points is not None:
+        points, _ = read_block(mapping, mapping.points, chosen[1], of_points, left_out)
+    if mapping.nests is not None:
+        nests, _ = read_block(mapping, mapping.nests, chosen[2], of_nests, left_out)
+    faults += [*of_points, *of_nests]
+    return poses, points, nests
+
+
+def _order(poses: ImportedTable) -> Array:
     """Return the order of acquisition ``(N,)``: files as the mapping lists them, and in a file the rows by their time, if it is stated."""
     _, first, file = np.unique(poses.files.astype(str), return_index=True, return_inverse=True)
     time = poses.columns.get("time", np.zeros(poses.n_rows))

@@ -7,21 +7,25 @@ import re
 from scalar.ingest.mapping import OF_JOINT, Column, MappingFile
 
 
-def converted_joints(mapping: MappingFile) -> str | None:
-    """Return a sentence about the joints that the mapping converts by more than their unit, or None if there are none."""
+def formulas(mapping: MappingFile) -> list[str]:
+    """Return how each joint that the mapping converts by more than its unit follows from the columns of the file, as in ``q3 = J3 + J2``."""
     joints = {
         name: column for name, column in mapping.poses.columns.items() if re.fullmatch("q[1-9][0-9]*", name)
     }
-    formulas = [
+    return [
         f"{name} = {_formula(column)}"
         for name, column in joints.items()
         if column.plus is not None or column.sign != 1.0 or column.offset
     ]
-    if not formulas:
+
+
+def converted_joints(mapping: MappingFile, file: str) -> str | None:
+    """Return a sentence about the joints that the mapping, a file of this name, converts by more than their unit; or None if there are none."""
+    if not (converted := formulas(mapping)):
         return None
     return (
-        f"the joint angles of the dataset are not those that the controller shows: {', '.join(formulas)}. 'scalar plan' writes those of the dataset, "
-        "and 'scalar predict' and 'scalar correct' read them: convert a program likewise, and what they write back before the arm runs it"
+        f"the joint angles of the dataset are not those that the controller shows: {', '.join(converted)}. Give --mapping {file} to 'scalar plan', "
+        "'scalar correct' and 'scalar predict', and they read and write the angles of the controller; without it, those of the dataset"
     )
 
 

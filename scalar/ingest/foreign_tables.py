@@ -32,38 +32,37 @@ _IS_ZIP, _IS_OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"  # how spreadsheets begin,
 _IS_HDF5 = "a MATLAB 7.3 file, which is HDF5; save it with '-v7'"
 
 
-def read_raw(path: Path, text: Mapping[str, Any], variable: str | None) -> RawTable:
+def read_raw(path: Path, text: Mapping[str, Any], variable: str | None, file: str | None = None) -> RawTable:
     """Return the table in a file: a matrix from ``.mat``, a sheet from ``.xlsx``, records or a profile from ``.yml``, Gocator's CSV, else text.
 
     Args:
         path: the file.
-        text: the block ``text`` of the mapping: separator, decimal, thousands, header, skip_lines, encoding, missing, sheet.
+        text: the block ``text`` of the mapping: separator, decimal, thousands, header, skip_lines, encoding, missing, sheet, dates.
         variable: name of the matrix in a ``.mat`` file; None for the only one.
+        file: what messages call the file; if None, its name.
 
     Raises:
         InvalidInput: the file cannot be read, or is not such a table; every faulty row is named.
     """
-    return replace(_read(path, text, variable), number=last_number(path.stem))
+    return replace(
+        _read(path, file or path.name, text, variable), number=last_number(path.stem), dates=text.get("dates")
+    )
 
 
-def _read(path: Path, text: Mapping[str, Any], variable: str | None) -> RawTable:
+def _read(path: Path, file: str, text: Mapping[str, Any], variable: str | None) -> RawTable:
     kind = path.suffix.lower()
     if kind == ".mat":
-        check_regular_file(path, MAX_TABLE_BYTES)
-        return _read_matrix(path, variable)
-    raw = read_regular_file(path, MAX_TABLE_BYTES)
+        check_regular_file(path, MAX_TABLE_BYTES, file)
+        return _read_matrix(path, file, variable)
+    raw = read_regular_file(path, MAX_TABLE_BYTES, file)
     if raw.startswith(_IS_OLE):
         message = "an Excel file of the form before 2007, which is not read; save it as .xlsx, or as CSV"
-        raise InvalidInput(Fault(path.name, message))
+        raise InvalidInput(Fault(file, message))
     if kind in (".xlsx", ".xlsm") or raw.startswith(_IS_ZIP):
-        return read_spreadsheet(path.name, raw, text)
+        return read_spreadsheet(file, raw, text)
     if kind in (".yml", ".yaml"):
-        return (
-            read_opencv(path.name, raw)
-            if is_opencv(raw)
-            else read_records(path.name, raw, text.get("missing", []))
-        )
-    return read_gocator(path.name, raw) if is_gocator(raw) else _read_text(path.name, raw, text)
+        return read_opencv(file, raw) if is_opencv(raw) else read_records(file, raw, text.get("missing", []))
+    return read_gocator(file, raw) if is_gocator(raw) else _read_text(file, raw, text)
 
 
 def _read_text(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable:
@@ -101,10 +100,9 @@ def _rows(content: str, separator: str) -> Iterator[tuple[int, list[str]]]:
         first = reader.line_num + 1
 
 
-def _read_matrix(path: Path, variable: str | None) -> RawTable:
+def _read_matrix(path: Path, file: str, variable: str | None) -> RawTable:
     from scipy.io import loadmat
 
-    file = path.name
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about parts of the file that are not read

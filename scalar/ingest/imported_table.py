@@ -7,6 +7,7 @@ import numpy as np
 
 from scalar.data.located_table import Table
 from scalar.errors import Fault, InvalidInput
+from scalar.geometry.se3 import Array
 
 MEASURED_AT = "_time"
 """The column of points, as they are read, with the time at which they were measured; it is taken out before the table is written."""
@@ -22,7 +23,7 @@ class ImportedTable(Table):
         midnight: the midnight after which its times count, in seconds of the Unix epoch; None if they have no dates.
     """
 
-    files: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=object))
+    files: Array = field(default_factory=lambda: np.empty(0, dtype=object))
     labels: dict[str, str] = field(default_factory=dict)
     midnight: float | None = None
 
@@ -30,9 +31,7 @@ class ImportedTable(Table):
         """Return the name of the foreign file that a row is from."""
         return str(self.files[row])
 
-    def report(
-        self, faults: list[Fault], column: str, mask: np.ndarray, message: Callable[[int], str]
-    ) -> None:
+    def report(self, faults: list[Fault], column: str, mask: Array, message: Callable[[int], str]) -> None:
         """Add a fault for every row at which ``mask`` ``(N,)`` is True; it names the foreign file, row and column from which the cell comes."""
         found: list[Fault] = []
         rows = np.flatnonzero(mask & ~self.bad.get(column, np.zeros(self.n_rows, dtype=bool)))
@@ -45,7 +44,7 @@ class ImportedTable(Table):
             faults.append(replace(fault, file=file, column=self.labels.get(column, column)))
 
 
-def select_rows(table: ImportedTable, keep: np.ndarray) -> ImportedTable:
+def select_rows(table: ImportedTable, keep: Array) -> ImportedTable:
     """Return the rows of a table that ``keep`` selects, a mask ``(N,)`` or indices."""
     lines = table.line_numbers()[keep]
     columns = {name: values[keep] for name, values in table.columns.items()}

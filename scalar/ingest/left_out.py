@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scalar.geometry.se3 import Array
 from scalar.ingest.imported_table import ImportedTable, by_file, select_rows
 
 _ROWS_SHOWN = 12
@@ -37,7 +38,7 @@ class LeftOut:
         )
 
 
-def left_out_rows(table: ImportedTable, rows: np.ndarray, why: str) -> list[LeftOut]:
+def left_out_rows(table: ImportedTable, rows: Array, why: str) -> list[LeftOut]:
     """Return what to say of rows ``(N,)`` bool of a table that are left out, file by file."""
     if not rows.any():
         return []

@@ -19,6 +19,7 @@ TEXT_COLUMNS = ("plane", "session", TARGET, "nest")
 JOINT = re.compile(r"qc?[1-9][0-9]*")
 OF_JOINT = re.compile(rf"(approach|{TORQUE})[1-9][0-9]*")
 """Columns whose sign is that of a joint's motion."""
+APPROACH = re.compile(r"approach[1-9][0-9]*")
 _BY_JOINT = re.compile(rf"(q|{COMMANDED}|{TORQUE})([1-9][0-9]*)")
 
 
@@ -36,6 +37,7 @@ class Column:
         names: for text, ``{value in the file: value in the dataset}``; None if all values are kept.
         unit: the file's unit; empty if the column has none.
         sign_stated: whether the mapping states ``sign``.
+        values: for a direction of approach, ``{text in the file: 1, -1 or 0}``; None if the mapping states none.
     """
 
     reference: Reference
@@ -46,6 +48,7 @@ class Column:
     names: Mapping[str, str] | None = None
     unit: str = ""
     sign_stated: bool = False
+    values: Mapping[str, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,7 @@ class FileRule:
     """A file, or files by a pattern, and what holds for all their rows.
 
     Attributes:
-        name: name of the file, or a pattern of names.
+        name: name of the file, or a pattern of names; once a file is chosen, what messages call it.
         text: columns of text, such as ``plane`` and ``session``, that have one value in the whole file.
         covariates: columns of numbers that have one value in the whole file.
         first_pose: the id of its first pose, if ids are counted; None if they continue those of the file before.
@@ -171,6 +174,12 @@ class MappingFile:
     def table(self) -> MeasuredTable | None:
         """Return the table that the sensor needs, or None."""
         return None if self.description.sensor_format is None else self.description.sensor_format.table
+
+    def measured_in(self, block: Block) -> tuple[str, ...]:
+        """Return the coordinates that a block may have: those of the nests, or those that the sensor needs."""
+        if block is self.nests and self.references is not None:
+            return tuple(self.references.units)
+        return self.point_columns
 
     @property
     def several_points(self) -> bool:

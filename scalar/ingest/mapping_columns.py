@@ -14,41 +14,18 @@ from scalar.ingest.orientation import check_orientation
 
 def check_columns(given: Description, mapping: MappingFile) -> None:
     """Add columns that are missing, misspelt, or belong to another robot or sensor to ``given.faults``."""
-    n, sensor = mapping.description.n_joints, mapping.description.kind
-    points = mapping.point_columns
-    kinds = sorted(kind for kind, format in sensor_formats().items() if format.table is not None)
+    n = mapping.description.n_joints
     joints = [f"q{i + 1}" for i in range(n)]
-    format = mapping.description.sensor_format
-    plane = ["plane"] if format is None or format.on_planes else []
     by_joint = [f"{stem}{i + 1}" for stem in ("approach", COMMANDED, TORQUE) for i in range(n)]
+    plane = _plane(mapping)
+    measured = [*mapping.point_columns, *mapping.further_points, *mapping.foreign_points]
     optional = ["pose", "order", "time", "temperature", "session", *by_joint, *PAYLOAD]
-    measured = [*points, *mapping.further_points, *mapping.foreign_points]
     known = [*joints, *plane, *([] if mapping.points else measured), *optional]
     set_by_file = (
         set.intersection(*({*rule.text} for rule in mapping.poses.files)) if mapping.poses.files else set()
     )
     required = [*joints, *(name for name in plane if name not in set_by_file)]
-    if mapping.points is None:
-        required += points
-    elif not points:
-        given.fault(
-            ("points",), f"a {sensor} has no points of its own, only {', '.join(kinds)} have; remove this key"
-        )
-    else:
-        if mapping.points.targets:
-            _check_targets(given, mapping, sensor)
-        else:
-            own = [] if mapping.points.nearest_time is not None else ["pose"]
-            _check_block(given, "points", [*own, *points], ["pose", *measured], mapping)
-        if mapping.points.nearest_time is None:
-            required.append("pose")
-        else:
-            _check_times(given, mapping.points, mapping)
-        if not mapping.poses.files:
-            given.fault(
-                ("poses", "files"),
-                "missing; add it: with points in files of their own, each block names its files",
-            )
+    required += _check_points(given, mapping, measured)
     if mapping.several_points and mapping.poses.first_of_each is None:
         given.fault(
             ("poses", "first_of_each"),
@@ -60,11 +37,52 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
             check_orientation(given, key)
             _check_repeated(given, key, block.columns, [*joints, *by_joint[n:], *measured])
     if mapping.nests is not None:
-        _check_nests(given, mapping, sensor)
-    of_format = {*known, *TEXT_COLUMNS, *measured, "x", "y", "z"}
-    covariates = [(("poses", "covariates", name), name) for name in given.get("poses", "covariates") or {}]
+        _check_nests(given, mapping, mapping.description.kind)
+    _check_files(given, mapping)
+    _check_covariates(given, mapping, {*known, *TEXT_COLUMNS, *measured, "x", "y", "z"})
+
+
+def _plane(mapping: MappingFile) -> list[str]:
+    """Return the column of planes if the sensor measures such, else none."""
+    format = mapping.description.sensor_format
+    return ["plane"] if format is None or format.on_planes else []
+
+
+def _check_points(given: Description, mapping: MappingFile, measured: list[str]) -> list[str]:
+    """Add the faults of the block ``points`` to ``given.faults``, and return the columns that ``poses`` needs with it or without it.
+
+    Args:
+        given: The mapping file.
+        mapping: Its content.
+        measured: The columns that the sensor's table may have.
+    """
+    sensor, points = mapping.description.kind, mapping.points
+    if points is None:
+        return list(mapping.point_columns)
+    if not mapping.point_columns:
+        kinds = sorted(kind for kind, format in sensor_formats().items() if format.table is not None)
+        given.fault(
+            ("points",), f"a {sensor} has no points of its own, only {', '.join(kinds)} have; remove this key"
+        )
+        return []
+    if points.targets:
+        _check_targets(given, mapping, sensor)
+    else:
+        own = [] if points.nearest_time is not None else ["pose"]
+        _check_block(given, "points", [*own, *mapping.point_columns], ["pose", *measured], mapping)
+    if points.nearest_time is not None:
+        _check_times(given, points, mapping)
+    if not mapping.poses.files:
+        given.fault(
+            ("poses", "files"),
+            "missing; add it: with points in files of their own, each block names its files",
+        )
+    return [] if points.nearest_time is not None else ["pose"]
+
+
+def _check_files(given: Description, mapping: MappingFile) -> None:
+    """Add what is stated for a whole file of poses and for its rows as well, or does not fit the sensor, to ``given.faults``."""
     for i, rule in enumerate(mapping.poses.files):
-        covariates += [(("poses", "files", i, "covariates", name), name) for name in rule.covariates]
         both = [name for name in (*rule.text, *rule.covariates) if name in mapping.poses.columns]
         for name in both:
             given.fault(("poses", "files", i), f"{name} comes from a column as well; keep one of the two")
@@ -72,8 +90,16 @@ def check_columns(given: Description, mapping: MappingFile) -> None:
             given.fault(
                 ("poses", "files", i, "first_pose"), "ids come from a column as well; keep one of the two"
             )
-        if "plane" in rule.text and not plane:
-            given.fault(("poses", "files", i, "plane"), f"a {sensor} has no planes; remove this key")
+        if "plane" in rule.text and not _plane(mapping):
+            message = f"a {mapping.description.kind} has no planes; remove this key"
+            given.fault(("poses", "files", i, "plane"), message)
+
+
+def _check_covariates(given: Description, mapping: MappingFile, of_format: set[str]) -> None:
+    """Add covariates of poses whose names are those of columns of the format (``of_format``), or cannot name a column, to ``given.faults``."""
+    covariates = [(("poses", "covariates", name), name) for name in given.get("poses", "covariates") or {}]
+    for i, rule in enumerate(mapping.poses.files):
+        covariates += [(("poses", "files", i, "covariates", name), name) for name in rule.covariates]
     for path, name in covariates:
         if name in of_format or re.fullmatch(r"(q|approach|qc|tau)[0-9]+", name):
             given.fault(

@@ -18,31 +18,17 @@ from scalar.data.description import Description, check_description, check_finite
 from scalar.data.formats import DATASET_FORMAT
 from scalar.data.io.plain_yaml import load_yaml_lines
 from scalar.data.io.regular_file import path_inside
-from scalar.data.located_table import did_you_mean, shorten
-from scalar.data.sensor_formats import MeasuredTable
 from scalar.data.strict_schema import strict_validator
 from scalar.data.unit_suspicions import suspect_description, write_si
 from scalar.errors import Fault, InvalidInput
-from scalar.ingest.column_profiles import ColumnProfiles
-from scalar.ingest.mapping import (
-    JOINT,
-    OF_JOINT,
-    TEXT_COLUMNS,
-    Block,
-    Column,
-    FileRule,
-    MappingFile,
-    quantity_of,
-)
+from scalar.ingest.mapping import MappingFile
+from scalar.ingest.mapping_blocks import read_mapping_block
 from scalar.ingest.mapping_columns import check_columns
-from scalar.ingest.matching import NearestTime
-from scalar.ingest.named_units import UNITS, description_to_si, units_of_dataset
-from scalar.ingest.row_profiles import RowProfiles
+from scalar.ingest.named_units import description_to_si, units_of_dataset
 
 _UNITS_PLACE = "stands at the top of the mapping, beside dataset; move it there"
 _TEXT_PLACE = "stands at the top of the mapping, where it applies to all files; points and nests may have a key text of their own in addition"
 _OF_A_FILE = "remove this key, or write the content of that file under dataset"
-_SI = {"length": "m", "angle": "rad"}
 
 
 @cache
@@ -53,12 +39,15 @@ def _validator() -> Draft202012Validator:
     return strict_validator(json.loads(text))
 
 
-def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingFile:
+def load_mapping(
+    path: Path, robot: Mapping[str, Any] | None = None, *, otherwise: Mapping[str, Any] | None = None
+) -> MappingFile:
     """Return the mapping in a YAML file.
 
     Args:
         path: the mapping file.
         robot: the ``robot:`` block of the dataset in SI; None if the mapping states it. One of the two has to.
+        otherwise: the ``robot:`` block that is taken if the mapping states none; unlike ``robot``, it may be given where the mapping states one.
 
     Raises:
         InvalidInput: with every fault of the keys; if there is none, with every fault of the dataset's description and of the columns.
@@ -79,7 +68,7 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
         given.fault(("dataset_units",), f"{inner} is a file, which is in metres and radians; {_OF_A_FILE}")
     if given.faults:
         raise InvalidInput(given.faults)
-    description = _description(given, path, robot)
+    description = _description(given, path, robot, otherwise)
     poses, points, nests = content["poses"], content.get("points"), content.get("nests")
     table = None if description.sensor_format is None else description.sensor_format.table
     references = None if description.sensor_format is None else description.sensor_format.references
@@ -87,9 +76,9 @@ def load_mapping(path: Path, robot: Mapping[str, Any] | None = None) -> MappingF
         description,
         content.get("text", {}),
         content.get("matrix", {}).get("variable"),
-        _block(given, "poses", poses, table, description),
-        None if points is None else _block(given, "points", points, table, description),
-        None if nests is None else _block(given, "nests", nests, references, description),
+        read_mapping_block(given, "poses", poses, table, description),
+        None if points is None else read_mapping_block(given, "points", points, table, description),
+        None if nests is None else read_mapping_block(given, "nests", nests, references, description),
     )
     if not description.faults:
         check_columns(given, mapping)
@@ -112,7 +101,9 @@ def _with_place_of_text(fault: Fault) -> Fault:
     return replace(fault, message=_TEXT_PLACE) if fault.column == "poses.text" else fault
 
 
-def _description(given: Description, path: Path, robot: Mapping[str, Any] | None) -> Description:
+def _description(
+    given: Description, path: Path, robot: Mapping[str, Any] | None, otherwise: Mapping[str, Any] | None
+) -> Description:
     """Return the description of the dataset to be written; its faults name the file and the key that have to be corrected."""
     inner, inline = given.mapping["dataset"], True
     units = given.mapping.get("dataset_units", {})
@@ -123,6 +114,8 @@ def _description(given: Description, path: Path, robot: Mapping[str, Any] | None
         inner, lines = load_yaml_lines(other)
         file = other.name
     wrong: list[tuple[tuple[str | int, ...], str]] = []
+    if robot is None and isinstance(inner, dict) and "robot" not in inner:
+        robot = otherwise
     if inline:
         inner.setdefault("format", DATASET_FORMAT)
         inner = {"format": inner["format"], **inner}
@@ -144,122 +137,3 @@ def _description(given: Description, path: Path, robot: Mapping[str, Any] | None
             replace(f, column=f"dataset.{f.column}" if f.column else "dataset") for f in description.faults
         ]
     return description
-
-
-def _block(
-    given: Description,
-    key: str,
-    block: Mapping[str, Any],
-    table: MeasuredTable | None,
-    description: Description,
-) -> Block:
-    """Return a block of the mapping; its faults go to ``given.faults``.
-
-    Args:
-        given: The mapping file.
-        key: Key of the block in the mapping file: ``poses``, ``points`` or ``nests``.
-        block: Content of the block.
-        table: The dataset's table of measurements, or for ``nests`` that of references; None if the sensor's kind has no such table.
-        description: The dataset to be written.
-    """
-    columns: dict[str, Column] = {}
-    for name, entry in block["columns"].items():
-        columns[name] = _column(
-            given, (key, "columns", name), name, entry, quantity_of(name, table, description)
-        )
-    for name, entry in block.get("covariates", {}).items():
-        columns[name] = _column(given, (key, "covariates", name), name, entry, None)
-    targets = {
-        target: {
-            name: _column(
-                given, (key, "targets", target, name), name, entry, quantity_of(name, table, description)
-            )
-            for name, entry in of_target.items()
-        }
-        for target, of_target in block.get("targets", {}).items()
-    }
-    named = [*columns, *(name for of_target in targets.values() for name in of_target)]
-    files = tuple(
-        FileRule(
-            rule["name"],
-            {text: str(rule[text]) for text in TEXT_COLUMNS if text in rule},
-            {name: float(value) for name, value in rule.get("covariates", {}).items()},
-            rule.get("first_pose"),
-            rule.get("add_to_pose", 0),
-        )
-        for rule in block.get("files", [])
-    )
-    dropped = tuple(block.get("drop_without", []))
-    listed = [
-        (which, i, name)
-        for which in ("drop_without", "drop_zeros")
-        for i, name in enumerate(block.get(which, []))
-    ]
-    for which, i, name in listed:
-        if name not in named:
-            hint = did_you_mean(name, named)
-            given.fault(
-                (key, which, i),
-                f"no such column here ({shorten(name)}); {hint}write one of {', '.join(dict.fromkeys(named))}",
-            )
-    row_profiles, column_profiles = block.get("row_profiles"), block.get("column_profiles")
-    if row_profiles is not None and column_profiles is not None:
-        given.fault(
-            (key, "column_profiles"),
-            "a profile is a row of the file or a column; remove row_profiles or this key",
-        )
-    if row_profiles is not None and ("first_x" in row_profiles) != ("step" in row_profiles):
-        given.fault((key, "row_profiles"), "first_x and step are given together; add the other one")
-    return Block(
-        columns,
-        files,
-        dropped,
-        block.get("first_of_each"),
-        block.get("euler_axes"),
-        block.get("text", {}),
-        None if row_profiles is None else RowProfiles(**row_profiles),
-        None if column_profiles is None else ColumnProfiles(**column_profiles),
-        block.get("rows_per_pose"),
-        targets,
-        block.get("rows_like", {}),
-        block.get("matched_only", False),
-        NearestTime.of(block.get("nearest_time")),
-        tuple(block.get("drop_zeros", [])),
-    )
-
-
-def _column(
-    given: Description, path: tuple[str | int, ...], name: str, entry: Mapping[str, Any], quantity: str | None
-) -> Column:
-    """Return how the dataset's column ``name`` is made from a column of a file; its faults go to ``given.faults``, under the key ``path``.
-
-    Args:
-        given: The mapping file.
-        path: Keys that lead to ``entry``.
-        name: Name of the column in the dataset.
-        entry: What the mapping file states about the column.
-        quantity: What the column holds, such as ``length``; None if its values have no unit.
-    """
-    unit = entry.get("unit")
-    units = UNITS.get(quantity or "", {})
-    if quantity is None and unit is not None:
-        message = f"{name} is kept as it is, without a unit; remove this key"
-        given.fault((*path, "unit"), message)
-    elif quantity in _SI and unit is None:
-        given.fault((*path, "unit"), f"missing; add it: the unit in the file, {' or '.join(units)}")
-    elif unit is not None and unit not in units:
-        hint = did_you_mean(unit, list(units))
-        given.fault((*path, "unit"), f"unknown ({shorten(unit)}); {hint}write one of {', '.join(units)}")
-    for key in ("sign", "offset", "plus"):
-        mirrored = key == "sign" and (name in ("x", "y", "z") or bool(OF_JOINT.fullmatch(name)))
-        counted = key == "offset" and name == "pose"
-        if counted and key in entry and entry[key] != int(entry[key]):
-            given.fault((*path, key), "poses have whole numbers; write one")
-        if key in entry and not (JOINT.fullmatch(name) or mirrored or counted):
-            given.fault((*path, key), "only joints have one; remove this key")
-    if "names" in entry and name not in TEXT_COLUMNS:
-        given.fault((*path, "names"), f"only {', '.join(TEXT_COLUMNS)} have names; remove this key")
-    to_si = units.get(unit or "", lambda value: value)
-    offset, names = float(entry.get("offset", 0.0)), entry.get("names")
-    sign, plus = float(entry.get("sign", 1)), entry.get("plus")
-    return Column(entry["column"], to_si, sign, offset, plus, names, unit or "", "sign" in entry)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from scalar.errors import Fault
+from scalar.geometry.se3 import Array
 from scalar.ingest.clocks import better_correction
 from scalar.ingest.imported_table import MEASURED_AT, ImportedTable, select_rows
 from scalar.ingest.left_out import LeftOut, left_out_rows
@@ -87,8 +88,8 @@ def give_to_nearest(
 
 def _report_other_clock(
     points: ImportedTable,
-    time: np.ndarray,
-    clock: np.ndarray,
+    time: Array,
+    clock: Array,
     rule: NearestTime,
     label: str,
     faults: list[Fault],

@@ -7,6 +7,7 @@ others has a copy, or the scan of another pose whose number is wrong. Of files t
 import numpy as np
 
 from scalar.errors import Fault
+from scalar.geometry.se3 import Array
 from scalar.ingest.imported_table import ImportedTable
 from scalar.ingest.mapping import Block
 from scalar.ingest.raw_table import FILE_NUMBER, ROW, RawTable
@@ -15,7 +16,7 @@ SCAN = "_scan"
 """The column of a table that is being read which says to which profile a point belongs; it is taken out before the table is written."""
 
 
-def number_scans(raw: RawTable, block: Block, first: int) -> np.ndarray | None:
+def number_scans(raw: RawTable, block: Block, first: int) -> Array | None:
     """Return the number of the scan of each row of a file ``(N,)``, counted from `first`; None if the file does not show which rows are one scan."""
     if block.row_profiles is not None or block.column_profiles is not None:
         return first + np.asarray(raw.cells[raw.find(ROW)], dtype=float)

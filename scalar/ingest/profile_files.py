@@ -16,6 +16,7 @@ import numpy as np
 
 from scalar.data.located_table import NUMBER
 from scalar.errors import Fault, InvalidInput
+from scalar.geometry.se3 import Array
 from scalar.ingest.raw_table import RawTable
 
 _LIST = re.compile(r"^scan_line:\s*\[(.*?)\]", re.DOTALL | re.MULTILINE)
@@ -86,7 +87,7 @@ def read_gocator(file: str, raw: bytes) -> RawTable:
     names = [cell.strip() for cell in rows[header]]
     data = [k for k, name in enumerate(names) if NUMBER.fullmatch(name)]
     axis = names.index("Axis") if "Axis" in names else None
-    frames: dict[int, dict[str, tuple[int, np.ndarray]]] = {}
+    frames: dict[int, dict[str, tuple[int, Array]]] = {}
     for i in range(header + 1, end):
         cells = [cell.strip() for cell in rows[i]]
         if not any(cells):

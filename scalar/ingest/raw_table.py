@@ -11,9 +11,10 @@ import numpy as np
 
 from scalar.data.located_table import did_you_mean, shorten
 from scalar.errors import Fault, InvalidInput
+from scalar.geometry.se3 import Array
 from scalar.ingest.pose_names import numbers_of_names, several_kinds
 from scalar.ingest.written_numbers import Written
-from scalar.ingest.written_times import is_date, read_times
+from scalar.ingest.written_times import Unsettled, is_date, read_times
 
 Reference = str | int
 """A column of a file by its name, or by its number, the first being 1."""
@@ -43,16 +44,18 @@ class RawTable:
         missing: texts, in lower case, which mean that nothing was measured.
         number: the last whole number in the file's name, which the column ``@file_number`` holds in every row; None if there is none.
         rows_per_pose: how many successive rows belong to each pose, which the columns ``@pose`` and ``@row_of_pose`` count; None if nothing says so.
+        dates: the order of day, month and year in dates that end in the year, as the mapping states it; None if it does not.
     """
 
     file: str
     names: tuple[str, ...] | None
-    cells: tuple[np.ndarray, ...]
-    lines: np.ndarray
+    cells: tuple[Array, ...]
+    lines: Array
     written: Written = field(default_factory=Written)
     missing: frozenset[str] = MISSING
     number: int | None = None
     rows_per_pose: int | None = None
+    dates: str | None = None
 
     def find(self, reference: Reference) -> int:
         """Return the position of a column.
@@ -84,7 +87,7 @@ class RawTable:
         name = str(reference)
         return name if self.file.endswith((".csv", ".parquet")) else f"column {name}"
 
-    def text(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
+    def text(self, reference: Reference) -> tuple[Array, Array]:
         """Return a column as text ``(N,)``, and in which rows nothing was measured, ``(N,)`` bool."""
         cells = self._cells(reference)
         if cells.dtype != object:
@@ -92,7 +95,7 @@ class RawTable:
             return text, np.isnan(cells)
         return cells, self._is_missing(cells)
 
-    def numbers(self, reference: Reference, faults: list[Fault]) -> tuple[np.ndarray, np.ndarray]:
+    def numbers(self, reference: Reference, faults: list[Fault]) -> tuple[Array, Array]:
         """Return a column as numbers ``(N,)``, NaN where there is none, and in which rows nothing was measured, ``(N,)`` bool.
 
         Every other cell that is not a number is added to `faults`.
@@ -126,9 +129,7 @@ class RawTable:
             faults.append(Fault(self.file, message, column=self.label(reference)))
         return values, missing
 
-    def seconds(
-        self, reference: Reference, faults: list[Fault]
-    ) -> tuple[np.ndarray, np.ndarray, float | None]:
+    def seconds(self, reference: Reference, faults: list[Fault]) -> tuple[Array, Array, float | None]:
         """Return the column of times [s] as ``numbers`` does, and the midnight after which dates are counted, in seconds of the Unix epoch.
 
         Times of day (``09:04:30``) are counted from midnight, and if they have their date, from the midnight before the earliest; the last of the
@@ -138,21 +139,25 @@ class RawTable:
         if cells.dtype == object:
             missing = self._is_missing(cells)
             values = np.full(len(cells), np.nan)
-            clock = read_times([str(cell) for cell in cells[~missing]])
+            clock = read_times([str(cell) for cell in cells[~missing]], self.dates)
+            if isinstance(clock, Unsettled):
+                row = int(self.lines[~missing][clock.row])
+                faults.append(Fault(self.file, clock.message, row, self.label(reference)))
+                return values, missing, None
             if clock is not None:
                 values[~missing] = clock.seconds
                 return values, missing, clock.midnight
             dates = [i for i in np.flatnonzero(~missing) if is_date(str(cells[i]))]
             if dates:
                 message = (
-                    f"a date ({shorten(cells[dates[0]])}), and such dates are not read; write seconds, 09:04:30, 2026-11-26 09:04:30 "
-                    "or 26.11.2026 09:04:30, and either all of a column with a time zone or none"
+                    f"a date ({shorten(cells[dates[0]])}), and such dates are not read; write seconds, 09:04:30, 2026-11-26 09:04:30, "
+                    "26.11.2026 09:04:30 or 11/26/2026 9:04:30 AM, all of a column alike, and with a time zone in all or none"
                 )
                 faults.append(Fault(self.file, message, int(self.lines[dates[0]]), self.label(reference)))
                 return values, missing, None
         return *self.numbers(reference, faults), None
 
-    def pose_numbers(self, reference: Reference, faults: list[Fault]) -> tuple[np.ndarray, np.ndarray]:
+    def pose_numbers(self, reference: Reference, faults: list[Fault]) -> tuple[Array, Array]:
         """Return the column of pose numbers as ``numbers`` does; names such as ``P017``, alike but for one whole number, are taken for it."""
         cells = self._cells(reference)
         if cells.dtype == object:
@@ -167,7 +172,7 @@ class RawTable:
                 return values, missing
         return self.numbers(reference, faults)
 
-    def _cells(self, reference: Reference) -> np.ndarray:
+    def _cells(self, reference: Reference) -> Array:
         if reference == HEAD_NUMBER and HEAD_NUMBER not in (self.names or ()):
             message = (
                 f"{HEAD_NUMBER} needs points.column_profiles, and a number of its own in the header of every profile; if both files have the poses "
@@ -186,7 +191,7 @@ class RawTable:
             )
         return np.full(len(self.lines), float(self.number))
 
-    def _count_by_pose(self, reference: Reference) -> np.ndarray:
+    def _count_by_pose(self, reference: Reference) -> Array:
         """Return the column ``@pose`` or ``@row_of_pose``, ``(N,)``.
 
         Raises:
@@ -202,7 +207,7 @@ class RawTable:
         rows = np.arange(n)
         return 1.0 + (rows // each if reference == POSE else rows % each)
 
-    def like(self, patterns: Mapping[str, str]) -> np.ndarray:
+    def like(self, patterns: Mapping[str, str]) -> Array:
         """Return in which rows ``(N,)`` the cell of every column is like its pattern, in which ``*`` stands for any text.
 
         Columns are given by name, or by number if no column is called so.
@@ -216,11 +221,11 @@ class RawTable:
             fits &= [fnmatchcase(cell, pattern) for cell in self.text(column)[0]]
         return fits
 
-    def of_rows(self, rows: np.ndarray) -> Self:
+    def of_rows(self, rows: Array) -> Self:
         """Return the table of some rows, ``(N,)`` bool."""
         return replace(self, cells=tuple(cells[rows] for cells in self.cells), lines=self.lines[rows])
 
-    def _is_missing(self, cells: np.ndarray) -> np.ndarray:
+    def _is_missing(self, cells: Array) -> Array:
         return np.array([cell.lower() in self.missing for cell in cells], dtype=bool)
 
 

@@ -7,23 +7,20 @@ from pathlib import Path
 import numpy as np
 
 from scalar.errors import Fault, InvalidInput
+from scalar.geometry.se3 import Array
 from scalar.ingest.column_profiles import points_of_columns
+from scalar.ingest.copied_files import FileRead, digest_of, report_copies
+from scalar.ingest.file_columns import read_columns
 from scalar.ingest.foreign_tables import read_raw
-from scalar.ingest.imported_table import MEASURED_AT, ImportedTable, joined, select_rows
+from scalar.ingest.imported_table import ImportedTable, joined, select_rows
 from scalar.ingest.left_out import LeftOut
-from scalar.ingest.mapping import JOINT, TEXT_COLUMNS, Block, FileRule, MappingFile
-from scalar.ingest.merged_scans import SCAN, number_scans, report_merged
-from scalar.ingest.orientation import to_rotation_vectors
+from scalar.ingest.mapping import JOINT, Block, FileRule, MappingFile
+from scalar.ingest.merged_scans import SCAN, report_merged
 from scalar.ingest.raw_table import RawTable
 from scalar.ingest.row_profiles import points_of_rows
-from scalar.ingest.source_files import distinct_names
 
 SAME_POSE = 1e-3
 """Most by which joint angles [rad] may differ between the rows of one pose: encoders dither by less, and poses differ by more."""
-_EMPTY = "an empty cell; complete it, or let the mapping leave such rows out with drop_without"
-_WITHOUT_TIME = (
-    "an empty cell; complete it, or let the mapping leave such rows out by rows_like: {this column: '?*'}"
-)
 
 
 def read_block(
@@ -39,7 +36,7 @@ def read_block(
     Args:
         mapping: The mapping.
         block: The block, which says what the columns of the table are.
-        chosen: The files to read, each with its rule.
+        chosen: The files to read, each with its rule, whose name is what messages call the file.
         faults: Every fault found is added here.
         left_out: Rows that ``drop_without`` leaves out are added here.
         rows_are_points: Whether every row is a point. The first table then has one row for each pose; the second has the coordinates
@@ -50,36 +47,27 @@ def read_block(
     """
     parts: list[ImportedTable] = []
     points: list[ImportedTable] = []
+    read: list[FileRead] = []
+    faulty: dict[bytes, str] = {}
     n_poses, next_id, next_scan = 0, 0, 0
-    names = distinct_names([path for path, _ in chosen])
-    for (path, rule), name in zip(chosen, names, strict=True):
+    for path, rule in chosen:
+        n_before = len(faults)
+        if faulty and (same := faulty.get(digest_of(path))) is not None:
+            message = f"has the same bytes as {same}, which is at fault; leave one of them out"
+            faults.append(Fault(rule.name, message))
+            continue
         try:
-            raw = replace(read_raw(path, {**mapping.text, **block.text}, mapping.variable), file=name)
-            raw = _rows_like(raw, block, left_out)
-            if block.row_profiles is not None:
-                raw = points_of_rows(raw, block.row_profiles)
-            elif block.column_profiles is not None:
-                raw = points_of_columns(raw, block.column_profiles)
-            raw = replace(raw, rows_per_pose=block.rows_per_pose)
-            whole = _in_order(
-                [
-                    _read_columns(
-                        raw, one, replace(rule, text={**rule.text, **text}), faults, left_out, next_scan
-                    )
-                    for one, text in block.of_each_target()
-                ]
-            )
+            raw, whole = _read_file(mapping, block, path, rule, faults, left_out, next_scan)
             next_scan += len(raw.lines) + 1
             keep, owner = _first_rows(raw, whole, block, faults)
         except InvalidInput as error:
             faults += error.faults
+            if len(faults) > n_before:
+                faulty.setdefault(digest_of(path), rule.name)
             continue
         table = select_rows(whole, keep)
-        if "pose" not in table.columns:
-            start = next_id if rule.first_pose is None else rule.first_pose
-            table.columns["pose"] = np.arange(start, start + table.n_rows, dtype=float)
-            next_id = start + table.n_rows
-        table.columns["pose"] = table.columns["pose"] + rule.add_to_pose
+        next_id = _number_poses(table, rule, next_id)
+        read.append(FileRead(rule, whole, table.columns["pose"]))
         if rows_are_points:
             coordinates = {name: whole.columns[name] for name in mapping.measured_columns}
             for name in coordinates:
@@ -88,6 +76,7 @@ def read_block(
             points.append(replace(whole, columns=coordinates, bad={}))
         n_poses += table.n_rows
         parts.append(table)
+    report_copies(read, block, mapping.measured_in(block), faults)
     if faults or not parts:
         return None, None
     try:
@@ -99,6 +88,53 @@ def read_block(
         report_merged(table, block, faults)
     table.columns.pop(SCAN, None)
     return table, all_points
+
+
+def _number_poses(table: ImportedTable, rule: FileRule, next_id: int) -> int:
+    """Give the poses of a file their numbers in the dataset, counted if no column has them; return from which number the next file counts."""
+    if "pose" not in table.columns:
+        start = next_id if rule.first_pose is None else rule.first_pose
+        table.columns["pose"] = np.arange(start, start + table.n_rows, dtype=float)
+        next_id = start + table.n_rows
+    table.columns["pose"] = table.columns["pose"] + rule.add_to_pose
+    return next_id
+
+
+def _read_file(
+    mapping: MappingFile,
+    block: Block,
+    path: Path,
+    rule: FileRule,
+    faults: list[Fault],
+    left_out: list[LeftOut],
+    next_scan: int,
+) -> tuple[RawTable, ImportedTable]:
+    """Return one file as it is, and its columns in SI; a row of several targets has a row for each of them.
+
+    Args:
+        mapping: The mapping.
+        block: The block of the file.
+        path: The file.
+        rule: What holds for all its rows; ``name`` is what messages call the file.
+        faults: Every fault found is added here.
+        left_out: Rows that ``drop_without`` leaves out are added here.
+        next_scan: The number from which scans are counted in this file.
+
+    Raises:
+        InvalidInput: The file cannot be read, or there are faults.
+    """
+    raw = read_raw(path, {**mapping.text, **block.text}, mapping.variable, rule.name)
+    raw = _rows_like(raw, block, left_out)
+    if block.row_profiles is not None:
+        raw = points_of_rows(raw, block.row_profiles)
+    elif block.column_profiles is not None:
+        raw = points_of_columns(raw, block.column_profiles)
+    raw = replace(raw, rows_per_pose=block.rows_per_pose)
+    tables = [
+        read_columns(raw, one, replace(rule, text={**rule.text, **text}), faults, left_out, next_scan)
+        for one, text in block.of_each_target()
+    ]
+    return raw, _in_order(tables)
 
 
 def _rows_like(raw: RawTable, block: Block, left_out: list[LeftOut]) -> RawTable:
@@ -132,103 +168,9 @@ def _in_order(tables: Sequence[ImportedTable]) -> ImportedTable:
     return select_rows(together, np.argsort(together.line_numbers(), kind="stable"))
 
 
-def _read_columns(
-    raw: RawTable,
-    block: Block,
-    rule: FileRule,
-    faults: list[Fault],
-    left_out: list[LeftOut],
-    first_scan: int,
-) -> ImportedTable:
-    """Return the columns of one file in SI, without the rows in which a column of ``drop_without`` is empty; these are noted.
-
-    Args:
-        raw: The file.
-        block: The block of the mapping, of one target.
-        rule: What holds for all rows of the file.
-        faults: Every fault found is added here.
-        left_out: Rows that ``drop_without`` leaves out are added here.
-        first_scan: The number from which scans are counted in this file.
-    """
-    columns: dict[str, np.ndarray] = {}
-    empty: dict[str, np.ndarray] = {}
-    midnight: float | None = None
-    for name, column in block.columns.items():
-        try:
-            if name in TEXT_COLUMNS:
-                text, empty[name] = raw.text(column.reference)
-                names = column.names or {}
-                columns[name] = np.array([names.get(cell, cell) for cell in text], dtype=object)
-            else:
-                if name == "time":
-                    values, empty[name], midnight = raw.seconds(column.reference, faults)
-                    columns[name] = column.to_si(values)
-                    continue
-                read = raw.pose_numbers if name == "pose" else raw.numbers
-                values, empty[name] = read(column.reference, faults)
-                if column.plus is not None:
-                    added, none_added = read(column.plus, faults)
-                    values, empty[name] = values + added, empty[name] | none_added
-                columns[name] = column.to_si(column.sign * values + column.offset)
-        except InvalidInput as error:
-            faults += error.faults
-    if block.nearest_time is not None:
-        try:
-            columns[MEASURED_AT], empty[MEASURED_AT], midnight = raw.seconds(
-                block.nearest_time.column, faults
-            )
-        except InvalidInput as error:
-            faults += error.faults
-    if faults:
-        raise InvalidInput(())
-    n = len(raw.lines)
-    for name, text in rule.text.items():
-        columns[name] = np.full(n, text, dtype=object)
-    for name, value in rule.covariates.items():
-        columns[name] = np.full(n, value)
-    scans = number_scans(raw, block, first_scan)
-    if scans is not None:
-        columns[SCAN] = scans
-    keep = np.ones(n, dtype=bool)
-    for name in block.drop_without:
-        keep &= ~empty[name]
-    zero = np.zeros(n, dtype=bool)
-    if block.drop_zeros:
-        zero = keep & np.all([columns[name] == 0.0 for name in block.drop_zeros], axis=0)
-    if not (keep & ~zero).any():
-        message = f"no row has {' and '.join(block.drop_without)}, so that none is left; check columns and drop_without"
-        if zero.any():
-            others = " that is not empty" if block.drop_without else ""
-            message = f"{', '.join(block.drop_zeros)} are 0 in every row{others}, so that none is left; check columns and drop_zeros"
-        raise InvalidInput(Fault(raw.file, message))
-    labels = {name: raw.label(column.reference) for name, column in block.columns.items()}
-    if block.nearest_time is not None:
-        labels[MEASURED_AT] = raw.label(block.nearest_time.column)
-    lines, files = raw.lines, np.full(n, raw.file, dtype=object)
-    table = ImportedTable(raw.file, columns, lambda: lines, files=files, labels=labels, midnight=midnight)
-    if not keep.all():
-        without = " or ".join(table.labels[name] for name in block.drop_without)
-        rows = tuple(int(line) for line in np.asarray(lines)[~keep])
-        left_out.append(LeftOut(raw.file, rows, f"without {without} (drop_without)"))
-    if zero.any():
-        rows = tuple(int(line) for line in np.asarray(lines)[zero])
-        where = ", ".join(table.labels[name] for name in block.drop_zeros)
-        left_out.append(LeftOut(raw.file, rows, f"with 0 in {where} (drop_zeros)"))
-        keep &= ~zero
-    for name, missing in empty.items():
-        remedy = _WITHOUT_TIME if name == MEASURED_AT else _EMPTY
-        table.report(faults, name, missing & keep, lambda _, remedy=remedy: remedy)
-    if block.first_of_each is not None:
-        key = raw.text(block.first_of_each)[0].astype(str)
-        columns["_pose"] = np.unique(key, return_inverse=True)[1].astype(float)
-    kept = select_rows(table, np.flatnonzero(keep))
-    to_rotation_vectors(kept, block.euler_axes, faults)
-    return kept
-
-
 def _first_rows(
     raw: RawTable, table: ImportedTable, block: Block, faults: list[Fault]
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[Array, Array]:
     """Return the rows that are the first of their pose, and for every row the index of its pose in this file, ``(N,)``."""
     if block.first_of_each is None:
         rows = np.arange(table.n_rows)

@@ -12,6 +12,7 @@ import numpy as np
 
 from scalar.data.located_table import NUMBER, shorten
 from scalar.errors import Fault, InvalidInput
+from scalar.geometry.se3 import Array
 from scalar.ingest.raw_table import ROW, RawTable, Reference
 
 X, Z = "@x", "@z"
@@ -65,7 +66,7 @@ def points_of_rows(table: RawTable, where: RowProfiles) -> RawTable:
     )
 
 
-def _x(table: RawTable, headers: list[str], where: RowProfiles) -> np.ndarray:
+def _x(table: RawTable, headers: list[str], where: RowProfiles) -> Array:
     """Return x of each value of a profile ``(m,)``, in the file's unit."""
     if where.first_x is not None and where.step is not None:
         return where.first_x + where.step * np.arange(len(headers))

@@ -3,7 +3,8 @@
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
 
@@ -52,14 +53,23 @@ def in_order_of_numbers(paths: Iterable[Path]) -> list[Path]:
     return sorted(paths, key=key)
 
 
-def distinct_names(paths: Sequence[Path]) -> list[str]:
-    """Return a name for each of several files: its own, and where others are called so, with the folders that distinguish them."""
+def distinct_names(paths: Sequence[Path], sources: Mapping[Path, Path]) -> list[str]:
+    """Return what messages call each of several files, no two of which are called alike.
+
+    A file of a folder that is a source has its path in that folder, and one that was given alone its name. If several are called so, they have
+    the folders before it that distinguish them.
+
+    Args:
+        paths: The files, each once.
+        sources: ``{file: the folder that was given and has it}``, without files that were given alone.
+    """
     parts = [path.absolute().parts for path in paths]
-    names = [path.name for path in paths]
+    names = [path.relative_to(sources[path]).as_posix() if path in sources else path.name for path in paths]
     for depth in range(2, max(map(len, parts), default=0) + 1):
         shared = {name for name, times in Counter(names).items() if times > 1}
         names = [
-            "/".join(own[-depth:]) if name in shared else name for own, name in zip(parts, names, strict=True)
+            "/".join(own[-max(depth, name.count("/") + 1) :]) if name in shared else name
+            for own, name in zip(parts, names, strict=True)
         ]
     return names
 
@@ -69,7 +79,8 @@ def choose_files(
 ) -> tuple[list[tuple[Path, FileRule]], ...]:
     """Return the files of the poses, of the points and of the nests, each file with its rule, in the order of the mapping.
 
-    Files that one pattern names follow each other in the order of the numbers in their names, which is that of their acquisition.
+    The name in a rule is what messages call this file. Files that one pattern names follow each other in the order of the numbers in their names,
+    which is that of their acquisition.
 
     Args:
         mapping: The mapping; if it names no files, all files given are files of poses.
@@ -81,28 +92,13 @@ def choose_files(
             names no files.
     """
     every = (mapping.poses, mapping.points, mapping.nests)
-    blocks = [block for block in every if block is not None]
-    rules = [rule for block in blocks for rule in block.files]
-    faults, given = [], []
-    for source in sources:
-        if not source.is_dir():
-            given.append(source)
-        elif not rules:
-            message = f"a folder, and {file} names no files; give the files themselves, or add poses.files"
-            faults.append(Fault(str(source), message))
-        else:
-            inside = [path for path in source.iterdir() if path.is_file()]
-            inside += [path for rule in rules for path in _in_folders(source, rule.name)]
-            named = [path for path in inside if any(_is_named(path, rule.name) for rule in rules)]
-            given += in_order_of_numbers(dict.fromkeys(named))
-    first_given: dict[Path, Path] = {}  # a file that two sources hold is one file
-    for path in given:
-        first_given.setdefault(path.resolve(), path)
-    given = list(first_given.values())
+    rules = [rule for block in every if block is not None for rule in block.files]
+    faults: list[Fault] = []
+    given, called = _given_files(sources, rules, file, faults)
     if not rules:
         if faults:
             raise InvalidInput(faults)
-        return [(path, FileRule(path.name, {}, {})) for path in given], [], []
+        return [(path, FileRule(called[path], {}, {})) for path in given], [], []
     chosen: tuple[list[tuple[Path, FileRule]], ...] = ([], [], [])
     used: set[Path] = set()
     for block, found in zip(every, chosen, strict=True):
@@ -113,7 +109,7 @@ def choose_files(
             matching = [path for path in given if _is_named(path, rule.name) and path not in taken]
             if not matching:
                 faults.append(Fault(rule.name, f"{file} {_not_among_sources(rule.name)}"))
-            found += [(path, rule) for path in in_order_of_numbers(matching)]
+            found += [(path, replace(rule, name=called[path])) for path in in_order_of_numbers(matching)]
             taken.update(matching)
         used |= taken
     for path in given:
@@ -124,3 +120,36 @@ def choose_files(
     if faults:
         raise InvalidInput(faults)
     return chosen
+
+
+def _given_files(
+    sources: Sequence[Path], rules: Sequence[FileRule], file: str, faults: list[Fault]
+) -> tuple[list[Path], dict[Path, str]]:
+    """Return the files among the sources, each once, and what messages call each of them.
+
+    Args:
+        sources: Files, or folders, of which the files that a rule names are taken.
+        rules: All rules of the mapping.
+        file: Name of the mapping file, for messages.
+        faults: A fault is added for each folder if there are no rules.
+    """
+    given: list[Path] = []
+    folders: dict[Path, Path] = {}
+    for source in sources:
+        if not source.is_dir():
+            given.append(source)
+        elif not rules:
+            message = f"a folder, and {file} names no files; give the files themselves, or add poses.files"
+            faults.append(Fault(str(source), message))
+        else:
+            inside = [path for path in source.iterdir() if path.is_file()]
+            inside += [path for rule in rules for path in _in_folders(source, rule.name)]
+            named = [path for path in inside if any(_is_named(path, rule.name) for rule in rules)]
+            for path in in_order_of_numbers(dict.fromkeys(named)):
+                folders.setdefault(path, source)
+                given.append(path)
+    first_given: dict[Path, Path] = {}  # a file that two sources hold is one file
+    for path in given:
+        first_given.setdefault(path.resolve(), path)
+    given = list(first_given.values())
+    return given, dict(zip(given, distinct_names(given, folders), strict=True))

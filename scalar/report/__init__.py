@@ -25,8 +25,9 @@ def render_report(diagnosis: Diagnosis, run: str | None = None) -> str:
         run: Identifier of the run, which the other files of the result state too; None if there are no others.
     """
     from scalar.report.page import page
+    from scalar.report.pose_numbers import with_pose_numbers
 
-    return _rendered(DIAGNOSIS, page(diagnosis), run)
+    return with_pose_numbers(_rendered(DIAGNOSIS, page(diagnosis), run), diagnosis.dataset)
 
 
 def render_calibration(calibration: Calibration, dataset: Dataset, run: str | None = None) -> str:
@@ -38,8 +39,9 @@ def render_calibration(calibration: Calibration, dataset: Dataset, run: str | No
         run: As for ``render_report``.
     """
     from scalar.report.calibration_page import calibration_page
+    from scalar.report.pose_numbers import with_pose_numbers
 
-    return _rendered(CALIBRATION, calibration_page(calibration, dataset), run)
+    return with_pose_numbers(_rendered(CALIBRATION, calibration_page(calibration, dataset), run), dataset)
 
 
 def _rendered(template: str, content: Mapping[str, Any], run: str | None) -> str:

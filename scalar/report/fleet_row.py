@@ -10,6 +10,7 @@ from scalar.diagnosis.hidden_effects import hidden_effects
 from scalar.errors import ScalarError, printable
 from scalar.evaluate.workspace_errors import NOMINAL, errors_within_limits, mean_over_poses
 from scalar.report.excess_residual import excess_distance_after
+from scalar.report.pose_numbers import with_pose_numbers
 from scalar.report.words import title
 from scalar.units import MM
 
@@ -52,7 +53,7 @@ def row_of(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": mapping["verdict"],
         "robot": diagnosis.dataset.robot.name,
         "poses": diagnosis.dataset.n_poses,
-        "effects": "; ".join(_title(e) for e in effects),
+        "effects": with_pose_numbers("; ".join(_title(e) for e in effects), diagnosis.dataset),
         "confidence": "; ".join(f"{e['confidence']:.2f}" for e in effects),
         "held_out_before_mm": residual["before"]["held_out_rms_mm"],
         "held_out_after_mm": residual["after"]["held_out_rms_mm"],
@@ -62,7 +63,7 @@ def row_of(diagnosis: Diagnosis) -> dict[str, Any]:
         "outlier_poses": len(mapping["outliers"]["poses"]),
         "mislabelled_poses": len(mapping["outliers"]["mislabelled"]),
         "message": "; ".join(suspicion["sentence"] for suspicion in _setup(diagnosis)),
-        "unsure_effects": "; ".join(_with_rivals(e) for e in unsure),
+        "unsure_effects": with_pose_numbers("; ".join(_with_rivals(e) for e in unsure), diagnosis.dataset),
     }
 
 

@@ -92,18 +92,51 @@ def test_an_exchange_between_parallel_axes_is_no_change(before):
     assert compare(straight, changed(straight, d_3=5e-3, d_5=5e-3)).changed
 
 
-def test_a_tilt_that_both_estimated_is_compared(before):
-    """Hayati's beta is compared as the effect axis_nonparallel; it stands under what was not compared only where no effect holds it."""
-    without = compare(before, before).not_compared
-    assert {name for name in without if name.startswith("beta")} == {"beta_3", "beta_4"}
+def in_standard_dh(calibration):
+    """Return a calibration of an arm whose table was standard DH, in which the tilt of an axis stands in the row of the axis before."""
+    robots = {
+        p: replace(getattr(calibration.model, p), standard_end=(0.0, 0.0)) for p in ("nominal", "robot")
+    }
+    return replace(calibration, model=replace(calibration.model, **robots))
+
+
+@pytest.mark.parametrize(
+    "stated", [lambda calibration: calibration, in_standard_dh], ids=["modified", "standard"]
+)
+def test_a_tilt_that_both_estimated_is_compared(before, stated):
+    """The tilt of an axis is named as the effect axis_nonparallel and nothing else, whether it was compared or not, so that no axis is both."""
+    said = "\n".join(describe_comparison(compare(stated(before), stated(before))))
+    missing = "not compared: axis_nonparallel_3, axis_nonparallel_4: in neither calibration"
+    assert (
+        missing in said and "--effects axis_nonparallel:3,axis_nonparallel:4" in said and "beta" not in said
+    )
     tilt = AxisNonparallel(3, coefficients=np.array([1e-4]))
-    both = with_errors(replace(before, model=replace(before.model, effects=(tilt,))))
+    both = stated(with_errors(replace(before, model=replace(before.model, effects=(tilt,)))))
     found = compare(both, both)
-    assert [name for name in found.not_compared if name.startswith("beta")] == ["beta_4"]
+    assert "axis_nonparallel_3.beta_rad" in found.compared
+    assert {name for name in found.not_compared if "beta" in name} == {"axis_nonparallel_4.beta_rad"}
     said = "\n".join(describe_comparison(found))
-    assert "compared, and not changed beyond chance: axis_nonparallel:3" in said and "beta_3" not in said
+    assert "compared, and not changed beyond chance: axis_nonparallel:3" in said
+    assert "not compared: axis_nonparallel_4: in neither calibration" in said
+    assert "beta" not in said and "not compared: axis_nonparallel_3" not in said
     other = compare(both, changed(both, **{both.model.effect_names[0][0]: 1e-3}))
     assert other.changed and "not changed beyond chance: axis" not in "\n".join(describe_comparison(other))
+
+
+@pytest.mark.parametrize("joints", [(), (3,), (4,), (3, 4)], ids=str)
+def test_no_effect_is_both_compared_and_not_compared(before, joints):
+    """Whatever tilts each calibration contains, each stands once: compared, or not compared with the reason."""
+
+    def with_tilts(*own):
+        effects = tuple(AxisNonparallel(joint, coefficients=np.array([1e-4])) for joint in own)
+        return in_standard_dh(with_errors(replace(before, model=replace(before.model, effects=effects))))
+
+    for others in ((), (3,), (4,), (3, 4)):
+        found = compare(with_tilts(*joints), with_tilts(*others))
+        compared = {name for name in found.compared if name.startswith("axis_nonparallel")}
+        not_compared = {name for name in found.not_compared if "beta" in name}
+        assert compared == {f"axis_nonparallel_{j}.beta_rad" for j in joints if j in others}
+        assert not_compared == {f"axis_nonparallel_{j}.beta_rad" for j in (3, 4)} - compared
 
 
 @pytest.mark.parametrize(("name", "step"), [("theta_3", 1e-3), ("a_3", -1e-3), ("alpha_5", 1e-3)])

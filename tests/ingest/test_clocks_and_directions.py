@@ -87,3 +87,12 @@ def test_a_row_that_stands_in_two_files_is_named_with_both(tmp_path):
     output = run(tmp_path, mapping, tmp_path).output
     assert "stands already in tracker.csv, row 2" in output
     assert "tracker.csv, column" not in output
+
+
+def test_the_import_says_with_which_option_the_angles_of_the_controller_are_used(tmp_path):
+    """The sentence on converted joints names the mapping as the other commands take it; without converted joints there is no such sentence."""
+    mapping = two_tables(tmp_path)
+    assert "--mapping" not in run(tmp_path, mapping, tmp_path).output
+    mapping["poses"]["columns"]["q3"]["plus"] = "J2"
+    output = run(tmp_path, mapping, tmp_path).output
+    assert "q3 = J3 + J2" in output and "--mapping mapping.yaml" in output

@@ -53,12 +53,15 @@ def test_poses_with_equally_many_profiles_are_taken(tmp_path):
 
 @pytest.mark.parametrize("copies", [1, 6])
 def test_two_files_of_one_number_are_refused(tmp_path, copies):
-    """A copy of a file, or the scans of another day, have the number of a pose that has its scan already."""
+    """The scans of another day, which differ by noise, have the numbers of poses that have their scans already."""
     use = in_rows(tmp_path, [1])
     (tmp_path / "day 2").mkdir()
     for k in range(6 + copies):
         path = tmp_path / f"Scan {k + 1}.csv" if k < 6 else tmp_path / "day 2" / f"Scan {k - 5}.csv"
-        write_table(path, [[f"{i}", z] for i, z in enumerate(Z[k % 6])], ["x", "z"], ",")
+        noise = 0.0 if k < 6 else 0.1
+        write_table(
+            path, [[f"{i}", f"{float(z) + noise:.1f}"] for i, z in enumerate(Z[k % 6])], ["x", "z"], ","
+        )
     columns = {"pose": {"column": "@file_number"}, **{c: {"column": c, "unit": "mm"} for c in "xz"}}
     use["points"] = {"files": [{"name": "Scan *.csv"}], "columns": columns}
     assert run(tmp_path, use, tmp_path).exit_code == 0

@@ -95,7 +95,7 @@ def test_what_is_no_time_of_day_is_refused(tmp_path):
     refused(tmp_path, result, "not a number ('soon')")
 
 
-@pytest.mark.parametrize("date", ["24/11/2026 09:00:00", "2026-11-24", "11/24/26 9:00"])
+@pytest.mark.parametrize("date", ["24/11/2026", "2026-11-24", "11/24/2026 13:00 PM"])
 def test_dates_are_named_as_such(tmp_path, date):
     """A column `time` with dates is one fault, which says what is read instead."""
     mapping = tracker_mapping()
@@ -131,7 +131,8 @@ def test_an_id_that_stands_twice_is_refused_across_files(tmp_path):
     """Files that count their poses from the same number cannot both keep their ids."""
     rows = [[str(i), *row] for i, row in enumerate(cells())]
     names = ["id", *header()]
-    files = [write_table(tmp_path / name, rows, names) for name in ("a.csv", "b.csv")]
+    anew = [[*row[:-1], row[-1] + "1"] for row in rows]  # measured again
+    files = [write_table(tmp_path / "a.csv", rows, names), write_table(tmp_path / "b.csv", anew, names)]
     mapping = tracker_mapping()
     mapping["poses"]["columns"]["pose"] = {"column": "id"}
     refused(tmp_path, run(tmp_path, mapping, *files), "b.csv, row 2, column id", "pose 0 stands already")

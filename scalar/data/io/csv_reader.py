@@ -117,55 +117,12 @@ def split(line: str) -> list[str] | None:
 
 def _read_by_cell(file: str, raw: bytes, layout: Layout, faults: list[Fault]) -> Table | None:
     """Return the table in a CSV file, read cell by cell, and add every fault with its row."""
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        if raw.startswith(_SPREADSHEET):
-            message = (
-                "this is a spreadsheet and no text; save it as CSV (UTF-8), or read it with `scalar import`"
-            )
-            faults.append(Fault(file, message))
-            return None
-        row = len(_LINE_END.split(raw[: error.start].decode("utf-8", "replace")))
-        faults.append(Fault(file, f"byte {error.start} is not UTF-8; save the file as UTF-8 text", row))
+    if (text := _decoded(file, raw, faults)) is None:
         return None
     lines = [(i, line) for i, line in enumerate(_LINE_END.split(text), 1) if line.strip()]
-    if not lines:
-        faults.append(Fault(file, f"the file is empty; its first line has to be {','.join(layout.required)}"))
+    if (names := _header(file, lines, layout, faults)) is None:
         return None
-    comments = [number for number, line in lines if line.lstrip().startswith("#")]
-    if comments and comments[0] == lines[0][0] and _is_header(lines[0][1].lstrip("# "), layout):
-        faults.append(Fault(file, "the header begins with #; remove this character", comments[0]))
-        return None
-    if comments:
-        more = f", and {len(comments) - 1} more" if len(comments) > 1 else ""
-        faults.append(
-            Fault(
-                file,
-                f"a line that begins with #{more}: a table has no comments; remove such lines",
-                comments[0],
-            )
-        )
-        return None
-    names = split(lines[0][1])
-    if names is None:
-        faults.append(Fault(file, "a quote in the header is not closed; close or remove it", lines[0][0]))
-        return None
-    wrong = header_faults(file, names, layout, lines[0][0])
-    faults += wrong
-    if len(wrong) == 1 and wrong[0].column is None:  # its columns cannot be distinguished
-        return None
-    rows, numbers = [], []
-    for number, line in lines[1:]:
-        cells = split(line)
-        if cells is None:
-            faults.append(Fault(file, "a quote is not closed; close or remove it", number))
-        elif len(cells) != len(names):
-            message = f"{len(cells)} cells where the header names {len(names)}; complete or remove the row"
-            faults.append(Fault(file, message, number))
-        else:
-            rows.append(cells)
-            numbers.append(number)
+    rows, numbers = _rows(file, lines[1:], len(names), faults)
     table = Table(file, {}, lambda: np.array(numbers, dtype=np.int64), whole=len(rows) == len(lines) - 1)
     for j, name in enumerate(names):
         if name and names.count(name) == 1:
@@ -177,6 +134,70 @@ def _read_by_cell(file: str, raw: bytes, layout: Layout, faults: list[Fault]) ->
             _check_numeric_cells(table, name, cells, layout, faults)
     check_cells(table, layout, faults)
     return table
+
+
+def _decoded(file: str, raw: bytes, faults: list[Fault]) -> str | None:
+    """Return the text of a file; None, with the fault, if it is not UTF-8."""
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        if raw.startswith(_SPREADSHEET):
+            message = (
+                "this is a spreadsheet and no text; save it as CSV (UTF-8), or read it with `scalar import`"
+            )
+            faults.append(Fault(file, message))
+            return None
+        row = len(_LINE_END.split(raw[: error.start].decode("utf-8", "replace")))
+        faults.append(Fault(file, f"byte {error.start} is not UTF-8; save the file as UTF-8 text", row))
+        return None
+
+
+def _header(file: str, lines: list[tuple[int, str]], layout: Layout, faults: list[Fault]) -> list[str] | None:
+    """Return the names of the columns; None, with the fault, if the file is empty, has comments, or its columns cannot be distinguished.
+
+    Args:
+        file: Name of the file.
+        lines: Its lines that are not blank, each with its number.
+        layout: The columns that it may have.
+        faults: Faults of names are added here as well.
+    """
+    if not lines:
+        faults.append(Fault(file, f"the file is empty; its first line has to be {','.join(layout.required)}"))
+        return None
+    comments = [number for number, line in lines if line.lstrip().startswith("#")]
+    if comments and comments[0] == lines[0][0] and _is_header(lines[0][1].lstrip("# "), layout):
+        faults.append(Fault(file, "the header begins with #; remove this character", comments[0]))
+        return None
+    if comments:
+        more = f", and {len(comments) - 1} more" if len(comments) > 1 else ""
+        message = f"a line that begins with #{more}: a table has no comments; remove such lines"
+        faults.append(Fault(file, message, comments[0]))
+        return None
+    names = split(lines[0][1])
+    if names is None:
+        faults.append(Fault(file, "a quote in the header is not closed; close or remove it", lines[0][0]))
+        return None
+    wrong = header_faults(file, names, layout, lines[0][0])
+    faults += wrong
+    return None if len(wrong) == 1 and wrong[0].column is None else names
+
+
+def _rows(
+    file: str, lines: list[tuple[int, str]], width: int, faults: list[Fault]
+) -> tuple[list[list[str]], list[int]]:
+    """Return the cells of the rows that have as many as the header names, and the numbers of their lines; faults of the others are added."""
+    rows, numbers = [], []
+    for number, line in lines:
+        cells = split(line)
+        if cells is None:
+            faults.append(Fault(file, "a quote is not closed; close or remove it", number))
+        elif len(cells) != width:
+            message = f"{len(cells)} cells where the header names {width}; complete or remove the row"
+            faults.append(Fault(file, message, number))
+        else:
+            rows.append(cells)
+            numbers.append(number)
+    return rows, numbers
 
 
 def _is_header(line: str, layout: Layout) -> bool:
