@@ -32,7 +32,7 @@ def code() -> str:
 def test_the_example_runs(arrays):
     """Its names are those of the package, its residual is the noise of the scanner, and its corrections are those of an arm that errs by degrees."""
     names = dict(arrays)
-    exec(code(), names)  # noqa: S102 - the page's own code
+    exec(code(), names)
     assert names["rigid"].residual_rms == pytest.approx(1e-4, rel=0.3)
     assert names["diagnosis"].verdict == "no_effect"
     assert np.isfinite(names["q_to_command"]).all()
