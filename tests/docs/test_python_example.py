@@ -20,12 +20,10 @@ def arrays():
     return {"q": dataset.q, "points": scans, "plane": list(dataset.poses["plane"])}
 
 
-def code() -> str:
-    """Return the block of the page that uses arrays."""
+def code(page: Path = PAGE, word: str = "from_arrays") -> str:
+    """Return the block of a page that has a word: that which uses arrays, of the page on the Python interface."""
     return next(
-        block
-        for block in re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.S)
-        if "from_arrays" in block
+        block for block in re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.S) if word in block
     )
 
 
@@ -54,3 +52,18 @@ def test_lists_of_numbers_are_arrays(arrays):
         )
         residuals.append(scalar.calibrate(dataset).residual_rms)
     assert residuals[0] == residuals[1] == pytest.approx(1e-4, rel=0.3)
+
+
+def test_lists_of_controllers_have_the_corrected_angles(tmp_path, monkeypatch, capsys):
+    """The block on programs writes one target in KRL and one in RAPID for each row, with the angles of the table."""
+    rows = "pose,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,corrected\n7,1.5,-20,30.25,0,5,-6,1\n9,1,2,3,4,5,6,1\n"
+    (tmp_path / "corrected.csv").write_text(rows)
+    monkeypatch.chdir(tmp_path)
+    exec(code(PAGE.parent / "own_robot.md", "jointtarget"), {})
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 4
+    assert lines[0] == "DECL E6AXIS XP7={A1 1.5000,A2 -20.0000,A3 30.2500,A4 0.0000,A5 5.0000,A6 -6.0000}"
+    assert (
+        lines[3]
+        == "CONST jointtarget p9:=[[1.0000,2.0000,3.0000,4.0000,5.0000,6.0000],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+    )
