@@ -107,7 +107,7 @@ def calibrate(
     if given:
         result = replace(result, summary={**result.summary, "effects_from": given.to_mapping()})
     write_calibration(result, data, output, with_page=with_report)
-    say(describe_calibration(result))
+    say(describe_calibration(result, data.sensor.T_flange_sensor))
     for line in note_on_names(source.nominal.name, data.robot.name) if source else ():
         say(line)
     for sentence in far_poses_in_words(result, data):

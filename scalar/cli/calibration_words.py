@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import isnan
 
+import numpy as np
+
 from scalar.effects import Effect
 from scalar.estimation import transfer
 from scalar.estimation.fixed_parameter import AS_ASKED
@@ -14,6 +16,7 @@ from scalar.estimation.model import Model
 from scalar.estimation.result import Calibration
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.roll_pitch_yaw import rpy_from_rotation
+from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import in_rows
 from scalar.report.calibration_residual import residual_in_words
 from scalar.report.parameter_table import gauge_rows
@@ -26,13 +29,18 @@ _HIDDEN_SHOWN = 4  # such coefficients that are named
 _DH_KINDS = GEOMETRY[:4]  # without beta, which belongs to an effect
 
 
-def describe_calibration(calibration: Calibration) -> str:
-    """Return a summary of a calibration: parameters, standard errors, and what the data do not determine."""
+def describe_calibration(calibration: Calibration, T_stated: Array | None = None) -> str:
+    """Return a summary of a calibration: parameters, standard errors, and what the data do not determine.
+
+    Args:
+        calibration: The calibration.
+        T_stated: ``(4, 4)``, the sensor's pose on the flange that the dataset states; None if it states none.
+    """
     return "\n".join(
         [
             *_lines_on_fit(calibration),
             *_lines_on_geometry(calibration),
-            _line_on_sensor(calibration.model),
+            _line_on_sensor(calibration.model, T_stated),
             *_lines_on_planes(calibration),
             *_lines_on_effects(calibration),
             *transfer.describe(calibration.summary.get("effects_from")),
@@ -98,13 +106,15 @@ def _lines_on_geometry(calibration: Calibration) -> Iterator[str]:
             )
 
 
-def _line_on_sensor(model: Model) -> str:
-    """Return the pose of the sensor on the flange."""
+def _line_on_sensor(model: Model, T_stated: Array | None) -> str:
+    """Return the pose of the sensor on the flange, and how far it is from the stated one."""
     t, r = model.sensor[:3] / MM, model.sensor[3:] / DEG
     rpy = rpy_from_rotation(model.T_flange_sensor[:3, :3]) / DEG
+    far = None if T_stated is None else float(np.linalg.norm(t - T_stated[:3, 3] / MM))
+    from_stated = "" if far is None else f"; {far:.1f} mm from where nominal_pose has it"
     return (
         f"  sensor on flange: [{t[0]:.3f} {t[1]:.3f} {t[2]:.3f}] mm, rotation vector [{r[0]:.4f} {r[1]:.4f} {r[2]:.4f}] deg"
-        f" (roll pitch yaw [{rpy[0]:.4f} {rpy[1]:.4f} {rpy[2]:.4f}] deg)"
+        f" (roll pitch yaw [{rpy[0]:.4f} {rpy[1]:.4f} {rpy[2]:.4f}] deg){from_stated}"
     )
 
 

@@ -38,6 +38,11 @@ _RIVALS_SHOWN = 4
 # An effect with more coefficients is described by how far they move positions together, which a person can judge better.
 _COEFFICIENTS_SHOWN = 2
 _NONE: Mapping[str, float] = {}
+_BENT = (
+    "; if the sensor stayed on the flange in between, it was bent there or has slipped, and so may have been a tool that shares its mount: teach "
+    "its centre point again"
+)
+_SHOWS_A_SHIFT = 0.1  # mm; a smaller difference of the sensor's place needs no explanation
 _MISFIT = 1e-3  # p-value below which the residual is larger than the noise explains, so that the model lacks something
 
 
@@ -195,6 +200,7 @@ def _sensor_line(comparison: Comparison) -> str:
     turned = "" if turn is None else f" and {turn:.3f} deg"
     kinds = comparison.campaign.get("sensor_kinds")
     why = f"A has a {kinds[0]} and B a {kinds[1]}" if kinds else "of the campaigns, not of the arm"
+    why += _BENT if shift >= _SHOWS_A_SHIFT and not kinds else ""
     return f"the sensor's place on the flange differs by {shift:.3f} mm{turned}: {why}"
 
 

@@ -92,10 +92,10 @@ def init(
     if sensor is None or sensor not in formats:
         said = "missing" if sensor is None else f"no kind {sensor!r}"
         raise InvalidInput(Fault("--sensor", f"{said}; give one of {', '.join(formats)}"))
-    mapping, about = _described(robot, urdf, base, tip, dh, convention)
-    write_blank_dataset(folder, mapping, formats[sensor], about)
+    mapping, about, remarks = _described(robot, urdf, base, tip, dh, convention)
+    write_blank_dataset(folder, mapping, formats[sensor], about, remarks)
     say(f"{folder}: an empty dataset for {mapping['name']}, {len(mapping['joints'])} joints, and a {sensor}")
-    for line in about:
+    for line in [*about, *remarks]:
         say(f"  {line}")
     say(f"next: read {folder / 'README.txt'}, fill the files in, and `scalar validate {folder}`")
 
@@ -125,8 +125,8 @@ def _described(
     tip: str | None,
     dh: Path | None,
     convention: str | None,
-) -> tuple[Mapping[str, Any], list[str]]:
-    """Return the ``robot:`` block of dataset.yaml, and lines that say where it comes from."""
+) -> tuple[Mapping[str, Any], list[str], list[str]]:
+    """Return the ``robot:`` block of dataset.yaml, lines that say where it comes from, and remarks that a user should heed."""
     if robot is not None:
         from scalar.robots import read_arm
 
@@ -139,8 +139,7 @@ def _described(
         lines = [f"{arm.maker} {arm.model}, from the library: {status}."]
         lines += [f"Source: {source}" for source in arm.sources]
         lines += [f"Limits: {arm.limits_source}"]
-        lines += [arm.note] if arm.note else []
-        return arm.mapping, lines
+        return arm.mapping, lines, [arm.note] if arm.note else []
     if urdf is not None:
         from scalar.effects.wording import listed
         from scalar.ingest.urdf import chain_between, read_urdf, robot_of_chain
@@ -151,14 +150,15 @@ def _described(
         for joint, named in zip(mapping["joints"], chain.moving, strict=True):
             joint["name"] = named.name  # by which `scalar import-bag` finds it among the recorded joints
         lines = [f"From {urdf.name}" + (f", {base} to {tip}." if base and tip else ".")]
+        remarks: list[str] = []
         if without := [joint.name for joint in chain.moving if not joint.states_limits]:
-            lines.append(
-                f"No limits stated: {listed(without)}. Those below are assumed: correct them, since plans stay within them."
+            remarks.append(
+                f"No limits stated: {listed(without)}. Those in dataset.yaml are assumed: correct them, since plans stay within them."
             )
-        return mapping, lines
+        return mapping, lines, remarks
     from scalar.ingest.dh_table import robot_from_dh_table, suspected_radians
 
     assert dh is not None and convention is not None
     mapping = robot_from_dh_table(dh, convention, dh.stem)
     suspicion = suspected_radians(mapping)
-    return mapping, [f"From {dh.name}.", *([suspicion] if suspicion else [])]
+    return mapping, [f"From {dh.name}."], [suspicion] if suspicion else []

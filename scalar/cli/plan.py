@@ -27,6 +27,7 @@ from scalar.planning.defaults import N_CANDIDATES, PLANNED_POSES, REPEATABILITY
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
+    from scalar.geometry.se3 import Array
     from scalar.planning.candidates import Allowed
     from scalar.planning.workcell import Workcell
 
@@ -91,9 +92,9 @@ def plan(
 
     ROBOT is a dataset folder (as `scalar init` begins it) with a complete dataset.yaml, including nominal_pose of the sensor,
     or the name of an arm of the library, for which poses are then planned with a laser tracker.
-    Candidates are drawn within the joint limits. In all of them the sensor can measure its target, and neither arm nor sensor touches anything
-    (tested by pybullet with a body of the arm that is guessed from its reach: check the moves before you run them). The plan consists of the
-    candidates from which a calibration is expected to predict positions best.
+    Candidates are drawn within the joint limits. In all of them the sensor can measure its target, neither arm nor sensor touches anything, and
+    the arm does not stand in the beam of its scanner (tested by pybullet with a body of the arm that is guessed from its reach: check the moves
+    before you run them). The plan consists of the candidates from which a calibration is expected to predict positions best.
 
     With --near, poses are planned for the arm as it was calibrated. Where ROBOT has measured poses, the planned ones are numbered on from
     them, they are those that add most to the measured ones, and the expected error is that of a calibration from all of them. It holds if base,
@@ -148,9 +149,9 @@ def plan(
     workcell = Workcell.of(
         arm, sensor, planes, calibration, view, repeatability * MM, same_campaign=after is not None
     )
-    with _collisions(workcell, no_collisions) as allowed:
+    with _collisions(workcell, no_collisions) as (allowed, measurable):
         found = draw_candidates(
-            workcell, candidates, np.random.default_rng(seed), allowed, one_turn=after is None
+            workcell, candidates, np.random.default_rng(seed), measurable, one_turn=after is None
         )
         if after is not None:
             assert dataset is not None and calibration is not None
@@ -216,12 +217,14 @@ def _range(text: str) -> tuple[float, float]:
 
 
 @contextmanager
-def _collisions(workcell: Workcell, without: bool) -> Iterator[Allowed | None]:
-    """Yield a test of which joint angles touch nothing, by the physics engine; None with ``--no-collisions``."""
+def _collisions(workcell: Workcell, without: bool) -> Iterator[tuple[Allowed | None, Allowed | None]]:
+    """Yield tests by the physics engine: which joint angles touch nothing, and in which of these no part of the arm stands in the scanner's beam
+    either. None for both with ``--no-collisions``."""
     if without:
-        yield None
+        yield None, None
         return
     from scalar.cli.simulator import simulator
+    from scalar.sensors import kind_named
 
     simulator("plan", "; or give --no-collisions")
     from scalar.geometry.robot import fixed_transform_mapping
@@ -229,5 +232,12 @@ def _collisions(workcell: Workcell, without: bool) -> Iterator[Allowed | None]:
 
     walls = [] if workcell.touches_planes else [plane.to_mapping() for plane in workcell.planes]
     pose = fixed_transform_mapping(workcell.model.T_flange_sensor)
-    with collision_test(workcell.model.robot.to_mapping(), pose, walls) as free:
-        yield free
+    view = workcell.view
+    with collision_test(workcell.model.robot.to_mapping(), pose, walls) as tests:
+
+        def measurable(q: Array) -> Array:
+            good = tests.free(q)
+            good[good] = tests.sees_past_itself(q[good], view.fan, view.far)
+            return good
+
+        yield tests.free, measurable if kind_named(workcell.sensor.kind).scans else tests.free

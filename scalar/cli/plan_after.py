@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from scalar.planning.workcell import Workcell
 
 _FORMATS = ("scalar-diagnosis/1", "scalar-diagnosis/2")
-_NOTHING = "nothing is written: these poses would tell nothing; "
+_NOTHING = "nothing is written: no poses answer what the diagnosis left open; "
 _LESS_NOISE = "a sensor with less noise, or more --candidates, would help"
 _FAR = 10.0  # if the noise had to be smaller by a larger factor, no better sensor and no number of poses are suggested
 
@@ -65,6 +65,7 @@ def plan_after(
             [
                 *(_not_separable(*each, len(found.q)) for each in zip(after.pairs, answers, strict=True)),
                 _NOTHING + remedy,
+                _more_poses(path),
             ]
         )
     content = {
@@ -90,8 +91,16 @@ def _nothing_left_open(path: Path) -> list[str]:
     """Return lines that say that no poses are needed, and how more are planned all the same."""
     return [
         f"{path} leaves nothing open that further poses would answer: none are planned, and nothing is written",
-        f"  for more poses of the arm as it was calibrated, plan with --near {path.parent / 'after.json'} and without --after",
+        f"  {_more_poses(path)}",
     ]
+
+
+def _more_poses(path: Path) -> str:
+    """Return how poses are planned that separate no effects, but make what was found surer."""
+    return (
+        f"for more poses of the arm as it was calibrated, which confirm what was found and hold enough equations where there were too few, "
+        f"plan with --near {path.parent / 'after.json'} and without --after"
+    )
 
 
 def check_belongs(path: Path, dataset: Dataset, calibration: Calibration) -> None:

@@ -102,8 +102,23 @@ def plan_by_error(
         )
     others = ", ".join(f"{n}: {e / MM:.4f}" for n, e in result.curve if n != count)
     lines.append(f"  expected error with other numbers of {more}poses, at most [mm]: {others}")
+    lines += _line_on_diagnosis(info, count, workcell.equations_per_pose)
     content = {**result.to_mapping(), **parts, "not_determined": list(info.fixed)}
     return ChosenPoses(result.chosen, content, lines, result.curve, (len(result.chosen), result.random_error))
+
+
+def _line_on_diagnosis(info: Information, count: int, equations_per_pose: int) -> list[str]:
+    """Return a line if the measured and the planned poses together are fewer than a diagnosis needs, which the expected error does not show."""
+    from scalar.diagnosis.two_halves import EQUATIONS_FOR_EFFECTS
+
+    needed = int(np.ceil(EQUATIONS_FOR_EFFECTS * len(info.free) / equations_per_pose))
+    missing = needed - count - info.measured
+    if missing <= 0:
+        return []
+    return [
+        f"  enough for a calibration of the geometry; for a diagnosis of what the model lacks (`scalar diagnose`), plan {missing} poses more "
+        f"({needed} in all)"
+    ]
 
 
 def _errors_of_parts(workcell: Workcell, info: Information, result: Plan) -> dict[str, Any]:

@@ -24,7 +24,11 @@ _REMEDY = "a dataset is begun in a new or an empty folder only; give another pla
 
 
 def write_blank_dataset(
-    folder: Path, robot: Mapping[str, Any], format: SensorFormat, about_robot: Sequence[str] = ()
+    folder: Path,
+    robot: Mapping[str, Any],
+    format: SensorFormat,
+    about_robot: Sequence[str] = (),
+    remarks: Sequence[str] = (),
 ) -> None:
     """Write a dataset folder without measurements, whole or not at all.
 
@@ -33,6 +37,7 @@ def write_blank_dataset(
         robot: The ``robot:`` block of dataset.yaml.
         format: Format of a dataset with the wanted kind of sensor: its tables, columns and options.
         about_robot: Lines that are written as comments in the block ``robot:``; the first is the dataset's ``source`` as well.
+        remarks: What a user of this arm should know; written as comments behind these lines, and in README.txt.
 
     Raises:
         InvalidInput: The folder holds something already, or cannot be written.
@@ -40,9 +45,9 @@ def write_blank_dataset(
     folder = Path(folder)
     n = len(robot["joints"])
     files = {
-        DESCRIPTION: _description(folder.resolve().name, robot, format, about_robot),
+        DESCRIPTION: _description(folder.resolve().name, robot, format, [*about_robot, *remarks]),
         _POSES: ",".join(_pose_columns(n, format)) + "\n",
-        README: _readme(n, format),
+        README: _readme(robot, format, remarks),
     }
     if format.table is not None:
         files[format.table.files[0]] = ",".join(format.table.columns) + "\n"
@@ -71,7 +76,7 @@ def _description(
         *(f"  # {printable(line)}" for line in about_robot),
         f"  name: {_quoted(robot['name'])}",
         f"  convention: {robot['convention']}",
-        "  joints:  # base to flange; the angle of joint i is q_i + theta, q_i as the controller shows it",
+        "  joints:  # base to flange; the angle of joint i is q_i + theta, q_i as in poses.csv",
     ]
     for i, joint in enumerate(robot["joints"]):
         comment = f"  # joint {i + 1}"
@@ -110,7 +115,8 @@ def _description(
         lines += [
             "",
             "# Guesses of the planes in the base frame: normal . p = distance [m]. 30 degrees and 10 cm off is near enough.",
-            "# Three planes or more, of different directions. Take away the [] and the #, and put in your own:",
+            "# Three planes or more, of different directions. `scalar plan` takes them to have no end; where a plate is small, say which circle it",
+            "# covers: extent: {centre: [0.8, 0.2, 0.5], radius: 0.25} after its distance [m]. Take away the [] and the #, and put in your own:",
             "planes: []",
             "#  - {name: floor, normal: [0.0, 0.0, 1.0], distance: 0.0}",
             "#  - {name: wall_x, normal: [1.0, 0.0, 0.0], distance: 0.8}",
@@ -136,8 +142,11 @@ def _flow(value: Any) -> str:
     return (mantissa if "." in mantissa else f"{mantissa}.0") + e + exponent
 
 
-def _readme(n: int, format: SensorFormat) -> str:
+def _readme(robot: Mapping[str, Any], format: SensorFormat, remarks: Sequence[str]) -> str:
     """Return the text of README.txt: what belongs in which file, with an example row of each table."""
+    n = len(robot["joints"])
+    sliding = [f"q{i + 1}" for i, joint in enumerate(robot["joints"]) if joint.get("type") == "prismatic"]
+    travels = f"; {', '.join(sliding)}: the travel in metres" if sliding else ""
     angles = [f"{0.1 * (-1) ** i * (i + 1):.4f}" for i in range(n)]
     example = ["0", *(["floor"] if format.on_planes else []), *angles]
     lines = [
@@ -147,9 +156,10 @@ def _readme(n: int, format: SensorFormat) -> str:
         + (", and a guess of each plane." if format.on_planes else "."),
         "Its comments say what to fill in.",
         "",
-        f"{_POSES}: a row for each pose [joint angles in radians, with the signs and zeros of the controller]. An example row:",
+        f"{_POSES}: a row for each pose [joint angles in radians{travels}], with the signs and zeros of the controller. An example row:",
         "  " + ",".join(_pose_columns(n, format)),
         "  " + ",".join(example),
+        *(f"Of this arm: {printable(remark)}" for remark in remarks),
         "pose is a whole number of your choice"
         + (", plane a name from dataset.yaml." if format.on_planes else "."),
         "Optional columns, used where present: order (of acquisition; without it, that of the rows), time [s], temperature [deg C],",

@@ -24,6 +24,8 @@ class PlaneGuess:
         distance: distance from the base's origin along the normal [m].
         distance_std: standard deviation of the distance [m] of a plane that is a known reference; else None.
         normal_std: standard deviation of the normal's direction [rad] of such a plane; else None.
+        centre: ``(3,)`` [m], in the base frame: the middle of the target plane where its end is stated; else None. Only planning uses it.
+        radius: of the circle about ``centre`` that the target plane covers [m]; else None.
     """
 
     name: str
@@ -31,13 +33,21 @@ class PlaneGuess:
     distance: float
     distance_std: float | None = None
     normal_std: float | None = None
+    centre: np.ndarray | None = None
+    radius: float | None = None
+
+    def __post_init__(self) -> None:
+        """Take lists of numbers as arrays."""
+        for name in ("normal", "centre"):
+            value = getattr(self, name)
+            object.__setattr__(self, name, None if value is None else np.asarray(value, dtype=float))
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> PlaneGuess:
         """Return the plane of an entry of ``planes`` in dataset.yaml; its normal may have any length."""
         normal = np.array(mapping["normal"], dtype=float)
         length = float(np.linalg.norm(normal))
-        known = mapping.get("known", {})
+        known, extent = mapping.get("known", {}), mapping.get("extent", {})
         distance_std = optional_float(known.get("distance_std"))
         return cls(
             name=mapping["name"],
@@ -45,6 +55,8 @@ class PlaneGuess:
             distance=float(mapping["distance"]) / length,
             distance_std=None if distance_std is None else distance_std / length,
             normal_std=optional_float(known.get("normal_std")),
+            centre=extent.get("centre"),
+            radius=optional_float(extent.get("radius")),
         )
 
     def to_mapping(self) -> dict[str, Any]:
@@ -56,6 +68,9 @@ class PlaneGuess:
         }
         if self.distance_std is not None or self.normal_std is not None:
             mapping["known"] = {"distance_std": self.distance_std, "normal_std": self.normal_std}
+        if self.centre is not None or self.radius is not None:
+            centre = None if self.centre is None else [float(x) for x in self.centre]
+            mapping["extent"] = {"centre": centre, "radius": self.radius}
         return mapping
 
 
@@ -72,7 +87,7 @@ class Sensor:
     """
 
     kind: str
-    T_flange_sensor: np.ndarray | None
+    T_flange_sensor: np.ndarray | None = None
     noise: float | None = None
     error_axis: str = "ray"
     options: Mapping[str, Any] = field(default_factory=dict[str, Any])

@@ -22,6 +22,7 @@ from scalar.errors import Fault
 
 DESCRIPTION = "dataset.yaml"
 MIN_PLANES = 3
+_OFF_PLANE = 0.2  # m; a guess of a plane may err by 10 cm, and by 30 degrees, which is 10 cm at 20 cm from where the guess is right
 MAX_JOINTS = 100
 """The schema's limit. A longer chain is a fault, and the tables are then not checked for its joints' columns."""
 
@@ -198,6 +199,7 @@ def _check_sensor_and_planes(description: Description) -> None:
             description.fault(
                 ("planes", i, "normal"), "a normal of no length; write its direction, as in [0, 0, 1]"
             )
+        _check_extent(description, i, normal)
     n_planes = len(description.items("planes"))
     if (
         format is not None
@@ -207,3 +209,17 @@ def _check_sensor_and_planes(description: Description) -> None:
     ):
         message = f"{n_planes} planes; a {kind} needs at least three, of different directions: add an initial guess of each to planes"
         description.fault(("planes",), message)
+
+
+def _check_extent(description: Description, i: int, normal: np.ndarray | None) -> None:
+    """Add a fault if the middle of a target plane does not lie on it."""
+    centre, distance = (
+        description.vector("planes", i, "extent", "centre"),
+        description.number("planes", i, "distance"),
+    )
+    if centre is None or distance is None or normal is None or not np.linalg.norm(normal) > 1e-6:
+        return
+    off = abs(float(normal @ centre) - distance) / float(np.linalg.norm(normal))
+    if off > _OFF_PLANE:
+        message = f"the centre lies {off:.3g} m from the plane that normal and distance describe; correct one of the three [m, base frame]"
+        description.fault(("planes", i, "extent", "centre"), message)

@@ -107,6 +107,7 @@ def description_to_si(
         _convert(plane, ("distance",), to_m)
         _convert(_get(plane, "known"), ("distance_std",), to_m)
         _convert(_get(plane, "known"), ("normal_std",), to_rad)
+        _convert(_get(plane, "extent"), ("centre", "radius"), to_m)
     return mapping, faults
 
 

@@ -1,8 +1,9 @@
 """Draw candidate poses: within the joint limits, where the sensor measures, on the arm's side of the planes, and free of collisions.
 
-Joint angles are drawn at random. A scanner has to see its plane over the whole fan, within its range and incidence, with no other plane in
-between; a sensor that measures by touch is moved until it touches its plane (``contact_step``). Joints and sensor stay on the arm's side of
-every plane. The caller supplies the test for collisions, from a physics engine if there is one.
+Joint angles are drawn at random. A scanner has to see its plane over the whole fan, within its range and incidence, and within the extent of the
+target plane if that is stated, with no other plane in between; a sensor that measures by touch is moved until it touches its plane
+(``contact_step``). Joints and sensor stay on the arm's side of every plane. The caller supplies the test for collisions, from a physics engine if
+there is one.
 """
 
 from __future__ import annotations
@@ -120,7 +121,8 @@ def _measurable(workcell: Workcell, q: Array, k: int) -> Array:
         frames = robot.frames(q)
         T = frames[:, -1] @ robot.T_n_flange @ workcell.model.T_flange_sensor
         q = q + measurement.contact_step(T, target, which, robot.screws(frames)[:, :, robot.joint_columns])
-    return q[measurement.perfect_rows(workcell.sensor_frames(q), target, which)[2]]
+    frames = workcell.sensor_frames(q)
+    return q[measurement.perfect_rows(frames, target, which)[2] & workcell.covered(k, frames[:, :3, 3])]
 
 
 def _sees(workcell: Workcell, T: Array, k: int) -> Array:
@@ -128,15 +130,16 @@ def _sees(workcell: Workcell, T: Array, k: int) -> Array:
     view = workcell.view
     N = len(T)
 
-    def scan(item: int) -> tuple[Array, Array]:
+    def scan(item: int) -> tuple[Array, Array, Array]:
         normals = np.broadcast_to(workcell.normals[item], (N, 3))
-        return scan_points(T, normals, np.full(N, workcell.distances[item]), view)[1:]
+        return scan_points(T, normals, np.full(N, workcell.distances[item]), view)
 
-    reach, cosine = scan(k)
+    points, reach, cosine = scan(k)
     good = (reach >= view.near) & (reach <= view.far) & (cosine >= np.cos(view.incidence))
+    good &= workcell.covered(k, T[:, None, :3, 3] + points @ T[:, :3, [0, 2]].transpose(0, 2, 1))
     for other in range(len(workcell.planes)):
         if other != k:
-            between = scan(other)[0]
+            between = scan(other)[1]
             good &= (between <= 0) | (between > reach)
     return np.all(good, axis=1)
 
@@ -167,8 +170,9 @@ def _too_few(workcell: Workcell, k: int, found: int) -> Fault:
         message = f"only {found} of {drawn} random poses within the joint limits touch nothing; check robot.joints and its limits"
         return Fault("dataset.yaml", message, None, "robot.joints")
     name = workcell.planes[k].name
+    place = "its place" if workcell.planes[k].radius is None else "its place, its extent"
     message = (
-        f"the sensor sees the plane '{name}' from {found} of {drawn} random poses; check its place and sensor.nominal_pose, "
+        f"the sensor sees the plane '{name}' from {found} of {drawn} random poses; check {place} and sensor.nominal_pose, "
         "move it, or give what the scanner sees by --range, --fan and --incidence"
     )
     return Fault("dataset.yaml", message, None, f"planes[{k}]")

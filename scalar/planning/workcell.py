@@ -154,6 +154,15 @@ class Workcell:
         """Return the distances of the planes ``(K,)`` [m]."""
         return np.array([plane.distance for plane in self.planes])
 
+    def covered(self, k: int, points: Array) -> Array:
+        """Return which points ``(..., 3)`` [m] of plane k, in the base frame, lie within its stated extent; all of them if none is stated."""
+        plane = self.planes[k]
+        if plane.centre is None or plane.radius is None:
+            return np.ones(points.shape[:-1], dtype=bool)
+        offset = points - plane.centre
+        along = offset - (offset @ plane.normal)[..., None] * plane.normal
+        return np.linalg.norm(along, axis=-1) <= plane.radius
+
     def sensor_frames(self, q: Array) -> Array:
         """Return the sensor's frames ``(N, 4, 4)`` in the base frame, effects left out."""
         return self.model.robot.flange(q) @ self.model.T_flange_sensor

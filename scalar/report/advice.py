@@ -133,8 +133,8 @@ def _in_controller(diagnosis: Diagnosis) -> list[Item]:
         return [Item("In the controller", (UNKNOWN_CAUSE, *dict.fromkeys(filter(None, asked))))]
     geometry = f"{GEOMETRY}."
     if any(effect.acts_on_arm for effect in diagnosis.calibration_after.model.effects):
-        better, errs = better_in_controller(diagnosis)
-        geometry = GEOMETRY_AND_EFFECTS.format(better=better, errs=errs)
+        better = better_in_controller(diagnosis)
+        geometry = GEOMETRY_AND_EFFECTS.format(better=better[0], errs=better[1]) if better else f"{GEOMETRY}."
     return [Item("In the controller", (geometry, *dict.fromkeys(filter(None, asked))))]
 
 
@@ -204,7 +204,7 @@ def _poses(diagnosis: Diagnosis) -> list[str]:
         ]
         if few:
             found.append(
-                f"Measure more poses on {listed(few)}: effects show only with tens of poses on each plane."
+                f"Measure more poses on {listed(few)}: effects show only with {FEW_POSES_A_PLANE} poses or more on each plane."
             )
     return found
 

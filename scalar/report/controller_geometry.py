@@ -21,10 +21,12 @@ if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
 
 _POSES, _SEED = 500, 71
+_NOTHING_LEFT = 1e-9
+"""Mean error [m] below which the geometry of after.json is taken to hold all effects; rounding alone makes less."""
 
 
-def better_in_controller(diagnosis: Diagnosis) -> tuple[str, str]:
-    """Return the file whose geometry errs less without effects, and a clause with both mean errors."""
+def better_in_controller(diagnosis: Diagnosis) -> tuple[str, str] | None:
+    """Return the file whose geometry errs less without effects, and a clause with both mean errors; None if that of after.json holds all effects."""
     after, seen = diagnosis.calibration_after.model, diagnosis.after.residuals.poses
     poses = poses_within_limits(limits_or_measured_ranges(after.nominal.limits, seen.q), seen, _POSES, _SEED)
     part = rigid_part(after, {name: float(np.median(values)) for name, values in seen.columns.items()})
@@ -39,6 +41,8 @@ def better_in_controller(diagnosis: Diagnosis) -> tuple[str, str]:
         )
         for file, model in geometries.items()
     }
+    if errors["after.json"] < _NOTHING_LEFT:
+        return None
     better, worse = sorted(errors, key=lambda file: errors[file])
     return (
         better,

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from scalar.geometry.robot import Robot
 from scalar.geometry.standard_dh import read_as_modified, read_as_standard
-from scalar.robots.axes_between import BetweenAxes, largest_difference
-from scalar.robots.library import LibraryArm, resembling
+from scalar.robots.axes_between import FAR, BetweenAxes, largest_difference
+from scalar.robots.library import LibraryArm, arm_names, read_arm, resembling
+from scalar.units import MM
+
+_FITS = 5 * MM
+"""Most by which a distance between the axes of a measured arm may differ from that of its data sheet; versions of a model differ by 10 mm or more."""
+_AS_CLOSE = 1 * MM
+"""An arm whose largest difference is greater than the least by no more than this is named as well: models of one make may have the same axes."""
 
 
 def doubt_of_name(robot: Robot) -> str:
@@ -19,6 +25,16 @@ def doubt_of_name(robot: Robot) -> str:
         return ""
     size, own, listed, arm = min(compared, key=lambda found: found[0])
     return "" if size <= 1.0 else _sentence(robot, own, listed, arm)
+
+
+def arms_with_axes_of(robot: Robot) -> list[LibraryArm]:
+    """Return the arms of the library whose axes stand to one another as those of a calibrated arm do, the closest first; none if none fits."""
+    arms = [read_arm(name) for name in arm_names()]
+    compared = [
+        (difference[0] * FAR, arm) for arm in arms if (difference := largest_difference(robot, arm.robot))
+    ]
+    compared.sort(key=lambda found: found[0])
+    return [arm for size, arm in compared if size <= min(_FITS, compared[0][0] + _AS_CLOSE)]
 
 
 def _sentence(robot: Robot, own: BetweenAxes, listed: BetweenAxes, arm: LibraryArm) -> str:

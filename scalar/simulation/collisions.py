@@ -1,4 +1,4 @@
-"""Test whether an arm, as a dataset.yaml declares it, touches itself or a plane: for `scalar plan`.
+"""Test whether an arm, as a dataset.yaml declares it, touches itself or a plane, or stands in its scanner's beam: for `scalar plan`.
 
 The arm's solids are the simulator's defaults: capsules along the arm's a and d, and a box for the sensor. The planes are taken to extend beyond
 the arm's reach.
@@ -6,6 +6,7 @@ the arm's reach.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,18 +14,36 @@ import numpy as np
 from scalar.simulation.arm import arm_from_mapping
 from scalar.simulation.body import body_of, reach
 from scalar.simulation.config import scene_schema
+from scalar.simulation.scanner import cast_fan
 from scalar.simulation.target_planes import target_plane_from_mapping
 from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
 _THICKNESS = 0.05  # of a target plane [m]
+_RAYS = (
+    31  # across the fan: 8 mm apart at 0.45 m in a fan of +-15 degrees, where an arm is at least 5 cm thick
+)
+
+
+@dataclass(frozen=True, eq=False)
+class ArmTests:
+    """What is tested of joint angles ``(N, n)`` [rad].
+
+    Attributes:
+        free: Returns in which of them the arm touches nothing, ``(N,)`` bool.
+        sees_past_itself: Returns in which of them no part of the arm stands in the beam of its scanner, ``(N,)`` bool. It takes half of
+            the fan's opening angle [rad] and the length of its rays [m] as well.
+    """
+
+    free: Callable[[Array], Array]
+    sees_past_itself: Callable[[Array, float, float], Array]
 
 
 @contextmanager
 def collision_test(
     robot: Mapping[str, Any], sensor_pose: Mapping[str, Any] | None, planes: Sequence[Mapping[str, Any]]
-) -> Iterator[Callable[[Array], Array]]:
-    """Yield a function of joint angles ``(N, n)`` [rad] that returns which of them touch nothing, ``(N,)`` bool.
+) -> Iterator[ArmTests]:
+    """Yield the tests of joint angles.
 
     Args:
         robot: The ``robot:`` block of a dataset.yaml.
@@ -57,4 +76,13 @@ def collision_test(
         def free(q: Array) -> Array:
             return np.array([world.touching(row.tolist()) is None for row in q], dtype=bool)
 
-        yield free
+        def sees_past_itself(q: Array, fan: float, length: float) -> Array:
+            angles = np.linspace(-fan, fan, _RAYS)
+            seen = np.empty(len(q), dtype=bool)
+            for k in range(len(q)):
+                T = world.sensor_frames(q[k : k + 1])
+                world.refresh()
+                seen[k] = not np.any(cast_fan(world, T, angles, length)[0] == world.arm_id)
+            return seen
+
+        yield ArmTests(free, sees_past_itself)

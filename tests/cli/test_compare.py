@@ -37,6 +37,7 @@ def folder(tmp_path):
 
     save("a.json", "vs060")
     save("b.json", "vs060", theta_3=1e-3)
+    save("bent.json", "vs060", sensor_x=1e-3)
     save("puma.json", "puma560")
     save("panda.json", "panda")
     return tmp_path
@@ -57,6 +58,19 @@ def test_a_changed_zero_is_said_and_written(folder):
     assert parameter["value"] == pytest.approx(1e-3)
     assert parameter["unit"] == "rad"
     assert content["changes"][0]["moves_positions"]["rms_mm"] > 0
+
+
+def test_a_tool_that_was_bent_is_no_change_of_the_arm_and_is_said(folder):
+    """A sensor that moved on the flange leaves the arm unchanged; its distance is stated, with what that means if nobody took it off."""
+    result = run("compare", folder / "a.json", folder / "bent.json")
+    assert result.exit_code == 0, result.output
+    (line,) = [line for line in result.output.splitlines() if "place on the flange differs" in line]
+    assert "1.000 mm" in line and "not of the arm" in line and "bent" in line
+
+
+def test_a_sensor_that_stayed_in_its_place_is_not_called_bent(folder):
+    """Without a shift there is nothing to explain."""
+    assert "bent" not in run("compare", folder / "a.json", folder / "b.json").output
 
 
 def test_what_was_compared_is_listed(folder):

@@ -278,3 +278,17 @@ def test_right_angles_in_radians_under_degrees_are_suspected(column, twists, sus
     assert result.exit_code == 0, result.output
     assert ("Check the units" in result.output and "alpha_rad" in result.output) == suspect
     assert (tmp_path / "cell" / "dataset.yaml").exists()
+
+
+def test_the_readme_states_units_and_counting_of_the_joints(tmp_path):
+    """README.txt says that a joint of a FANUC is not counted as its controller shows it, and that a joint that slides is in metres."""
+    readme = (begun(tmp_path / "fanuc", "--robot", "fanuc_lrmate200id") / "README.txt").read_text()
+    assert "q3 = J3 + J2" in readme and "travel in metres" not in readme
+    table = tmp_path / "rail.csv"
+    table.write_text(
+        "a_mm,alpha_deg,d_mm,theta_deg,type\n0,0,0,0,prismatic\n0,90,400,0,revolute\n300,0,0,0,revolute\n"
+    )
+    readme = (
+        begun(tmp_path / "rail", "--dh", table, "--convention", "modified-dh") / "README.txt"
+    ).read_text()
+    assert "q1: the travel in metres" in readme and "q2: " not in readme

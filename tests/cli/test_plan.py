@@ -1,6 +1,7 @@
 """``scalar plan``: what it writes can be measured, what it promises is kept by a calibration, and what it refuses."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -78,6 +79,24 @@ def test_more_poses_for_a_calibrated_arm_go_on_from_those_measured(laser, tmp_pa
     assert errors == sorted(errors, reverse=True)
     degrees = pd.read_csv(tmp_path / "plan/poses_deg.csv")
     np.testing.assert_allclose(degrees["q3_deg"], np.degrees(table["q3"]), atol=1e-4)
+
+
+def test_a_plan_of_too_few_poses_for_a_diagnosis_says_how_many_it_needs(laser, planned, tmp_path):
+    """With as many poses more as the plan says are missing, it says nothing of the kind, and with one fewer it misses one."""
+    missing = int(re.search(r"plan (\d+) poses more", planned[1]).group(1))
+    for fewer in (0, 1):
+        given = (
+            "--poses",
+            30 + missing - fewer,
+            "--candidates",
+            150,
+            "--no-collisions",
+            "-o",
+            tmp_path / str(fewer),
+        )
+        said = run("plan", laser[1], *given).output
+        assert ("for a diagnosis" in said) == (fewer == 1)
+        assert fewer == 0 or "plan 1 poses more" in said
 
 
 def test_planned_poses_promise_more_than_random_ones(planned):

@@ -105,9 +105,9 @@ def test_poses_that_would_separate_nothing_are_not_written(tmp_path):
     """If no poses distinguish a tiny gear error from a scale, the exit status is 3, the message says what may help, and nothing is written."""
     scene = make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
     scene.write(tmp_path / "cell")
-    first, second = refused_plan(tmp_path, scene.dataset, 1e-9)
+    first, second, third = refused_plan(tmp_path, scene.dataset, 1e-9)
     assert "no poses separate it" in first and "5 are needed" in first and "--candidates" in second
-    assert "less than these measurements can show" in first
+    assert "less than these measurements can show" in first and "--near" in third and "after.json" in third
 
 
 def test_where_no_pose_can_show_an_effect_no_better_sensor_is_advised(tmp_path):
@@ -118,7 +118,7 @@ def test_where_no_pose_can_show_an_effect_no_better_sensor_is_advised(tmp_path):
     dataset = replace(scene.dataset, poses=poses)
     replace(scene, dataset=dataset).write(tmp_path / "cell")
     narrowed(tmp_path / "cell" / "dataset.yaml", 3, [0.48, 0.52])
-    first, second = refused_plan(tmp_path, dataset, 1e-3)
+    first, second, _ = refused_plan(tmp_path, dataset, 1e-3)
     assert (
         "a better sensor would not help" in first and "less noise" not in second and "joint limits" in second
     )

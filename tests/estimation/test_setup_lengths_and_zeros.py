@@ -64,6 +64,16 @@ def test_a_length_that_alone_is_far_from_the_table_is_said(tracked, kind, joint,
     assert not calibrate(tracked).summary["setup"]
 
 
+def test_the_table_of_another_arm_is_said_with_all_lengths_and_the_arm_that_was_measured(tracked):
+    """Where two lengths are far from the table, both are stated, and the arm of the library that has the measured ones is named."""
+    geometry = tracked.robot.geometry.copy()
+    geometry[GEOMETRY.index("a"), 2] += 40 * MM
+    geometry[GEOMETRY.index("d"), 3] += 25 * MM
+    (told,) = calibrate(replace(tracked, robot=tracked.robot.with_geometry(geometry))).summary["setup"]
+    assert told["where"] == "a_3" and re.search(r"\(d_4 \d\d mm as well\)", told["sentence"])
+    assert "denso_vs060" in told["sentence"]
+
+
 def test_a_slipped_digit_is_named(tracked):
     """A length that was typed ten times too long is named with both numbers, and the corrected table is the right one."""
     geometry = tracked.robot.geometry.copy()

@@ -12,6 +12,7 @@ import pytest
 
 from scalar.data.poses import Poses
 from scalar.diagnosis import Diagnosis, diagnose
+from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.estimation.displacement import kinematics_at
 from scalar.evaluate.workspace_errors import aligned_errors
 from scalar.report import render_report, words
@@ -81,6 +82,19 @@ def test_the_controller_gets_the_geometry_that_errs_less_without_effects(found: 
         error = aligned_errors(kinematics_at(models[file], poses).T_base_sensor, T)
         assert 1e3 * np.linalg.norm(error, axis=1).mean() == pytest.approx(float(stated), rel=0.1)
     assert float(named[2]) <= float(named[4])
+
+
+def test_geometry_that_holds_all_that_was_found_is_not_compared(found: Diagnosis) -> None:
+    """Where a tilted axis alone was found, the geometry of after.json holds it: no error of rounding is stated, and nothing is said not to fit."""
+    before = found.calibration_before
+    tilt = AxisNonparallel(3, coefficients=np.array([1e-3]))
+    tilted = SimpleNamespace(model=replace(before.model, effects=(tilt,)))
+    after = SimpleNamespace(residuals=SimpleNamespace(poses=found.after.residuals.poses))
+    diagnosis: Any = SimpleNamespace(
+        verdict="effect", findings=(), calibration_before=before, calibration_after=tilted, after=after
+    )
+    (item,) = _in_controller(diagnosis)
+    assert "after.json" in item.sentences[0] and "cannot hold" not in item.sentences[0]
 
 
 def test_no_parameter_is_entered_while_structure_of_unknown_cause_is_left() -> None:

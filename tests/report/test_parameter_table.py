@@ -142,3 +142,13 @@ def test_the_sensor_is_turned_by_the_roll_pitch_and_yaw_that_are_shown() -> None
     line = next(line for line in describe_calibration(made).splitlines() if "sensor on flange" in line)
     said = np.radians([float(x) for x in line.partition("roll pitch yaw [")[2].partition("]")[0].split()])
     np.testing.assert_allclose(said, shown, atol=1e-4)
+
+
+def test_the_terminal_says_how_far_the_sensor_is_from_its_stated_place():
+    """A stated place that is 30 mm off shows in the line on the sensor; where none is stated, the line says nothing of it."""
+    robot = Robot.from_mapping({"name": "arm", "joints": ROWS})
+    made = replace(calibrated(robot, np.random.default_rng(0)), summary={"poses": 9, "points": 9})
+    stated = made.model.T_flange_sensor.copy()
+    stated[:3, 3] += [0.01, -0.02, 0.02]
+    assert "; 30.0 mm from where nominal_pose has it" in describe_calibration(made, stated)
+    assert "nominal_pose" not in describe_calibration(made)

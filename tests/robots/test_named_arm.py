@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from scalar.estimation.calibrate import calibrate
 from scalar.geometry.robot import GEOMETRY, Robot
-from scalar.robots import arm_names, doubt_of_name, read_arm
+from scalar.robots import arm_names, arms_with_axes_of, doubt_of_name, read_arm
 from tests.random_scene import make_scene
 
 A = GEOMETRY.index("a")
@@ -61,3 +62,11 @@ def test_a_calibration_of_an_arm_of_another_name_is_made():
     (suspicion,) = named.summary["setup"]
     assert suspicion["where"] == "robot.name" and "UR5e" in suspicion["sentence"]
     assert named.residual_rms == plain.residual_rms
+
+
+def test_a_measured_arm_is_recognised_among_those_of_the_library():
+    """The axes of a calibrated arm name its model, whatever the table that it began with; an arm of no known lengths is not named."""
+    robot = read_arm("kuka_kr6_r900_sixx").robot
+    geometry = robot.geometry + np.random.default_rng(0).normal(0.0, 3e-4, robot.geometry.shape)
+    assert [arm.name for arm in arms_with_axes_of(robot.with_geometry(geometry))] == ["kuka_kr6_r900_sixx"]
+    assert arms_with_axes_of(described(longer=0.05)) == []

@@ -11,6 +11,7 @@ from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import as_stated
+from scalar.robots import arms_with_axes_of
 from scalar.sensors import kind_of
 from scalar.units import MM
 
@@ -63,14 +64,29 @@ def lengths_off(dataset: Dataset, model: Model, std: Array, fixed_length: str | 
     which = f"{name} or {fixed}, to which all lengths are relative here," if fixed else name
     known = base_moved_to(dataset, model) if j == 0 else ()
     elsewhere = f"is {' or '.join(known)} not where it is declared known, " if known else ""
+    others = [
+        f"{as_stated(f'{GEOMETRY[rows[m]]}_{i + 1}', dataset.robot)} {abs(change[m, i]) / MM:.0f} mm"
+        for m, i in sorted(np.argwhere(off).tolist(), key=lambda at: -abs(change[at[0], at[1]]))
+        if (m, i) != (k, j)
+    ]
+    as_well = f" ({', '.join(others)} as well)" if others else ""
     return [
         Suspicion(
             ROBOT,
             name,
-            f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints: is {which} wrong there, {elsewhere}or is "
-            "this another robot than the one that was measured?",
+            f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints{as_well}: is {which} wrong there, {elsewhere}or is "
+            f"this another robot than the one that was measured?{_of_library(model)}",
         )
     ]
+
+
+def _of_library(model: Model) -> str:
+    """Return a sentence that names the arms of the library whose axes are those of the measured arm; nothing if there are none."""
+    arms = arms_with_axes_of(model.robot)
+    if not arms:
+        return ""
+    named = " or ".join(f"{arm.maker} {arm.model} ('{arm.name}' of the library)" for arm in arms)
+    return f" The distances between its axes are those of {named}"
 
 
 def _mistyped_length(dataset: Dataset, nominal: Array, change: Array, clear: Array) -> list[Suspicion]:
