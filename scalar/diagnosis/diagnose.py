@@ -20,6 +20,7 @@ from scalar.diagnosis.outer_split import OuterSplit, outer_split
 from scalar.diagnosis.ranking import Scored, rank
 from scalar.diagnosis.repeated_runs import Answer
 from scalar.diagnosis.result import Diagnosis
+from scalar.diagnosis.rounded_record import limited_by_rounding
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.shipped_fit import ShippedFit, shipped_fit, unconfirmed_effects_help
 from scalar.diagnosis.two_halves import limited_by_halves, two_halves
@@ -30,7 +31,7 @@ from scalar.estimation.motion import refuse_without_motion
 from scalar.estimation.result import Calibration
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.session_boundary import boundaries_near_changes, misplaced_boundaries
-from scalar.estimation.setup.unstated_session import unstated_session
+from scalar.estimation.setup.unstated_session import run_set_aside, unstated_session
 
 MAX_RANKING = 25  # candidates that the ranking of a diagnosis lists
 
@@ -77,6 +78,7 @@ def diagnose(
     progress("comparing halves of the poses")
     halves = two_halves(dataset, run, answer_without, of_parts, cores)
     found = limited_by_halves(found, halves, settings.naming.least_confidence)
+    found = limited_by_rounding(found, run.before, settings.naming.least_confidence)
     run, found, refused = _confirmed(run, found, outer)
     if refused:
         final_residuals = FinalResiduals.of(run.after)
@@ -132,6 +134,8 @@ def _with_boundaries(
 ) -> list[Calibration]:
     """Return the calibrations, each with the suspicions that a boundary between sessions is stated at the wrong pose, or not at all.
 
+    Where no session explains why poses that follow each other were set aside, something else changed there, which is a suspicion too.
+
     Args:
         dataset: All that was measured.
         run: The run, which knows the poses that were set aside.
@@ -141,8 +145,10 @@ def _with_boundaries(
     set_aside = run.cleaned.outlier_poses
     boundaries = misplaced_boundaries(dataset, set_aside, calibrations[0].model)
     # A boundary at the wrong pose explains what was set aside: the same poses are no session of their own.
-    if not boundaries and (unstated := unstated_session(dataset, set_aside)) is not None:
-        boundaries.append(unstated[0])
+    if not boundaries:
+        unstated = unstated_session(dataset, set_aside)
+        changed = run_set_aside(dataset, set_aside) if unstated is None else unstated[0]
+        boundaries += [changed] if changed else []
     boundaries += boundaries_near_changes(dataset, [finding.effect for finding in found])
     return [with_suspicions(calibration, boundaries) for calibration in calibrations]
 

@@ -10,10 +10,10 @@ The shipped model need not contain exactly the effects that were found: effects 
 left out, and others may be added (``focused_choice``). If the model without effects has smaller errors than the fit with the chosen effects and equal
 weights, it is shipped instead, and the effects remain findings, because a correction that does harm is worse than one that is missing. The errors
 compared are those of held-out poses, of held-out regions of the joint space (effects may predict poses between measured ones well and yet not
-extrapolate), and of unseen poses where they are known. If the effects are expected to reduce the errors to half, the loss at a single block of
-held-out poses does not count. The model without effects is shipped as well if the fit with effects is expected to err far more within the joint
-limits than the model without effects errs at held-out poses, unless that model is itself as uncertain: what few joints show does not extrapolate
-then.
+extrapolate), and of unseen poses where they are known. If the effects are expected to reduce the errors to half, the loss at a single block of held-
+out poses does not count, unless the whole error grows to twice its size with it. The model without effects is shipped as well if the fit with
+effects is expected to err far more within the joint limits than the model without effects errs at held-out poses, unless that model is itself as
+uncertain: what few joints show does not extrapolate then.
 
 A test of whether the fits with and without weights differ (Hausman, Econometrica 46, 1978) is only reported: wrong weights lose efficiency but cause
 no bias, so the test does not protect against them.
@@ -42,7 +42,9 @@ from scalar.geometry.se3 import Array
 from scalar.units import MM
 
 BEFORE, EQUAL, BY_COMPONENT = "before", "equal_weights", "weights_of_component"
-TWICE = 2.0  # chosen: how much worse the weighted fit may predict held-out poses if its predictions elsewhere differ by no more than chance allows
+# Chosen: how much worse the weighted fit may predict held-out poses if its predictions elsewhere differ by no more than chance allows, and a fit with
+# effects if a single block of them is all that speaks against it.
+TWICE = 2.0
 
 
 @dataclass(frozen=True)
@@ -195,7 +197,8 @@ def shipped_fit(
     against = "expected_error" if choice.left_out and not after.effects else None
     if after.effects:
         regions = _regions(before, after)
-        confirmed = _promises_much(choice) and improves_with_limited_blocks(without, equal)
+        bearable = equal.rms <= TWICE * without.rms
+        confirmed = bearable and _promises_much(choice) and improves_with_limited_blocks(without, equal)
         judged = {"held_out": None if confirmed else (without, equal), "regions": regions, "unseen": unseen}
         against = next((name for name, errors in judged.items() if errors and not no_worse(*errors)), None)
         if all(effect.flexible for effect in after.effects) and _few_equations(after):

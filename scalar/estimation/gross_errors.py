@@ -153,7 +153,8 @@ def clean_given_effects(
     """Return the cleaned dataset without poses that prove to be gross errors once effects are modelled; the same object if there are none.
 
     As long as the model lacks an effect (an arm that sags, a plane that moved), all residuals are enlarged, and a gross error may hide among
-    them. If more than ``settings.most_late`` of the poses stand out, the effects are not trusted yet, and no pose is set aside. Poses whose
+    them. If more than ``settings.most_late`` of the poses stand out (``most_apart`` if no other pose comes near them, and in any case more than one),
+    the effects are not trusted yet, and no pose is set aside. Poses whose
     neighbours stand out as well are no gross errors: something that the model still lacks acts there. Nor are poses that stand out by less than
     ``outlier_limit`` if more poses lie half-way to the limit than beyond it: they are the tail of one law, and a gross error stands apart.
 
@@ -172,9 +173,12 @@ def clean_given_effects(
         off = distance >= outlier_limit(distance, settings)
     off &= ~in_runs(dataset, off, settings)
     off &= ~_among_similar(dataset, distance, off, settings)
-    if brief is not None:
-        off |= brief
-    if not off.any() or off.sum() > settings.most_late * dataset.n_poses:
+    brief = np.zeros_like(off) if brief is None else brief
+    most = (settings.most_apart if half_way == 0 else settings.most_late) * dataset.n_poses
+    if np.count_nonzero(off & ~brief) > max(most, 1.0):
+        return cleaned
+    off |= brief
+    if not off.any():
         return cleaned
     late = tuple(int(pose) for pose in dataset.pose_ids[off])
     return replace(cleaned, dataset=dataset.subset(~off), outlier_poses=cleaned.outlier_poses + late)

@@ -249,13 +249,20 @@ def test_a_true_effect_extrapolates():
 
 
 @pytest.mark.parametrize(
-    ("left", "most_gain", "decided_by"),
-    [(0.4, True, "only_one"), (0.6, True, "held_out"), (0.4, False, "held_out")],
+    ("left", "most_gain", "most_growth", "decided_by"),
+    [
+        (0.4, True, 2.0, "only_one"),
+        (0.6, True, 2.0, "held_out"),
+        (0.4, False, 2.0, "held_out"),
+        (0.4, True, 0.01, "held_out"),
+    ],
 )
 def test_a_single_block_does_not_decide_against_effects_of_which_much_is_expected(
-    monkeypatch, left, most_gain, decided_by
+    monkeypatch, left, most_gain, most_growth, decided_by
 ):
-    """Held-out errors in metres grow. If most blocks gain, effects that are expected to leave 40 % of the error are shipped, and not with 60 %."""
+    """Held-out errors in metres grow. If most blocks gain, effects that are expected to leave 40 % of the error are shipped, and not with 60 %; nor
+    if the whole error grows beyond a limit.
+    """
     state = fitted(83, Flaws(joints=on_joint(3, lambda at: 1e-3 * at.q[:, 2])))
     expected = {"errors_as_chosen": (left,) * 3, "errors_without": (1.0,) * 3, "std_without": 9.0}
     module = "scalar.diagnosis.shipped_fit."
@@ -264,4 +271,5 @@ def test_a_single_block_does_not_decide_against_effects_of_which_much_is_expecte
     )
     monkeypatch.setattr(module + "no_worse", lambda without, _: without is not held_out_errors(state))
     monkeypatch.setattr(module + "improves_with_limited_blocks", lambda *_: most_gain)
+    monkeypatch.setattr(module + "TWICE", most_growth)
     assert shipped_fit(state, state.refitted([JointScale(3)]), None).decided_by == decided_by

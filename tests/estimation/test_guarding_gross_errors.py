@@ -9,7 +9,7 @@ import pytest
 
 from scalar.errors import Undetermined
 from scalar.estimation import outlying_points, plane_labels
-from scalar.estimation.gross_errors import clean, clean_given_effects
+from scalar.estimation.gross_errors import Cleaned, clean, clean_given_effects
 from scalar.estimation.line_breakdown import line_has_broken_down
 from scalar.estimation.outlying_points import without_outlying_points
 from scalar.estimation.plane_labels import other_labels
@@ -167,14 +167,27 @@ def test_how_far_off_a_pose_may_be():
     assert 7 * scatter < outlier_limit(1e-3 * normal, GROSS) < 15 * scatter
 
 
-def test_what_stands_out_late_is_few():
-    """One of sixty poses, 5 mm off given the effects, is set aside where two in a hundred may be, and kept where one may."""
+@pytest.mark.parametrize(
+    ("off", "between", "changed", "aside"),
+    [
+        (1, 0, {}, 1),
+        (2, 0, {}, 2),
+        (2, 0, {"most_apart": GROSS.most_apart / 2}, 0),
+        (4, 0, {}, 0),
+        (2, 1, {}, 0),
+        (2, 1, {"most_late": 2 * GROSS.most_late}, 2),
+    ],
+)
+def test_what_stands_out_late_is_few(off, between, changed, aside):
+    """Of sixty poses one may be set aside in any case; one in twenty where all others are far from those that stand out, else fewer."""
     dataset = make_scene(seed=3, poses_per_plane=20, points_per_scan=4).dataset
-    cleaned = SimpleNamespace(dataset=dataset, outlier_poses=())
+    dataset = dataset.subset(np.arange(60))
+    cleaned = Cleaned(dataset, (), (), 0)
     distance = np.full(60, 0.1 * MM)
-    distance[30] = 5 * MM
-    strict = replace(GROSS, most_late=GROSS.most_late / 2)
-    assert clean_given_effects(cleaned, distance, settings=strict) is cleaned  # type: ignore[arg-type]
+    distance[[7, 22, 38, 53][:off]] = 5 * MM
+    distance[[14][:between]] = 0.7 * MM
+    found = clean_given_effects(cleaned, distance, settings=replace(GROSS, **changed))
+    assert len(found.outlier_poses) == aside
 
 
 def test_a_third_of_the_poses_must_not_be_set_aside_where_a_fifth_may(labelled):

@@ -8,7 +8,7 @@ import pytest
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.gross_errors import clean
-from scalar.estimation.setup.unstated_session import unstated_session
+from scalar.estimation.setup.unstated_session import run_set_aside, unstated_session
 from scalar.geometry.se3 import exp_so3
 from tests.random_scene import make_scene
 
@@ -94,3 +94,15 @@ def test_a_third_session_begins_or_ends_within_a_stated_one(late):
     found = unstated_session(dataset, ids[BEGIN:END].tolist())
     assert found is not None
     assert found[0].sentence.endswith(f"change at pose {ids[BEGIN if late else END]} too")
+
+
+def test_a_reflector_that_was_moved_is_said_though_no_session_explains_it():
+    """Poses at the end that follow each other and were set aside are said to be one change; scattered ones are not."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=25, noise=1e-4, seed=7).dataset
+    ids = dataset.pose_ids
+    found = run_set_aside(dataset, ids[-20:].tolist())
+    assert found is not None and found.where == f"pose {ids[-20]}"
+    assert f"from {ids[-20]} to {ids[-1]}" in found.sentence and "on the flange" in found.sentence
+    first = run_set_aside(dataset, ids[:20].tolist())
+    assert first is not None and first.where == f"pose {ids[20]}"
+    assert run_set_aside(dataset, ids[::3].tolist()) is None

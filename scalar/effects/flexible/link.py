@@ -86,7 +86,9 @@ class UnattributedLink(Unattributed, LinkEffect):
             return [
                 f"Check the bolts and the bearing of the link at joint {self.joint}: its error varies with the direction of gravity."
             ]
-        return [f"Have the bearing of joint {self.joint} checked: its axis wobbles as the joint turns."]
+        return [
+            f"Have the bearing of joint {self.joint} checked, or its guide if it slides: its axis is not the same at all of its positions."
+        ]
 
     def to_mapping(self) -> dict[str, Any]:
         """Return place, joint and driver."""

@@ -31,6 +31,7 @@ AROUND = 75 * DEG  # about that axis, from where it is stated: a mount drawn rou
 DISAGREEMENT = 5 * DEG  # of measured orientations, from pose to pose: no tracker measures them so poorly
 QUIET = 0.5  # ratio of the residual to what the stated noise explains: with a smaller one, the noise is said to be stated wrongly
 FAR_BELOW = 0.2  # ratio of the scatter within scans to the stated noise: with a smaller one, the noise is said to be stated too large
+ROUNDED = 1.15  # ratio of the residual to what the stated noise explains: with a larger one, joint angles may be rounded
 LOUD = 3.0  # ratio of the scatter within scans to the stated noise: with a larger one, the noise is said to be stated wrongly, or points to stray
 
 
@@ -111,7 +112,7 @@ def _stated_noise(misfit_ratio: float | None) -> list[Suspicion]:
 def _rounding(dataset: Dataset, residual: float, misfit_ratio: float | None) -> list[Suspicion]:
     """Return a suspicion if the joint angles, and one if the measurements, are rounded so coarsely that this explains the residual [m]."""
     found: list[Suspicion] = []
-    if misfit_ratio is None or misfit_ratio > LOUD:
+    if misfit_ratio is None or misfit_ratio > ROUNDED:
         if rounded := rounded_angles(dataset.robot, dataset.q, residual):
             found.append(Suspicion("rounded_angles", "poses.csv", rounded))
     if rounded := rounded_points(dataset.points, residual):

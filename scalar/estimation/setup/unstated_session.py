@@ -18,6 +18,7 @@ from scalar.estimation.setup.moved_target import LEAST_POSES, LEAST_SCANS
 from scalar.estimation.setup.suspicion import Suspicion, in_mm
 from scalar.estimation.setup.trial import full_fit
 from scalar.geometry.se3 import Array
+from scalar.sensors import kind_of
 
 MOST_WITHIN = 0.1  # chosen, of the poses of the run: as many may fit the others by chance
 MOST_BESIDE = 0.2  # chosen, of the other poses: as many may be gross errors
@@ -45,6 +46,31 @@ def unstated_session(dataset: Dataset, set_aside: Collection[int]) -> tuple[Susp
         if (found := _suspicion(dataset, aside, moved, session)) is not None:
             return found, moved
     return None
+
+
+def run_set_aside(dataset: Dataset, set_aside: Collection[int]) -> Suspicion | None:
+    """Return a suspicion that something changed on the flange if poses that follow each other were set aside; None if there are no such poses.
+
+    It is for a run of poses that no session of their own explains (``unstated_session``): a session frees the place of base and target, and not that
+    of the sensor.
+
+    Args:
+        dataset: As it was given, before cleaning, in the order of acquisition.
+        set_aside: Ids of the poses that were set aside.
+    """
+    aside = np.isin(dataset.pose_ids, list(set_aside))
+    run = _run(aside, LEAST_SCANS if dataset.planes else LEAST_POSES)
+    if run is None:
+        return None
+    ids = dataset.pose_ids[run]
+    at = ids[0] if run.start else dataset.pose_ids[run.stop]
+    return Suspicion(
+        "run",
+        f"pose {at}",
+        f"nearly all poses from {ids[0]} to {ids[-1]}, which follow each other, contradict the others and were set aside: something changed at pose "
+        f"{at}. Was the {kind_of(dataset).on_flange[0]} moved or exchanged on the flange, or another arm measured? The answer is of the other poses "
+        "alone; diagnose these as a campaign of their own",
+    )
 
 
 def _run(aside: Array, least: int) -> slice | None:
