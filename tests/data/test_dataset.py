@@ -27,7 +27,9 @@ def write_and_read(folder: Path, mapping: dict[str, Any], **content: Any) -> Dat
 
 @IN_ONE_FOLDER
 @given(
-    scans=hnp.arrays(float, st.tuples(st.integers(9, 30), st.just(2)), elements=LENGTHS),
+    scans=hnp.arrays(
+        float, st.tuples(st.integers(9, 30), st.just(2)), elements=LENGTHS, unique=True
+    ),  # a value in several scans is suspected to mark missing ones
     q=hnp.arrays(float, (9, 6), elements=st.floats(-6.0, 6.0)),
     table_format=st.sampled_from(["csv", "parquet"]),
     seed=st.integers(0, 2**32 - 1),

@@ -1,4 +1,4 @@
-"""Rows that were copied are said, since they count as measurements of their own."""
+"""Rows that were copied, and readings that were repeated, are said, since they count as measurements of their own."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ import pytest
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.calibrate import calibrate
-from scalar.estimation.setup.copies import copied_poses
+from scalar.estimation.setup.copies import copied_poses, repeated_readings
 from tests.random_scene import make_scene
 
 
@@ -34,3 +34,31 @@ def test_copies_are_said(copies, said):
     assert not copied_poses(with_copies(dataset, copies, 1e-9))
     told = [entry["sentence"] for entry in calibrate(with_copies(dataset, copies, 0.0)).summary["setup"]]
     assert len(told) == 1 and said in told[0] and "remove copies" in told[0]
+
+
+@pytest.mark.parametrize(("rows", "said"), [("readings", True), ("rounds", False), ("checks", False)])
+def test_readings_of_one_standstill_are_said(rows, said):
+    """Three readings of each pose before the arm moves on are said; a program that is run three times, and a pose or two taken again, are not."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=20, noise=5e-5, seed=4).dataset
+    n = dataset.n_poses
+    taken = {
+        "readings": np.repeat(np.arange(n), 3),
+        "rounds": np.tile(np.arange(n), 3),
+        "checks": np.r_[0, 0, np.arange(1, n), n - 1],
+    }[rows]
+    noise = 1e-6 * np.random.default_rng(3).standard_normal((len(taken), 3))
+    poses = dataset.poses.iloc[taken].assign(pose=np.arange(len(taken)), order=np.arange(len(taken)))
+    repeated = replace(
+        dataset,
+        poses=pd.DataFrame(poses).reset_index(drop=True),
+        points=dataset.points[taken] + noise,
+        starts=np.arange(len(taken) + 1),
+    )
+    told = [entry["sentence"] for entry in calibrate(repeated).summary["setup"]]
+    assert len(told) == said
+    if said:
+        assert (
+            f"{2 * n} of {3 * n} rows have the joint angles of the row before (first pose 1, after pose 0)"
+            in told[0]
+        )
+    assert bool(repeated_readings(repeated)) == said

@@ -1,4 +1,4 @@
-"""Rows that were copied: each counts as a measurement of its own."""
+"""Rows that were copied, and readings that were repeated while the arm stood still: each counts as a measurement of its own."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import numpy as np
 
 from scalar.data.copies import copies_in_words
 from scalar.data.dataset import Dataset
+
+LEAST_SHARE = 0.1  # of the rows that repeat the joint angles of the one before; a few are poses taken again as a check (chosen)
 
 
 def copied_poses(dataset: Dataset) -> str:
@@ -25,4 +27,31 @@ def copied_poses(dataset: Dataset) -> str:
         f"{told}: remove copies, because each counts as a measurement of its own, and the errors are then stated too small"
         if told
         else ""
+    )
+
+
+def repeated_readings(dataset: Dataset) -> str:
+    """Return a sentence on rows whose joint angles are those of the row before; empty if fewer than ``LEAST_SHARE`` of the rows are such.
+
+    Readings of an arm that stands still share the error that its repeatability leaves, so their residuals are alike even if the model lacks nothing.
+
+    Args:
+        dataset: What was measured. Poses without points of their own, as those of a probe, may well be repeated.
+    """
+    if not len(dataset.points) or len(dataset.q) < 2:
+        return ""
+    order = (
+        dataset.poses["order"].to_numpy(dtype=float)
+        if "order" in dataset.poses
+        else np.arange(len(dataset.q))
+    )
+    rows = np.argsort(order, kind="stable")
+    again = np.flatnonzero(np.all(np.diff(dataset.q[rows], axis=0) == 0, axis=1)) + 1
+    if len(again) < LEAST_SHARE * len(rows):
+        return ""
+    one, other = (int(dataset.pose_ids[rows[k]]) for k in (again[0] - 1, again[0]))
+    return (
+        f"{len(again)} of {len(rows)} rows have the joint angles of the row before (first pose {other}, after pose {one}). If the arm stood still in "
+        "between, they are readings of one pose and share its error: errors are stated too small, and structure may be found where there is none. "
+        "Keep their mean, or one of them (`first_of_each` of a mapping). If the arm left the pose and came back, all is well"
     )

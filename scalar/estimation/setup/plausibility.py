@@ -11,7 +11,7 @@ from scalar.data.record_units import RECORDS, units_suspected
 from scalar.data.rounding import rounded_angles, rounded_points
 from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
-from scalar.estimation.setup.copies import copied_poses
+from scalar.estimation.setup.copies import copied_poses, repeated_readings
 from scalar.estimation.setup.known_planes import contradictions
 from scalar.estimation.setup.lengths import ROBOT, SIGMAS, lengths_off
 from scalar.estimation.setup.plane_guesses import far_guesses
@@ -131,13 +131,15 @@ def _columns(dataset: Dataset) -> list[Suspicion]:
 
 
 def _motion(dataset: Dataset) -> list[Suspicion]:
-    """Return a suspicion if several joints stand still in all poses, and one if poses are copies of others."""
+    """Return a suspicion if several joints stand still in all poses, one if poses are copies of others, and one if readings were repeated."""
     found: list[Suspicion] = []
     if len(still := still_joints(dataset.q)) > 1:
         sentence = f"{still_in_words(still)}: how the arm errs where they stand elsewhere is not known; measure poses in which all joints move"
         found.append(Suspicion("motion", "poses.csv", sentence))
     if copies := copied_poses(dataset):
         found.append(Suspicion("copies", "poses.csv", copies))
+    if readings := repeated_readings(dataset):
+        found.append(Suspicion("readings", "poses.csv", readings))
     return found
 
 
