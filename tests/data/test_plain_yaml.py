@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
@@ -38,6 +38,7 @@ def load_text(folder: Path, text: str | bytes) -> Any:
 
 @IN_ONE_FOLDER
 @given(DATA)
+@example({":0": None})
 def test_what_is_written_reads_back(tmp_path: Path, data: Any) -> None:
     """``load(dump(x)) == x`` holds, types and bits of floats included."""
     dump_yaml({"data": data}, tmp_path / "a.yaml")

@@ -220,7 +220,7 @@ class _Representer(SafeRepresenter):
 
     def represent_text(self, data: str) -> Any:
         # A question mark may begin a key in a mapping of one line, and is then lost.
-        quoted = not isinstance(resolve(data), str) or not data.isprintable() or data.startswith("?")
+        quoted = not isinstance(resolve(data), str) or not data.isprintable() or data.startswith(("?", ":"))
         return self.represent_scalar("tag:yaml.org,2002:str", data, style='"' if quoted else None)
 
     def represent_number(self, data: float) -> Any:
