@@ -7,7 +7,7 @@ resembles most. The correction still contains that effect, because held-out pose
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from scalar.diagnosis.grounds import Grounds
@@ -46,6 +46,16 @@ class Finding:
     grounds: Grounds
     selected_in: float | None = None
     doubtful: bool = False
+
+    def limited(self, most: float, least_confidence: float) -> Finding:
+        """Return the finding with at most some confidence; its name is doubtful if that is less than a name needs.
+
+        Args:
+            most: The most confidence.
+            least_confidence: What a name needs.
+        """
+        doubtful = self.doubtful or most < least_confidence
+        return replace(self, confidence=min(self.confidence, most), doubtful=doubtful)
 
     @property
     def has_name(self) -> bool:

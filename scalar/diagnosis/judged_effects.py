@@ -55,18 +55,12 @@ def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Findin
             _finding(after, scored, i, columns, beside, folds, without_a_name[i], errors, final_residuals)
         )
         if not effect.flexible:
-            found[-1] = _limited(found[-1], float(expit(-leads[i])), after.settings)
+            found[-1] = found[-1].limited(float(expit(-leads[i])), after.settings.naming.least_confidence)
         if run.rival is not None and of_instrument[i] > -after.settings.selection.confounded_margin:
             rivals_too = (*found[-1].confounded_with, *errors_of_instrument_in(run.rival))
             found[-1] = replace(found[-1], confounded_with=rivals_too)
         error_before = errors[1]
     return repeated_changes_doubted(found, after.settings.naming.least_confidence)
-
-
-def _limited(finding: Finding, most: float, settings: Settings) -> Finding:
-    """Return a finding with at most some confidence, doubtful where that is too little for a name."""
-    doubtful = finding.doubtful or most < settings.naming.least_confidence
-    return replace(finding, confidence=min(finding.confidence, most), doubtful=doubtful)
 
 
 def _finding(

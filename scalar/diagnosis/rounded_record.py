@@ -8,7 +8,6 @@ angles rounded to 0.01 degrees that moved one joint at a time and had no cause, 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -33,13 +32,7 @@ def limited_by_rounding(
     """
     if not found or not _explained_by_rounding(before):
         return tuple(found)
-    doubtful = MOST_CONFIDENCE < least_confidence
-    return tuple(
-        f
-        if f.effect.flexible
-        else replace(f, confidence=min(f.confidence, MOST_CONFIDENCE), doubtful=f.doubtful or doubtful)
-        for f in found
-    )
+    return tuple(f if f.effect.flexible else f.limited(MOST_CONFIDENCE, least_confidence) for f in found)
 
 
 def _explained_by_rounding(before: FittedState) -> bool:

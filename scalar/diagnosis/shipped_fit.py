@@ -10,8 +10,8 @@ The shipped model need not contain exactly the effects that were found: effects 
 left out, and others may be added (``focused_choice``). If the model without effects has smaller errors than the fit with the chosen effects and equal
 weights, it is shipped instead, and the effects remain findings, because a correction that does harm is worse than one that is missing. The errors
 compared are those of held-out poses, of held-out regions of the joint space (effects may predict poses between measured ones well and yet not
-extrapolate), and of unseen poses where they are known. If the effects are expected to reduce the errors to half, the loss at a single block of held-
-out poses does not count, unless the whole error grows to twice its size with it. The model without effects is shipped as well if the fit with
+extrapolate), and of unseen poses where they are known. If the effects are expected to reduce the errors to half, the loss at a single block of
+held-out poses does not count, unless the whole error grows to twice its size with it. The model without effects is shipped as well if the fit with
 effects is expected to err far more within the joint limits than the model without effects errs at held-out poses, unless that model is itself as
 uncertain: what few joints show does not extrapolate then.
 

@@ -16,7 +16,6 @@ the number of halves that select it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -77,12 +76,11 @@ def limited_by_halves(
     """
     if halves is None:
         return tuple(found)
-    limits = [
-        1.0 if f.effect.flexible else most_confidence(halves.selected_in(f.effect), halves) for f in found
-    ]
     return tuple(
-        replace(f, confidence=min(f.confidence, limit), doubtful=f.doubtful or limit < least_confidence)
-        for f, limit in zip(found, limits, strict=True)
+        f
+        if f.effect.flexible
+        else f.limited(most_confidence(halves.selected_in(f.effect), halves), least_confidence)
+        for f in found
     )
 
 

@@ -75,7 +75,9 @@ def fit_near_data_sheet(
             reweighted = with_prior_stds(reweighted, learned_prior_stds(residuals, reweighted, free, rules))
         converged = _largest_change(model, reweighted) < rules.settled_weight
         model = reweighted
-        if converged or _determined_by(_CLEARLY, residuals, model, free, rules):
+        if _determined_by(_CLEARLY, residuals, model, free, rules):
+            return model.with_priors((), 1.0).rebased()
+        if converged:
             break
     if _determined_by(1.0, residuals, model, free, rules):
         return model.with_priors((), 1.0).rebased()

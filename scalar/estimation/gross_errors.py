@@ -153,10 +153,10 @@ def clean_given_effects(
     """Return the cleaned dataset without poses that prove to be gross errors once effects are modelled; the same object if there are none.
 
     As long as the model lacks an effect (an arm that sags, a plane that moved), all residuals are enlarged, and a gross error may hide among
-    them. If more than ``settings.most_late`` of the poses stand out (``most_apart`` if no other pose comes near them, and in any case more than one),
-    the effects are not trusted yet, and no pose is set aside. Poses whose
-    neighbours stand out as well are no gross errors: something that the model still lacks acts there. Nor are poses that stand out by less than
-    ``outlier_limit`` if more poses lie half-way to the limit than beyond it: they are the tail of one law, and a gross error stands apart.
+    them. If more than ``settings.most_late`` of the poses stand out (``most_apart`` if no other pose comes near them, and in any case more than
+    one), the effects are not trusted yet, and no pose is set aside. Poses whose neighbours stand out as well are no gross errors: something that
+    the model still lacks acts there. Nor are poses that stand out by less than ``outlier_limit`` if more poses lie half-way to the limit than
+    beyond it: they are the tail of one law, and a gross error stands apart.
 
     Args:
         cleaned: As ``clean`` returned it.

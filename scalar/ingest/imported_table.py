@@ -37,9 +37,8 @@ class ImportedTable(Table):
         rows = np.flatnonzero(mask & ~self.bad.get(column, np.zeros(self.n_rows, dtype=bool)))
         super().report(found, column, mask, message)
         for k, fault in enumerate(found):
-            row = rows[
-                k if fault.row is not None else -1
-            ]  # a fault without a row says how many more there are, to the last
+            # A fault without a row says how many more there are, to the last.
+            row = rows[-1 if fault.row is None else k]
             file = self.files[row]
             faults.append(replace(fault, file=file, column=self.labels.get(column, column)))
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+from scalar.diagnosis.finding import Finding
 from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.settings import DEFAULTS
 
@@ -30,3 +31,9 @@ def state(**more: Any) -> Any:
 def doubled(settings: Any, name: str) -> Any:
     """Return settings with one threshold doubled."""
     return replace(settings, **{name: 2 * getattr(settings, name)})
+
+
+def finding_of(effect: Any, confidence: float) -> Finding:
+    """Return a finding of which nothing is known but its effect and its confidence."""
+    unknown: Any = None
+    return Finding(effect, 1.0, unknown, unknown, (), confidence, (), unknown)

@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from scalar.diagnosis.finding import Finding
 from scalar.diagnosis.rounded_record import MOST_CONFIDENCE, limited_by_rounding, recur
 from scalar.units import DEG, MM
+from tests.diagnosis.stand_ins import finding_of
 from tests.random_scene import make_scene
 
 STEP = 0.01 * DEG
 LEAST = 0.6
-
-
-class Found(SimpleNamespace):
-    """What the rule reads of a finding."""
-
-    def __replace__(self, **changes: Any) -> Found:
-        """Return a changed copy, for ``dataclasses.replace``."""
-        return Found(**{**vars(self), **changes})
 
 
 def one_joint_at_a_time(step: float) -> np.ndarray:
@@ -41,20 +34,10 @@ def state(q: np.ndarray, residual: float) -> Any:
     return SimpleNamespace(dataset=SimpleNamespace(robot=robot, q=q), residuals=residuals, model=None)
 
 
-@pytest.fixture(autouse=True)
-def replaced(monkeypatch):
-    """Let the rule change stand-ins as it changes findings."""
-    monkeypatch.setattr(
-        "scalar.diagnosis.rounded_record.replace",
-        lambda f, **changes: f.__replace__(**changes) if isinstance(f, Found) else replace(f, **changes),
-    )
-
-
-def limited(q: np.ndarray, residual: float) -> tuple[Any, Any]:
-    """Return a name with a confidence of 0.98 and a flexible term after the rule."""
-    name = Found(effect=SimpleNamespace(flexible=False), confidence=0.98, doubtful=False)
-    term = Found(effect=SimpleNamespace(flexible=True), confidence=0.98, doubtful=False)
-    return limited_by_rounding([name, term], state(q, residual), LEAST)  # type: ignore[arg-type, return-value]
+def limited(q: np.ndarray, residual: float) -> tuple[Finding, ...]:
+    """Return a name and a flexible term after the rule."""
+    name, term = (finding_of(SimpleNamespace(flexible=flexible), 0.98) for flexible in (False, True))
+    return limited_by_rounding([name, term], state(q, residual), LEAST)
 
 
 def test_a_name_that_rounding_may_explain_is_doubtful():

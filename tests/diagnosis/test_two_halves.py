@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -26,19 +26,11 @@ from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.report.unseen_words import unseen_sentences
 from tests.diagnosis.cases import scale
+from tests.diagnosis.stand_ins import finding_of
 from tests.effects.injected import Flaws, make_cell, on_joint
 
 DIAGNOSE = sys.modules["scalar.diagnosis.diagnose"]  # the package's own name for it is the function
 LEAST = DEFAULTS.naming.least_confidence
-
-
-@dataclass(frozen=True)
-class SimpleFinding:
-    """The attributes of a finding that limiting its confidence needs."""
-
-    effect: Any
-    confidence: float = 0.97
-    doubtful: bool = False
 
 
 def fitted(flaws: Flaws) -> FittedState:
@@ -89,8 +81,7 @@ def test_the_confidence_is_limited_by_the_halves(chosen, most):
     errors = HeldOutErrors(np.ones(8), np.ones(8), np.ones(8), np.arange(8))
     halves = halves_of(errors, (1.0, 1.0), chosen)
     assert most_confidence(halves.selected_in(JointScale(4)), halves) == pytest.approx(most)
-    diagnosed = SimpleFinding(JointScale(4))
-    (limited,) = limited_by_halves([diagnosed], halves, LEAST)  # type: ignore[list-item]
+    (limited,) = limited_by_halves([finding_of(JointScale(4), 0.97)], halves, LEAST)
     assert limited.confidence == pytest.approx(min(0.97, most)) and limited.doubtful == (most < LEAST)
 
 

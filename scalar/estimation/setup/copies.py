@@ -40,12 +40,7 @@ def repeated_readings(dataset: Dataset) -> str:
     """
     if not len(dataset.points) or len(dataset.q) < 2:
         return ""
-    order = (
-        dataset.poses["order"].to_numpy(dtype=float)
-        if "order" in dataset.poses
-        else np.arange(len(dataset.q))
-    )
-    rows = np.argsort(order, kind="stable")
+    rows = np.argsort(dataset.known_poses.order, kind="stable")
     again = np.flatnonzero(np.all(np.diff(dataset.q[rows], axis=0) == 0, axis=1)) + 1
     if len(again) < LEAST_SHARE * len(rows):
         return ""
