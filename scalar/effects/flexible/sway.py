@@ -44,11 +44,8 @@ class UnattributedSway(MovedSensor):
 
     def profile(self, robot: Robot, poses: Poses) -> Array:
         """Return sine and cosine over the acquisition, zero before it and from its end on."""
-        values = self.variable.values(poses)
-        start = self.variable.centre - self.variable.half
-        measured = (values >= start) & (values < start + 2 * self.variable.half)
         phase = np.pi * self.periods * self.variable.unit(poses)
-        return np.stack([np.sin(phase), np.cos(phase)], axis=1) * measured[:, None]
+        return np.stack([np.sin(phase), np.cos(phase)], axis=1) * self.variable.within(poses)[:, None]
 
     def variations(self, scale: float) -> list[Self]:
         """Return the sway a little slower and faster."""

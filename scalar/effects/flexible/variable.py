@@ -43,6 +43,11 @@ class Variable:
         """Return u ``(N,)``."""
         return np.clip((self.values(poses) - self.centre) / self.half, -1.0, 1.0)
 
+    def within(self, poses: Poses) -> Array:
+        """Return which poses ``(N,)`` lie in the measured range; its upper end, which stands for every later pose, does not belong to it."""
+        values, start = self.values(poses), self.centre - self.half
+        return (values >= start) & (values < start + 2 * self.half)
+
     def to_mapping(self) -> dict[str, Any]:
         """Return name and range."""
         return {"name": self.name, "centre": self.centre, "half": self.half}

@@ -21,7 +21,10 @@ HALF_WAVES = 8  # number of half waves over the acquisition
 
 @dataclass(frozen=True, eq=False)
 class UnattributedWander(MovedSensor):
-    """One component of the sensor's pose on the flange wanders: eight half waves over the acquisition, constant outside of it.
+    """One component of the sensor's pose on the flange wanders: eight half waves over the acquisition; outside of it the term is zero.
+
+    Zero is its mean over the acquisition. Predictions for later poses are thus those for the mean pose of the sensor: whether it will go on from
+    where it was last, or swing back, cannot be known of a motion without a name.
 
     The first few such waves make up nine tenths of the variance of a random walk (its Karhunen-Loève expansion). Only one component wanders,
     because eight waves for each of six components would be more coefficients than some hundred poses determine.
@@ -60,9 +63,9 @@ class UnattributedWander(MovedSensor):
         return ["rad" if self.component.startswith("r") else "m"] * HALF_WAVES
 
     def profile(self, robot: Robot, poses: Poses) -> Array:
-        """Return cosines with whole numbers of half waves over the acquisition."""
-        phase = np.pi * (np.clip(self.variable.unit(poses), -1.0, 1.0) + 1.0) / 2.0
-        return np.cos(phase[:, None] * np.arange(1, HALF_WAVES + 1))
+        """Return cosines with whole numbers of half waves over the acquisition, zero before it and from its end on."""
+        phase = np.pi * (self.variable.unit(poses) + 1.0) / 2.0
+        return np.cos(phase[:, None] * np.arange(1, HALF_WAVES + 1)) * self.variable.within(poses)[:, None]
 
     def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
         """Return the one unit motion times the half waves."""
