@@ -99,8 +99,12 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
     (``settings.shipped_fit.worth_doubtful``): their form is a guess, and the arm itself need not have changed. Other effects without a sure name have
     to remove as much within the joint limits as all effects together have to (``settings.shipped_fit.worth_correcting``).
 
-    Finally, no effect is shipped if the error remains above ``settings.shipped_fit.worth_correcting`` times that of the model without effects, both
-    within the joint limits and at the measured poses.
+    Effects without a sure name may have been selected by chance from many. If few equations are measured for each parameter of the geometry
+    (``settings.shipped_fit.few_equations``), and no effect with a sure name is shipped but nuisances, they are therefore shipped only if the F
+    statistic of their reduction of the sum of squares is large (``settings.shipped_fit.least_f_statistic``).
+
+    Nuisances are shipped beside effects that were found, never alone. Finally, no effect is shipped if the error remains above
+    ``settings.shipped_fit.worth_correcting`` times that of the model without effects, both within the joint limits and at the measured poses.
 
     Args:
         after: The state with all effects that were found.
@@ -124,8 +128,10 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
     shipping = after.settings.shipped_fit
     kept = _without_doubtful(wide, kept, in_time, shipping.worth_doubtful)
     kept = _without_doubtful(wide, kept, doubtful, shipping.worth_correcting)
+    if all(effects[i].in_every_setup for i in kept if i in found and i not in doubtful):
+        kept = _without_weak(wide, kept, doubtful, after)
     errors, worth = wide.errors(kept), shipping.worth_correcting
-    if all(errors[k] > worth * without[k] for k in (LIMITS, MEASURED)):
+    if not set(kept) & set(found) or all(errors[k] > worth * without[k] for k in (LIMITS, MEASURED)):
         kept, errors = (), without
     chosen = after if kept == found else plausibly_refitted(after, [everything[i] for i in kept])
     # The comparison above is linear about the optimum with all effects, and a refit may end elsewhere.
@@ -140,6 +146,11 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
         without,
         wide.std(()),
     )
+
+
+def equations_per_parameter(state: FittedState) -> float:
+    """Return the number of measured equations for each free parameter of robot, sensor and target."""
+    return float(state.residuals.measurement.equations.sum() / max(int(state.geometry_free.sum()), 1))
 
 
 def _with_least_error(
@@ -189,6 +200,25 @@ def _without_doubtful(
     if error <= worth * wide.errors(sure)[LIMITS] or error <= worth**2 * wide.errors(())[LIMITS]:
         return kept
     return sure
+
+
+def _without_weak(
+    wide: NestedModels, kept: tuple[int, ...], doubtful: list[int], after: FittedState
+) -> tuple[int, ...]:
+    """Return all effects that were chosen if the doubtful ones explain much or many equations are measured, else those that are not doubtful.
+
+    Args:
+        wide: The wide model and the models nested in it.
+        kept: Indices of the effects that were chosen.
+        doubtful: Indices of effects without a sure name.
+        after: The state with all effects that were found.
+    """
+    settings, chosen = after.settings.shipped_fit, tuple(i for i in kept if i in doubtful)
+    if not chosen or equations_per_parameter(after) >= settings.few_equations:
+        return kept
+    if wide.f_statistic(chosen, kept) >= settings.least_f_statistic:
+        return kept
+    return tuple(i for i in kept if i not in chosen)
 
 
 def _changes_in_time(effect: Effect) -> bool:

@@ -106,13 +106,23 @@ class Linearised:
         """
         N, m = self._poses
         J = self._J[:, free]
-        step = np.where(free, 0.0, -self.coefficients)
         inverse = self._inverse(free)
-        step[free] = -inverse @ (self._projection[free] + self._gram[np.ix_(free, ~free)] @ step[~free])
+        step = self._step(free, inverse)
         rest = (self._residual + self._J @ step)[: N * m].reshape(N, m)
         left_out = np.zeros((N, len(free)))
         left_out[:, free] = steps_left_out(J[: N * m].reshape(N, m, -1), rest, inverse)
         return step, left_out
+
+    def sum_of_squares(self, free: Array) -> float:
+        """Return the sum of squares of the whitened residuals of all poses at the optimum of a nested model.
+
+        Args:
+            free: ``(F,)`` bool, as for ``fitted``.
+        """
+        N, m = self._poses
+        step = self._step(free, self._inverse(free))
+        rest = (self._residual + self._J @ step)[: N * m]
+        return float(rest @ rest)
 
     def steps_of_data_sheet(self, free: Array) -> Array:
         """Return the steps ``(K, F)`` to the optimum of a nested model if each of its K priors from the data sheet errs by a standard deviation.
@@ -126,6 +136,12 @@ class Linearised:
         if len(steps):
             steps[:, free] = self._data_sheet[:, free] @ self._inverse(free)
         return steps
+
+    def _step(self, free: Array, inverse: Array) -> Array:
+        """Return the step ``(F,)`` to the optimum of a nested model, whose inverse normal equations are given."""
+        step = np.where(free, 0.0, -self.coefficients)
+        step[free] = -inverse @ (self._projection[free] + self._gram[np.ix_(free, ~free)] @ step[~free])
+        return step
 
     def _inverse(self, free: Array) -> Array:
         """Return the inverse normal equations of the coordinates ``free``, of as many rows and columns as there are."""

@@ -29,6 +29,7 @@ class NestedModels:
         """Linearise a state that has all effects of the wide model."""
         self.linear = Linearised(state, None)
         self.beyond_chance = state.settings.shipped_fit.beyond_chance
+        self._equations = int(state.residuals.measurement.equations.sum())
         sizes = [len(effect.coefficients) for effect in state.effects]
         effect_index = np.r_[np.full(len(state.geometry_free), -1), np.repeat(np.arange(len(sizes)), sizes)]
         self.effect_index = effect_index[state.free]
@@ -69,6 +70,20 @@ class NestedModels:
         covariance = covariance_of(left_out[:, own])
         wald = estimate @ np.linalg.pinv(covariance, hermitian=True) @ estimate
         return float(chi2.sf(wald, len(estimate)))
+
+    def f_statistic(self, tested: tuple[int, ...], kept: tuple[int, ...]) -> float:
+        """Return by how much effects reduce the sum of squares for each of their coefficients, in units of the variance that is left.
+
+        Args:
+            tested: Indices of the effects.
+            kept: Indices of the effects that the nested model has, these among them.
+        """
+        n_tested = int(np.isin(self.effect_index, tested).sum())
+        free = self._free(kept)
+        left = self.linear.sum_of_squares(free)
+        without = self.linear.sum_of_squares(self._free(tuple(i for i in kept if i not in tested)))
+        variance = left / max(self._equations - int(free.sum()), 1)
+        return (without - left) / (n_tested * variance)
 
     def _covariance(self, free: Array, left_out: Array) -> Array:
         """Return the covariance ``(F, F)`` of the coordinates of a nested model: by the jackknife, and by what the data sheet may err.

@@ -26,7 +26,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.focused_choice import FocusedChoice, focused_choice
+from scalar.diagnosis.focused_choice import FocusedChoice, equations_per_parameter, focused_choice
 from scalar.diagnosis.harmonic_spectrum import priors_for_whitened_rows
 from scalar.diagnosis.hold_out import (
     HeldOutErrors,
@@ -201,7 +201,9 @@ def shipped_fit(
         confirmed = bearable and _promises_much(choice) and improves_with_limited_blocks(without, equal)
         judged = {"held_out": None if confirmed else (without, equal), "regions": regions, "unseen": unseen}
         against = next((name for name, errors in judged.items() if errors and not no_worse(*errors)), None)
-        if all(effect.flexible for effect in after.effects) and _few_equations(after):
+        # With so few equations, flexible terms may follow the noise of single poses.
+        few = equations_per_parameter(after) < settings.least_equations
+        if few and all(effect.flexible for effect in after.effects):
             against = "few_poses"
         if against is None and choice.errors_as_chosen[LIMITS] > settings.most_extrapolated * max(
             without.rms, choice.std_without
@@ -234,12 +236,6 @@ def _promises_much(choice: FocusedChoice) -> bool:
     """Return whether the chosen effects are expected to reduce the errors so much that the loss at a single held-out block does not count."""
     most = choice.state.settings.shipped_fit.worth_a_block
     return all(choice.errors_as_chosen[k] <= most * choice.errors_without[k] for k in (LIMITS, MEASURED))
-
-
-def _few_equations(state: FittedState) -> bool:
-    """Return whether so few equations are measured for each parameter of the geometry that flexible terms may follow the noise of single poses."""
-    equations = int(state.residuals.measurement.equations.sum())
-    return equations < state.settings.shipped_fit.least_equations * int(state.geometry_free.sum())
 
 
 def _regions(before: FittedState, after: FittedState) -> tuple[HeldOutErrors, HeldOutErrors] | None:

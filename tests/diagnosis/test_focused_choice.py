@@ -48,6 +48,23 @@ def test_with_all_effects_the_expected_error_is_the_standard_error(scaled):
     assert wide.errors((0, 1))[0] == pytest.approx(np.sqrt(by_chance**2 + by_data_sheet), rel=1e-6)
 
 
+def test_the_f_statistic_compares_two_fits(scaled):
+    """It is that of least squares with the tested columns and with their coefficients zero; a scale that was injected has a large one."""
+    wide = NestedModels(scaled)
+    n_rows = scaled.dataset.n_poses * scaled.residuals.measurement.rows_per_pose
+    residual, J = scaled.linearised()
+    out = wide.effect_index == 1
+    moved = residual - J[:, out] @ scaled.model.vector[scaled.free][out]
+    squares = []
+    for columns, start in ((J, residual), (J[:, ~out], moved)):
+        step = np.linalg.lstsq(columns, -start, rcond=None)[0]
+        squares.append(float(np.sum((start + columns @ step)[:n_rows] ** 2)))
+    equations = int(scaled.residuals.measurement.equations.sum())
+    expected = (squares[1] - squares[0]) / out.sum() / (squares[0] / (equations - J.shape[1]))
+    assert wide.f_statistic((1,), (0, 1)) == pytest.approx(expected, rel=1e-5)
+    assert wide.f_statistic((0,), (0, 1)) > 100 * wide.f_statistic((1,), (0, 1))
+
+
 def test_a_nested_model_is_a_fit_without_the_other_columns(scaled):
     """Its step is that of least squares on the remaining columns, from a model in which the coefficients that are left out are zero."""
     wide = NestedModels(scaled)

@@ -98,33 +98,84 @@ def test_a_doubtful_effect_is_corrected_only_where_much_is_expected_of_it(
     assert len(choice.left_out) == 2 - kept
 
 
-def chosen(monkeypatch, errors, plausible=True, unsure=(), in_time=False):
+@pytest.mark.parametrize(
+    ("equations", "statistic", "unsure", "kept"),
+    [
+        (4.0, 24.0, (0, 1), 0),
+        (4.0, 40.0, (0, 1), 2),
+        (6.0, 24.0, (0, 1), 2),
+        (3.0, 24.0, (0, 1), 0),
+        (4.0, 24.0, (1,), 2),
+    ],
+)
+def test_with_few_equations_effects_without_a_sure_name_are_corrected_only_if_they_explain_much(
+    equations, statistic, unsure, kept, monkeypatch
+):
+    """With four equations for each parameter an F statistic of 24 is too small and one of 40 is not, nor is 24 beside an effect with a sure name.
+
+    With six equations for each parameter 24 are enough.
+    """
+    errors = {(0, 1): (0.3,) * 3, (0,): (1.0,) * 3, (): (2.0,) * 3}
+    names = [f"scale_{k}" for k in unsure]
+    choice = chosen(monkeypatch, errors, unsure=names, statistic=statistic, equations=equations)
+    assert len(choice.left_out) == 2 - kept
+
+
+def test_nuisances_alone_are_not_corrected(monkeypatch):
+    """A nuisance is shipped beside an effect that was found; where the errors are smallest with it alone, nothing is."""
+    nuisance = effect_of(2)
+    errors = {(0, 1): (1.0,) * 3, (2,): (0.1,) * 3, (): (2.0,) * 3}
+    monkeypatch.setattr(focused_choice, "_with_least_error", lambda *_: (2,))
+    choice = chosen(monkeypatch, errors, nuisances=[nuisance])
+    assert len(choice.left_out) == 2 and not choice.added
+    assert choice.errors_as_chosen == (2.0,) * 3
+
+
+def chosen(
+    monkeypatch,
+    errors,
+    plausible=True,
+    unsure=(),
+    in_time=False,
+    statistic=np.inf,
+    equations=np.inf,
+    nuisances=(),
+):
     """Return the choice among two effects, given the expected errors of some models; those of all others are large."""
-    wide = SimpleNamespace(errors=lambda kept: errors.get(kept, (10.0, 10.0, 10.0)), std=lambda kept: 1.0)
-    monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
-    monkeypatch.setattr(focused_choice, "nuisances_beside", lambda *_: [])
-    poses = SimpleNamespace(order=np.arange(10.0))
-    effects = tuple(
-        SimpleNamespace(
-            generalised=lambda _: None,
-            flexible=False,
-            key=f"scale_{k}",
-            since=lambda _: None,
-            is_change_in_time=in_time and k == 1,
-            depends_on=[],
-        )
-        for k in range(2)
+    wide = SimpleNamespace(
+        errors=lambda kept: errors.get(kept, (10.0, 10.0, 10.0)),
+        std=lambda kept: 1.0,
+        f_statistic=lambda tested, kept: statistic,
     )
+    monkeypatch.setattr(focused_choice, "equations_per_parameter", lambda _: equations)
+    monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
+    monkeypatch.setattr(focused_choice, "nuisances_beside", lambda *_: list(nuisances))
+    poses = SimpleNamespace(order=np.arange(10.0))
+    effects = effect_of(0), effect_of(1, in_time)
     fewer = SimpleNamespace(is_plausible=plausible)
     after: Any = SimpleNamespace(
         effects=effects,
         dataset=None,
+        model=None,
         settings=DEFAULTS,
-        refitted=lambda _: fewer,
+        refitted=lambda *_: fewer,
         is_plausible=True,
         residuals=SimpleNamespace(poses=poses),
     )
     return focused_choice.focused_choice(after, unsure)
+
+
+def effect_of(number: int, in_time: bool = False) -> Any:
+    """Return a stand-in for an effect, which may be a change in time."""
+    return SimpleNamespace(
+        generalised=lambda _: None,
+        flexible=False,
+        key=f"scale_{number}",
+        since=lambda _: None,
+        is_change_in_time=in_time,
+        depends_on=[],
+        in_every_setup=number > 1,
+    )
 
 
 @pytest.mark.parametrize(("share", "fit"), [(0.6, "weights_of_component"), (0.8, "equal_weights")])

@@ -76,6 +76,16 @@ class ShippedFitSettings:
         "on 32 simulated sets of 21 to 45 poses (1.2 to 2.3 equations) with such structure alone, flexible terms made predictions worse "
         "in six and better in seven; on 75 sets of 60 to 300 poses, in five and 44",
     )  # fmt: skip
+    few_equations: float = setting(
+        5.0, "for each parameter of the geometry", "with fewer measured equations, effects are corrected although none has a sure name only if their "
+        "F statistic is large",
+        "chosen between simulated sets of 60 and of 120 poses (3.2 to 3.9 and 6.5 to 7.7 equations), of which the former alone need the limit",
+    )  # fmt: skip
+    least_f_statistic: float = setting(
+        32.0, "of 1", "with few equations, effects of which none has a sure name are corrected only if their F statistic is at least this",
+        "on 25 simulated sets of 60 poses, corrections with a smaller F statistic made predictions worse in five and better by a fifth in two "
+        "of nine, the others in none and 16 of 16",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
