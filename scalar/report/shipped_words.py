@@ -12,6 +12,7 @@ from scalar.report.words import length, listed, number, quoted
 from scalar.units import MM
 
 if TYPE_CHECKING:
+    from scalar.diagnosis.focused_choice import FocusedChoice
     from scalar.diagnosis.result import Diagnosis
 
 
@@ -37,8 +38,16 @@ def _left_out(diagnosis: Diagnosis) -> list[str]:
     them = "it" if len(choice.left_out) == 1 else "them"
     return [
         f"after.json does not correct for {names}, because these data do not determine {them} well enough: predictions at other poses are "
-        f"expected to err by {length(choice.error_with_all)} with this correction, and by {length(choice.errors_as_chosen[LIMITS])} without it."
+        f"expected to err by {length(choice.error_with_all)} with this correction, and by {length(choice.errors_as_chosen[LIMITS])} without "
+        f"it{_although_smaller(choice)}."
     ]
+
+
+def _although_smaller(choice: FocusedChoice) -> str:
+    """Return why effects are left out with which the expected error is smaller; nothing if it is larger."""
+    if choice.error_with_all >= choice.errors_as_chosen[LIMITS]:
+        return ""
+    return ": a correction that gains so little, or whose cause has no sure name, may do harm"
 
 
 def _added(diagnosis: Diagnosis) -> list[str]:
@@ -84,14 +93,9 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
     if shipped.decided_by == "expected_error":
         choice = shipped.choice
         with_all, without = length(choice.error_with_all), length(choice.errors_as_chosen[LIMITS])
-        gain = (
-            ": a correction that gains so little may do harm"
-            if choice.error_with_all < choice.errors_as_chosen[LIMITS]
-            else ""
-        )
         return [
             f"after.json is the model without effects, because with them predictions at other poses are expected to err by {with_all}, "
-            f"and by {without} without them{gain}. The effects are findings only, and nothing is corrected for them."
+            f"and by {without} without them{_although_smaller(choice)}. The effects are findings only, and nothing is corrected for them."
         ]
     if shipped.decided_by == "undetermined_geometry":
         return [

@@ -8,7 +8,7 @@ import pytest
 
 from scalar.diagnosis.focused_choice import FocusedChoice
 from scalar.geometry.robot import Robot
-from scalar.report.shipped_words import shipped_sentences
+from scalar.report.shipped_words import _left_out, _without_effects, shipped_sentences
 from tests.robot_configs import robot_mapping
 
 
@@ -115,3 +115,23 @@ def test_joints_with_a_narrow_range_are_named():
         in text
     )
     assert "small part" not in said(without_effects=True)
+
+
+@pytest.mark.parametrize(("with_all", "says"), [(0.5e-4, True), (2e-4, False)])
+def test_a_correction_left_out_although_it_promises_more_is_said_to_be_doubtful(with_all, says):
+    """Without the reason, a smaller expected error with the correction would speak against leaving it out."""
+    expected = (1e-4, 1e-4, 1e-4)
+    left: Any = SimpleNamespace(title="harmonic of joint 5")
+    state: Any = None
+    choice = FocusedChoice(state, (left,), (), with_all, expected, errors_without=expected, std_without=0.0)
+    shipped = SimpleNamespace(without_effects=True, decided_by="expected_error", choice=choice)
+    for without in (True, False):
+        shipped.without_effects = without
+        sentences = [*_without_effects(as_diagnosis(shipped)), *_left_out(as_diagnosis(shipped))]
+        assert len(sentences) == 1
+        assert ("may do harm" in sentences[0]) == says
+
+
+def as_diagnosis(shipped: SimpleNamespace) -> Any:
+    """Return a stand-in for a diagnosis, of which only what is shipped matters."""
+    return SimpleNamespace(shipped=shipped)
