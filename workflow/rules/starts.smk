@@ -16,7 +16,7 @@ rule compare_starts:
         plans=expand(f"{SWEEP_DIR}/plans/{{walls}}/{{batch}}.npz", walls=WALLS, batch=SWEEP_BATCHES),
         modules=modules("study.sweeps.starts", "study.common.tables"),
     output:
-        table=f"{STARTS_DIR}/starts.csv",
+        table=f"{RESULTS}/starts/starts.csv",
         numbers=f"{STARTS_DIR}/numbers.json",
     log:
         f"{RESULTS}/logs/starts/compare.log",
