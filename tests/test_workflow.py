@@ -55,6 +55,7 @@ def rules() -> set[str]:
         "planning",
         "edges",
         "leaning_walls",
+        "starts",
         "confidence",
         "aliases",
         "crate",

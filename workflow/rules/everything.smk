@@ -9,6 +9,7 @@ FRESH_SUMMARIES = {
     "processors": f"{PROCESSORS_DIR}/summaries",
     "leaning_walls": LEANING_SUMMARIES,
     "edges": f"{EDGES_DIR}/summaries",
+    "starts": STARTS_DIR,
 }
 FRESH_NUMBERS = PAPER_NUMBERS | {
     part: path
@@ -106,4 +107,5 @@ rule everything:
         rules.planning.input,
         rules.leaning_walls.input,
         rules.edges.input,
+        rules.starts.input,
         rules.fresh_paper.output,

@@ -60,6 +60,10 @@ LEANING_SUMMARY = PAPER / "summaries/leaning_walls/numbers.json"
 if LEANING_SUMMARY.exists():
     PAPER_NUMBERS["leaning_walls"] = local(LEANING_SUMMARY)
 
+STARTS_SUMMARY = PAPER / "summaries/starts/numbers.json"
+if STARTS_SUMMARY.exists():
+    PAPER_NUMBERS["starts"] = local(STARTS_SUMMARY)
+
 TRACKED_SUMMARY = PAPER / "summaries/tracked_trials/numbers.json"
 if TRACKED_SUMMARY.exists():
     PAPER_NUMBERS["tracked_trials"] = local(TRACKED_SUMMARY)

@@ -49,7 +49,9 @@ with logged(snakemake.log):
     if given.correlation:
         parts["correlations"] = committed.strong_correlations(read_table(given.correlation))
     if given.rivals:
-        parts["benchmark"]["with_moment"] = committed.with_moment(read_table(given.rivals))
+        rivals = read_table(given.rivals)
+        parts["benchmark"]["with_moment"] = committed.with_moment(rivals)
+        parts["benchmark"]["not_run_before"] = committed.not_run_before(rivals)
     if "measured_rivals" in parts:
         parts["measured_rivals"] |= counts(parts["measured_rivals"]["sets"])
     if "measured_published" in parts:

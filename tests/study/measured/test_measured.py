@@ -202,6 +202,16 @@ def test_the_control_is_compared_with_geometry_and_correction():
     assert found["control_share"] == {"least": pytest.approx(0.2), "greatest": pytest.approx(0.75)}
 
 
+def test_a_correction_that_errs_more_at_held_out_poses_is_listed():
+    """A set is listed if held-out poses err more by over a twentieth with the correction; a smaller difference is not, and neither is a gain."""
+    sets = {
+        "worse": of_one_set(0.4, 0.3, held_out=(1.0, 1.06, 1.2)),
+        "alike": of_one_set(0.4, 0.3, held_out=(1.0, 1.04, 1.2)),
+        "better": of_one_set(0.4, 0.3, held_out=(1.0, 0.5, 1.2)),
+    }
+    assert measured_counts(sets)["held_out_worse"] == ["worse"]
+
+
 def number(n):
     """Return a number up to twelve as a word."""
     words = "no one two three four five six seven eight nine ten eleven twelve".split()

@@ -71,3 +71,12 @@ def test_effects_that_begin_at_a_moment_state_it():
     ]
     assert {e["name"] for _, e in effects if "at" in e["target"]} <= set(committed.MOMENTS) <= set(known())
     assert committed.with_moment(table) == len({n for n, e in effects if "at" in e["target"]})
+
+
+def test_only_sets_that_no_version_had_seen_are_counted():
+    """A set that was run before counts for no contestant, and a contestant that gives no names has no count."""
+    last = committed.RUN_BEFORE - 1
+    rows = [(last, "a", True), (last + 1, "a", True), (last + 2, "a", False), (last + 1, "b", False), (last + 2, "b", False),
+            (last + 1, "process", None), (last + 2, "process", None)]  # fmt: skip
+    table = pd.DataFrame(rows, columns=["number", "contestant", "clean"])
+    assert committed.not_run_before(table) == {"sets": 2, "a": 1, "b": 0}

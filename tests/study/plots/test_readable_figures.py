@@ -7,6 +7,7 @@ import re
 
 import pytest
 from matplotlib.figure import Figure
+from study.common.effect_words import case_words
 from study.plots import blind_trials, measured
 from study.plots.style import COLUMN_IN, PAGE_IN, new_figure, save_figure, styled
 
@@ -124,7 +125,7 @@ def test_a_figure_of_the_summaries_shows_every_row():
     table = table[table["size"] >= 1.0]
     text = readable.words(blind_trials.draw_confusion(table))
     for case, rows in table.groupby("case"):
-        assert f"{blind_trials.words(str(case))}  ({rows['count'].sum()})" in text
+        assert f"{case_words(str(case))}  ({rows['count'].sum()})" in text
     errors = summary("measured", "errors")
     (ax,) = measured.draw_errors(errors).axes
     known = errors["model"].str.startswith(tuple(model for model, *_ in measured.MODELS))

@@ -1,4 +1,4 @@
-"""Count in tables of results what the paper quotes of them: sets, right answers, correlations, pairs of causes, and changes at a moment."""
+"""Count in tables of results what the paper quotes: sets, right answers, correlations, pairs of causes, changes at a moment, sets not seen before."""
 
 from __future__ import annotations
 
@@ -15,6 +15,9 @@ STRONG = 0.7
 """Least absolute value of a correlation that has a key of its own."""
 MOMENTS = ("plane_moved", "sensor_slip")
 """Effects that begin at a moment, for which the lasso and stability selection have no columns."""
+
+RUN_BEFORE = 25
+"""The first sets of the comparison with rivals, which an earlier version of the diagnosis had been run on; no version had seen the others."""
 
 
 def conditions(table: pd.DataFrame) -> dict[str, dict[str, dict[str, int]]]:
@@ -92,3 +95,19 @@ def with_moment(table: pd.DataFrame) -> int:
     """
     sets: Any = table.drop_duplicates("number")
     return sum(any(effect["name"] in MOMENTS for effect in json.loads(text)) for text in sets["injected"])
+
+
+def not_run_before(table: pd.DataFrame) -> dict[str, int]:
+    """Return how many sets of the comparison with rivals no version had seen, and how many of these each contestant answers without a fault.
+
+    Args:
+        table: Rows of sets and contestants, with columns ``number``, ``contestant`` and ``clean``.
+
+    Returns:
+        ``sets``, and a number for each contestant that gives names.
+    """
+    fresh: Any = table[(table["number"] >= RUN_BEFORE) & table["clean"].notna()]
+    counts: Any = fresh.groupby("contestant")["clean"]
+    return {"sets": int(fresh["number"].nunique())} | {
+        str(name): int(clean.astype(bool).sum()) for name, clean in counts
+    }

@@ -22,7 +22,8 @@ def measured_counts(sets: Mapping[str, Any]) -> dict[str, Any]:
         ``sets``, ``unattributed`` (the verdict), ``named`` (with a name that is sure), and what ``_unseen`` returns for all of them;
         ``motoman``, the same for the Motomans; ``control_ahead``, the sets in which the control has the smallest error on held-out poses, by a
         factor of more than ``WORSE``; ``control_share``, the least and the greatest share of the gain on held-out poses that the control reaches
-        too, over the sets of the iiwa.
+        too, over the sets of the iiwa; ``held_out_worse``, the sets in which the error on held-out poses is larger with the correction, by a
+        factor of more than ``WORSE``.
     """
     shares = [share for found in _of(sets, "iiwa").values() if (share := _control_share(found)) is not None]
     return {
@@ -32,6 +33,7 @@ def measured_counts(sets: Mapping[str, Any]) -> dict[str, Any]:
         **_unseen(sets),
         "motoman": _unseen(_of(sets, "motoman")),
         "control_ahead": [name for name, found in sets.items() if _control_ahead(found)],
+        "held_out_worse": [name for name, found in sets.items() if _held_out_worse(found)],
         "control_share": {"least": min(shares, default=None), "greatest": max(shares, default=None)},
     }
 
@@ -77,6 +79,11 @@ def _held_out(found: Mapping[str, Any]) -> tuple[float, float, float]:
 def _control_ahead(found: Mapping[str, Any]) -> bool:
     geometry, corrected, control = _held_out(found)
     return WORSE * control < min(geometry, corrected)
+
+
+def _held_out_worse(found: Mapping[str, Any]) -> bool:
+    geometry, corrected, _ = _held_out(found)
+    return corrected > WORSE * geometry
 
 
 def _control_share(found: Mapping[str, Any]) -> float | None:

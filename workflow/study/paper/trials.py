@@ -19,6 +19,7 @@ from study.blind_trials.score import NOISES, SLACK_POSES
 from study.blind_trials.statistics import LEVEL, clustered_interval, wilson
 from study.blind_trials.stratified_summaries import QUANTILES
 from study.blind_trials.summaries import NATURAL
+from study.common.effect_words import case_words
 
 SAME_FORMULA = (
     "angle_bump",
@@ -57,7 +58,7 @@ def _not_injected(power: Any) -> list[str]:
     """Return the effects of the catalogue that were not injected into any set with one effect, in words."""
     injected = {case.split("-")[0] for case in power["case"]}
     names = {*known(), *NOISES} - {Unattributed.name}
-    return sorted(name.replace("_", " ") for name in names - injected)
+    return sorted(map(case_words, names - injected))
 
 
 def _natural(by_scene: Any, power: Any) -> dict[str, Any]:
@@ -161,7 +162,7 @@ def _after(errors: Any) -> dict[str, Any]:
 def _row(row: Mapping[Any, Any]) -> dict[str, Any]:
     """Return the entry of one effect: its name in words, its kind, and its ratios of errors."""
     case = str(row["case"])
-    words = case.removeprefix("unknown-").replace("-", ", ").replace("_", " ")
+    words = case_words(case.removeprefix("unknown-"))
     kind = "random" if case in NOISES else "systematic"
     return {
         "case": words,

@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from scalar.units import DEG, MM, UM
+from study.common.effect_words import case_words
 from study.plots.style import (
     COLOURS,
     EDGE,
@@ -30,7 +31,6 @@ from study.plots.style import (
     styled,
 )
 
-WORDS = {"none": "nothing", "unattributed": "unattributed", "failed": "no answer"}
 KINDS = (  # column of power.csv, words, colour, hatch: distinguished in grey as well
     ("right", "named right, target included", PROPOSED, ""),
     ("listed", "another name, the right one listed beside it", COLOURS["another name"], "///"),
@@ -52,13 +52,6 @@ _SHOWN_IN = {  # {unit of the tables: (factor, unit of the figure)}: angles in d
 _WHOLE_FROM = 10.0  # ratios from here on are written without decimals
 _LEAST_SHOWN = 0.0001  # smaller numbers below a bar are written as less than this
 _DARK = 0.55  # share of a row above which a cell of the matrix is so dark that its text is white
-
-
-def words(case: str) -> str:
-    """Return a case or the name of an effect as a label."""
-    name, _, variant = case.partition("-")
-    text = WORDS.get(name, name.replace("_", " "))
-    return f"{text}, {variant.replace('-', ' ').replace('_', ' ')}" if variant else text
 
 
 def draw_confusion(confusion: pd.DataFrame, least_size: float = 1.0) -> Figure:
@@ -91,11 +84,12 @@ def draw_confusion(confusion: pd.DataFrame, least_size: float = 1.0) -> Figure:
             if wanted in names:
                 ax.add_patch(_frame(names.index(wanted), i))
         ax.set_xticks(
-            range(len(names)), [words(n) for n in names], rotation=45, ha="left", rotation_mode="anchor"
+            range(len(names)), [case_words(n) for n in names], rotation=45, ha="left", rotation_mode="anchor"
         )
         ax.xaxis.tick_top()
         ax.set_yticks(
-            range(len(cases)), [f"{words(c)}  ({int(n)})" for c, n in zip(cases, counts.sum(1), strict=True)]
+            range(len(cases)),
+            [f"{case_words(c)}  ({int(n)})" for c, n in zip(cases, counts.sum(1), strict=True)],
         )
         ax.tick_params(length=0, labelsize=8)
         ax.set_ylabel("injected (number of sets)")
@@ -172,7 +166,7 @@ def _power_panel(ax: Axes, rows: Any, threshold: Any) -> None:
     ax.set_ylim(0, 1.13)
     ax.set_yticks([0, 0.5, 1])
     ax.grid(visible=False, axis="x")
-    ax.set_title(f"{words(rows['case'].iloc[0])}\n[{unit}]", fontsize=8, pad=7)
+    ax.set_title(f"{case_words(rows['case'].iloc[0])}\n[{unit}]", fontsize=8, pad=7)
 
 
 def _short(value: float) -> str:
@@ -210,7 +204,9 @@ def draw_errors_after(errors: pd.DataFrame, size: float = 1.0) -> Figure:
         right.set_ylabel("after / matched control, median", fontsize=8)
         right.tick_params(length=0)
         ax.set_yticks(
-            place, [f"{words(c)}  ({n})" for c, n in zip(rows["case"], rows["sets"], strict=True)], fontsize=8
+            place,
+            [f"{case_words(c)}  ({n})" for c, n in zip(rows["case"], rows["sets"], strict=True)],
+            fontsize=8,
         )
         ax.tick_params(axis="y", length=0)
         figure.legend(loc="outside upper center", ncols=3, fontsize=8)

@@ -87,7 +87,7 @@ def _asked(ax: Axes, poses: pd.DataFrame, curve: pd.DataFrame) -> None:
     ax.plot(x, y, color=PROPOSED, linewidth=2.0)
     limit = float(np.quantile(np.abs(sure["asked_deg"]), _SHOWN))
     ax.set_ylim(-1.3 * limit, 1.3 * limit)
-    ax.annotate("dots: a pose each; line: effect found", (0.03, 0.03), xycoords="axes fraction", fontsize=7.5)
+    ax.annotate("dots: poses; line: effect found", (0.03, 0.03), xycoords="axes fraction", fontsize=7.5)
 
 
 def _candidates(ax: Axes, ranking: pd.DataFrame) -> None:
