@@ -42,7 +42,8 @@ def import_dataset(
 ) -> tuple[list[LeftOut], list[str]]:
     """Write a dataset folder from foreign tables; it appears whole or not at all.
 
-    Return which rows were left out, and sentences on joints whose angles or directions are not those of the controller.
+    Return which rows were left out, and sentences on joints whose angles or directions are not those of the controller, and on an order of
+    acquisition that nothing states.
 
     Args:
         mapping_path: the mapping file.
@@ -66,8 +67,7 @@ def import_dataset(
         raise InvalidInput(faults)
     if points is not None:
         poses, points = _matched(mapping.points, poses, points, left_out)
-    if "order" not in poses.columns:
-        poses.columns["order"] = _order(poses)
+    unstated = _number_in_order(mapping.poses, poses)
     if several and points is not None:
         ids = poses.columns["pose"][points.columns.pop("_row").astype(int)]
         points.columns = {"pose": ids, **points.columns}
@@ -85,7 +85,9 @@ def import_dataset(
         raise InvalidInput(faults)
     _write(mapping, poses, points, nests, dataset_dir, force)
     return left_out, [
-        sentence for sentence in (converted_joints(mapping, file), unconverted_signs(mapping)) if sentence
+        sentence
+        for sentence in (converted_joints(mapping, file), unconverted_signs(mapping), unstated)
+        if sentence
     ]
 
 
@@ -127,6 +129,23 @@ def _read_blocks(
         nests, _ = read_block(mapping, mapping.nests, chosen[2], of_nests, left_out)
     faults += [*of_points, *of_nests]
     return poses, points, nests
+
+
+def _number_in_order(block: Block, poses: ImportedTable) -> str | None:
+    """Add the column ``order`` if something states the order of acquisition; else return a sentence that nothing does, and what to do.
+
+    A table may have been sorted, or averaged over runs. Without the column, the rows of the dataset stand for the order, and a diagnosis knows that
+    nobody stated it.
+    """
+    if "order" in poses.columns:
+        return None
+    if "time" in poses.columns or block.rows_in_order:
+        poses.columns["order"] = _order(poses)
+        return None
+    return (
+        "no column states when the poses were measured, so that no diagnosis will name anything that follows their order (a drift, a slip) with more "
+        "than 50 %: if the rows are in the order of acquisition, write rows_in_order: true under poses in the mapping, or map a column time or order"
+    )
 
 
 def _order(poses: ImportedTable) -> Array:
