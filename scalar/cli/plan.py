@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from scalar.cli.convention import MAPPING, convention_of, lines_on_convention
+from scalar.cli.convention import MAPPING, convention_of, imported_of, lines_on_convention
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, lock_output
 from scalar.cli.outputs import FORCE, refuse_foreign_plan
@@ -22,6 +22,7 @@ from scalar.cli.plan_source import (
     with_place,
 )
 from scalar.cli.terminal import say
+from scalar.data.formats import IMPORTED
 from scalar.errors import Fault, InvalidInput
 from scalar.planning.defaults import N_CANDIDATES, PLANNED_POSES, REPEATABILITY
 from scalar.units import DEG, MM
@@ -164,7 +165,8 @@ def plan(
         else:
             chosen = plan_by_error(workcell, found, dataset, poses, accuracy, criterion, seed)
         lines = [*chosen.lines, *write_plan(output, workcell, found, chosen, allowed, dataset, convention)]
-    lines += lines_on_convention(convention, "poses_deg.csv has")
+    imported = imported_of(robot) or ({} if calibration is None else calibration.summary.get(IMPORTED, {}))
+    lines += lines_on_convention(convention, "poses_deg.csv has", imported, arm.name)
     if dataset is not None:
         lines.append(
             f"  measure them, append the rows to the tables of {robot} (pose numbers and order continue from there; give them a session of their "

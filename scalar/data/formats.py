@@ -19,3 +19,5 @@ PAYLOAD = ("payload", "payload_x", "payload_y", "payload_z")
 TARGET_MOTION = tuple(f"target_motion_{axis}" for axis in ("rx", "ry", "rz", "x", "y", "z"))
 """Columns that measurements of reference nests add to each pose: the motion of the base relative to the tracker, a screw in the base
 frame [rad, m]."""
+IMPORTED = "imported"
+"""The key of dataset.yaml, and of a calibration's summary, that has the ``mapping`` by which an import converted joints, and ``joints``, how."""

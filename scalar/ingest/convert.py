@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from scalar.data.dataset_writer import refuse_dataset, write_dataset
+from scalar.data.formats import IMPORTED
 from scalar.data.located_table import check_cells
 from scalar.data.pose_numbers import report_shifted
 from scalar.data.references import check_references, references_layout
@@ -21,7 +22,7 @@ from scalar.data.table_consistency import check_points, check_poses, points_layo
 from scalar.data.unit_suspicions import suspect_joint_angles, suspect_points, write_si
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
-from scalar.ingest.converted_joints import converted_joints, unconverted_signs
+from scalar.ingest.converted_joints import converted_joints, formulas, unconverted_signs
 from scalar.ingest.imported_table import ImportedTable, by_file
 from scalar.ingest.left_out import LeftOut
 from scalar.ingest.mapping import Block, FileRule, MappingFile
@@ -83,7 +84,7 @@ def import_dataset(
             suspect_points(part, mapping.references, faults, _unit_advice(file, "nests", mapping.nests))
     if faults:
         raise InvalidInput(faults)
-    _write(mapping, poses, points, nests, dataset_dir, force)
+    _write(mapping, file, poses, points, nests, dataset_dir, force)
     return left_out, [
         sentence
         for sentence in (converted_joints(mapping, file), unconverted_signs(mapping), unstated)
@@ -200,6 +201,7 @@ def _as_labelled(found: list[Fault], table: ImportedTable) -> list[Fault]:
 
 def _write(
     mapping: MappingFile,
+    file: str,
     poses: ImportedTable,
     points: ImportedTable | None,
     nests: ImportedTable | None,
@@ -224,7 +226,10 @@ def _write(
             if name in nests.columns
         ]
         measured[table.stem] = _frame(nests, names, (*table.units, *table.optional))
-    content = mapping.description.mapping
+    content = dict(mapping.description.mapping)
+    content.pop(IMPORTED, None)
+    if converted := formulas(mapping):
+        content[IMPORTED] = {"mapping": file, "joints": ", ".join(converted)}
     write_dataset(dataset_dir, mapping=content, poses=frame, force=force, **measured)
 
 
