@@ -213,7 +213,7 @@ def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
                 f"change the sign of one column of {file}, or exchange two{or_wrong_signs(dataset.robot)}",
                 replace(dataset, points=dataset.points * np.array([1.0, -1.0, 1.0])),
             )
-    for labels_go_along in (False, True) if dataset.planes else (False,):
+    for labels_go_along in readings_of_labels(dataset):
         yield Alternative(
             "reversed_poses",
             "poses.csv",
@@ -232,6 +232,15 @@ def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
                     "look where the rows of angles and of measurements were joined",
                     shifted(dataset, np.full(dataset.n_poses, shift), labels_go_along),
                 )
+
+
+def readings_of_labels(dataset: Dataset) -> tuple[bool, ...]:
+    """Return whether the label of the plane may stand with the joint angles, where these belong to another measurement: both are tried.
+
+    The measurement of a touch probe is its label and nothing else: if it stood with the angles, moved rows would only be rows left out, and the
+    residual would fall wherever these contradict all others.
+    """
+    return (False, True) if dataset.planes and len(dataset.points) else (False,)
 
 
 def with_robot(
