@@ -38,7 +38,7 @@ class Alternative:
     Attributes:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
             ``shifted_poses``, ``reversed_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign``, ``length_sign``, ``length_digit``,
-            ``sign_and_zero``, ``lost_row``, ``moved_target``, ``exchanged_target`` or ``exchanged_columns``.
+            ``sign_and_zero``, ``lost_row``, ``moved_target``, ``exchanged_target``, ``exchanged_columns`` or ``other_arm``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
         says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.
         changed: Under which change the residual was computed, for the message: ``with its sign changed``.
