@@ -176,6 +176,10 @@ def plan(
         lines += lines_on_poses_not_counted(robot)
     say(f"{arm.name}, {sensor.kind}: {len(chosen.indices)} poses of {len(found.q)} candidates")
     say("\n".join([*assumed, *lines]))
+    if ending := [plane.name for k, plane in enumerate(workcell.planes) if workcell.ends(k)]:
+        say(
+            f"  beside {' and '.join(ending)} the arm may pass, as extent says; what holds such a plate is not known: check poses and moves near it"
+        )
     if no_collisions:
         say("  not tested for collisions: check every pose and move before you run them")
     say(f"written: {output / 'poses.csv'}, poses_deg.csv, plan.json, plan.png")
@@ -232,7 +236,7 @@ def _collisions(workcell: Workcell, without: bool) -> Iterator[tuple[Allowed | N
     from scalar.geometry.robot import fixed_transform_mapping
     from scalar.simulation.collisions import collision_test
 
-    walls = [] if workcell.touches_planes else [plane.to_mapping() for plane in workcell.planes]
+    walls = [] if workcell.touches_planes else workcell.solids()
     pose = fixed_transform_mapping(workcell.model.T_flange_sensor)
     view = workcell.view
     with collision_test(workcell.model.robot.to_mapping(), pose, walls) as tests:
