@@ -171,12 +171,20 @@ def _check_unique(table: Table, column: str, faults: list[Fault], advice: str = 
     if not repeated.any():
         return
     lines = table.line_numbers()
+    elsewhere: dict[tuple[str, str], list[int]] = {}  # rows of a file whose values stand in another one
+    for i in np.flatnonzero(repeated).tolist():
+        if (here := table.file_of(i)) != (other := table.file_of(int(first[i]))):
+            elsewhere.setdefault((here, other), []).append(i)
+    for rows in elsewhere.values():
+        repeated[rows[1:]] = False
 
     def message(i: int) -> str:
         row = lines[first[i]]
         if table.file_of(i) == (other := table.file_of(int(first[i]))):
             return f"{column} {values[i]:.15g} stands already in row {row}; correct or remove one{advice}"
         what = f"{column} {values[i]:.15g} stands already in {other}, row {row}"
+        if more := len(elsewhere[table.file_of(i), other]) - 1:
+            what += f", and so {'does' if more == 1 else 'do'} {more} more of this file"
         if column != "pose":
             return f"{what}; correct or remove one"
         return f"{what}; if each file counts its poses anew, write add_to_pose: 1000 for this file, where poses and points are mapped{advice}"

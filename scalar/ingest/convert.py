@@ -65,7 +65,9 @@ def import_dataset(
     several = mapping.several_points
     poses, points, nests = _read_blocks(mapping, chosen, faults, left_out)
     if faults or poses is None:
-        raise InvalidInput(faults)
+        raise InvalidInput(
+            list(dict.fromkeys(faults))
+        )  # a column that is added to a second one is read twice
     if points is not None:
         poses, points = _matched(mapping.points, poses, points, left_out)
     unstated = _number_in_order(mapping.poses, poses)
