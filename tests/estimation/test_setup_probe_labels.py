@@ -40,7 +40,7 @@ def test_rows_are_not_moved_where_all_labels_recur(touched):
 
 @pytest.mark.slow
 def test_a_wrong_sign_blames_no_single_pose(touched):
-    """With a joint that counts the other way and two exchanged labels, a fit to the other poses is off by centimetres, which proves nothing of a label."""
+    """With a joint that counts the other way and two exchanged labels, a fit to the other poses is centimetres off and proves nothing."""
     plane = touched.poses["plane"].tolist()
     plane[4], plane[5] = plane[5], plane[4]
     changed = touched.poses.assign(plane=plane, q4=-touched.poses["q4"])
