@@ -175,14 +175,20 @@ def plan(
     elif near is None:
         lines += lines_on_poses_not_counted(robot)
     say(f"{arm.name}, {sensor.kind}: {len(chosen.indices)} poses of {len(found.q)} candidates")
-    say("\n".join([*assumed, *lines]))
-    if ending := [plane.name for k, plane in enumerate(workcell.planes) if workcell.ends(k)]:
-        say(
-            f"  beside {' and '.join(ending)} the arm may pass, as extent says; what holds such a plate is not known: check poses and moves near it"
-        )
+    say("\n".join([*assumed, *lines, *_lines_on_ends(workcell)]))
     if no_collisions:
         say("  not tested for collisions: check every pose and move before you run them")
     say(f"written: {output / 'poses.csv'}, poses_deg.csv, plan.json, plan.png")
+
+
+def _lines_on_ends(workcell: Workcell) -> list[str]:
+    """Return a line on the planes beside which the arm may pass; none if all go on."""
+    ending = [plane.name for k, plane in enumerate(workcell.planes) if workcell.ends(k)]
+    if not ending:
+        return []
+    return [
+        f"  beside {' and '.join(ending)} the arm may pass, as extent says; what holds such a plate is not known: check poses and moves near it"
+    ]
 
 
 def _check_noise(noise: float | None) -> None:
