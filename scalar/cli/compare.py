@@ -196,12 +196,21 @@ def _positions_line(comparison: Comparison) -> str:
 
 def _sensor_line(comparison: Comparison) -> str:
     """Return the line on the sensor's place on the flange, which is of the campaigns and not of the arm."""
-    shift, turn = comparison.campaign["sensor_shift_mm"], comparison.campaign.get("sensor_turn_deg")
+    campaign = comparison.campaign
+    shift, turn = campaign["sensor_shift_mm"], campaign.get("sensor_turn_deg")
+    std, p_value, kinds = (
+        campaign.get(key) for key in ("sensor_shift_std_mm", "sensor_shift_p_value", "sensor_kinds")
+    )
+    error = "" if std is None else f" +- {std:.3f}"
     turned = "" if turn is None else f" and {turn:.3f} deg"
-    kinds = comparison.campaign.get("sensor_kinds")
-    why = f"A has a {kinds[0]} and B a {kinds[1]}" if kinds else "of the campaigns, not of the arm"
-    why += _BENT if shift >= _SHOWS_A_SHIFT and not kinds else ""
-    return f"the sensor's place on the flange differs by {shift:.3f} mm{turned}: {why}"
+    says = f"the sensor's place on the flange differs by {shift:.3f}{error} mm{turned}: "
+    if kinds:
+        return f"{says}A has a {kinds[0]} and B a {kinds[1]}"
+    if p_value is not None and p_value >= comparison.alpha:
+        return f"{says}not beyond chance"
+    if std is None:
+        says += "A and B fix different parameters of the arm, to which a part of it may belong; "
+    return f"{says}of the campaigns, not of the arm{_BENT if shift >= _SHOWS_A_SHIFT else ''}"
 
 
 def _by_positions(effect: DisjointTerms) -> list[str]:

@@ -20,6 +20,7 @@ from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, load_effects
 from scalar.cli.outputs import FORCE, refuse_foreign, table_with
 from scalar.cli.terminal import say, say_written
+from scalar.data.formats import IMPORTED
 from scalar.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -96,7 +97,10 @@ def correct(
             say(line)
     failed = bool(corrected.refused) and not leave_out
     n_corrected = int(corrected.found.reached.sum())
-    for line in lines_on_convention(convention, _tables(wanted, output)):
+    imported = calibrated.summary.get(IMPORTED, {})
+    for line in lines_on_convention(
+        convention, _tables(wanted, output), imported, calibrated.model.nominal.name
+    ):
         say(line)
     say_written(output, n_written, "pose", f", {n_corrected} of them corrected" if failed else "")
     if failed:

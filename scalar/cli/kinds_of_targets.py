@@ -18,7 +18,12 @@ if TYPE_CHECKING:
     from scalar.geometry.robot import Robot
     from scalar.geometry.se3 import Array
 
-_KUKA = {"a", "b", "c"}
+_OF_MAKERS = (
+    ({"a", "b", "c"}, "A, B, C of a KUKA are yaw, pitch, roll"),
+    ({"w", "p", "r"}, "W, P, R of a FANUC are roll, pitch, yaw"),
+    ({"q1", "q2", "q3", "q4"}, "q1, q2, q3, q4 of an orientation in RAPID (ABB) are qw, qx, qy, qz"),
+)
+"""How makers call the columns of an orientation, and what these are here."""
 _FAR = 20.0  # times the length of all links: places farther away were probably given in millimetres and read as metres
 _A_TURN = 6.3  # rad
 _MANY = 0.25  # share of poses: single ones may have wound up
@@ -60,12 +65,13 @@ def refuse_without_orientation(columns: Sequence[str], file: str) -> None:
     forms = [VECTOR, *ORIENTATIONS.values()]
     if not named.issuperset(PLACE) or any(named.intersection(form) for form in forms):
         return
-    kuka = (
-        "; A, B, C of a KUKA are yaw, pitch, roll: rename them" if _KUKA <= {n.lower() for n in named} else ""
-    )
+    lower = {name.lower() for name in named}
+    if "q5" in lower:  # joint angles, which give the posture
+        lower -= {f"q{i}" for i in range(1, 5)}
+    hint = next((f"; {says}: rename them" for their, says in _OF_MAKERS if their <= lower), "")
     message = (
         "the columns of an orientation are missing; write a rotation vector rx,ry,rz, or roll,pitch,yaw (R = Rz(yaw) Ry(pitch) Rx(roll)), or a "
-        f"quaternion qw,qx,qy,qz{kuka}"
+        f"quaternion qw,qx,qy,qz{hint}"
     )
     raise InvalidInput(Fault(file, message, 1))
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from scalar.cli.convention import MAPPING, convention_of, lines_on_convention
+from scalar.cli.convention import MAPPING, convention_of, imported_of, lines_on_convention
 from scalar.cli.group import cli
 from scalar.cli.options import OUTPUT, PATH, lock_output
 from scalar.cli.outputs import FORCE, refuse_foreign_plan
@@ -22,6 +22,7 @@ from scalar.cli.plan_source import (
     with_place,
 )
 from scalar.cli.terminal import say
+from scalar.data.formats import IMPORTED
 from scalar.errors import Fault, InvalidInput
 from scalar.planning.defaults import N_CANDIDATES, PLANNED_POSES, REPEATABILITY
 from scalar.units import DEG, MM
@@ -164,7 +165,8 @@ def plan(
         else:
             chosen = plan_by_error(workcell, found, dataset, poses, accuracy, criterion, seed)
         lines = [*chosen.lines, *write_plan(output, workcell, found, chosen, allowed, dataset, convention)]
-    lines += lines_on_convention(convention, "poses_deg.csv has")
+    imported = imported_of(robot) or ({} if calibration is None else calibration.summary.get(IMPORTED, {}))
+    lines += lines_on_convention(convention, "poses_deg.csv has", imported, arm.name)
     if dataset is not None:
         lines.append(
             f"  measure them, append the rows to the tables of {robot} (pose numbers and order continue from there; give them a session of their "
@@ -173,10 +175,20 @@ def plan(
     elif near is None:
         lines += lines_on_poses_not_counted(robot)
     say(f"{arm.name}, {sensor.kind}: {len(chosen.indices)} poses of {len(found.q)} candidates")
-    say("\n".join([*assumed, *lines]))
+    say("\n".join([*assumed, *lines, *_lines_on_ends(workcell)]))
     if no_collisions:
         say("  not tested for collisions: check every pose and move before you run them")
     say(f"written: {output / 'poses.csv'}, poses_deg.csv, plan.json, plan.png")
+
+
+def _lines_on_ends(workcell: Workcell) -> list[str]:
+    """Return a line on the planes beside which the arm may pass; none if all go on."""
+    ending = [plane.name for k, plane in enumerate(workcell.planes) if workcell.ends(k)]
+    if not ending:
+        return []
+    return [
+        f"  beside {' and '.join(ending)} the arm may pass, as extent says; what holds such a plate is not known: check poses and moves near it"
+    ]
 
 
 def _check_noise(noise: float | None) -> None:
@@ -230,7 +242,7 @@ def _collisions(workcell: Workcell, without: bool) -> Iterator[tuple[Allowed | N
     from scalar.geometry.robot import fixed_transform_mapping
     from scalar.simulation.collisions import collision_test
 
-    walls = [] if workcell.touches_planes else [plane.to_mapping() for plane in workcell.planes]
+    walls = [] if workcell.touches_planes else workcell.solids()
     pose = fixed_transform_mapping(workcell.model.T_flange_sensor)
     view = workcell.view
     with collision_test(workcell.model.robot.to_mapping(), pose, walls) as tests:

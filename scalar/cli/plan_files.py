@@ -98,7 +98,7 @@ def _table(workcell: Workcell, q: Array, plane: Array, dataset: Dataset | None) 
         workcell: The planes, which the poses of a plane's scanner or probe name.
         q: ``(N, n)`` [rad; m of a joint that slides], in the order of the program.
         plane: ``(N,)``, the index of each pose's plane.
-        dataset: The measured poses, from which numbers and order go on; None if there are none.
+        dataset: The measured poses, from which numbers and order go on (the order only where they have that column); None if there are none.
     """
     first, order = 1, 1
     if dataset is not None:
@@ -107,7 +107,8 @@ def _table(workcell: Workcell, q: Array, plane: Array, dataset: Dataset | None) 
     table.insert(0, "pose", range(first, first + len(q)))
     if workcell.on_planes:
         table.insert(1, "plane", [workcell.planes[k].name for k in plane])
-    table["order"] = range(order, order + len(q))
+    if dataset is None or "order" in dataset.poses:
+        table["order"] = range(order, order + len(q))
     return table
 
 

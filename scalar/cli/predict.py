@@ -13,6 +13,7 @@ from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, load_effects
 from scalar.cli.outputs import FORCE, refuse_foreign, table_with
 from scalar.cli.terminal import say, say_written
+from scalar.data.formats import IMPORTED
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -134,7 +135,8 @@ def predict(
         also=orientations,
     )
     say_written(output, len(table), "pose", written_in.in_words)
-    for line in lines_on_convention(convention, f"{joints.name} has"):
+    imported = calibrated.summary.get(IMPORTED, {})
+    for line in lines_on_convention(convention, f"{joints.name} has", imported, robot.name):
         say(line)
     for line in _lines_on_table(calibrated, table, columns, read_in, written_in, convention):
         say(line)

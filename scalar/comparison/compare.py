@@ -14,6 +14,7 @@ from scalar.comparison.changes import ALPHA, Candidate, Change, find_changes
 from scalar.comparison.disjoint_terms import DisjointTerms, effects_with_disjoint_terms
 from scalar.comparison.invariants import displacement_columns, displacements, invariants
 from scalar.comparison.moved import Moved
+from scalar.comparison.sensor_shift import SensorShift
 from scalar.comparison.unnamed_terms import UnnamedTerm, unnamed_terms
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.command_line import named_effects
@@ -46,7 +47,8 @@ class Comparison:
         compared: Names of the parameters that were compared one by one; effects without common coefficients are not among them.
         disjoint_terms: Effects that both contain, but with no coefficient in common; compared by the positions that they make.
         not_compared: ``{name: reason}`` of the parameters that were not compared.
-        campaign: What differs but is not of the arm: the sensor's place on the flange [mm, deg] and its kind, and the names of the arms.
+        campaign: What differs but is not of the arm: the sensor's place on the flange [mm, deg] and its kind, and the names of the arms. The standard
+            error and the p-value of the place are None where the calibrations fix different parameters.
         misfits: For A and B, the ratio of residual to noise, and its p-value.
         effects: The effects of A and of B, as ``--effects`` of `scalar calibrate` takes them.
         unnamed: The flexible terms of A and of B, which have no name for ``--effects``.
@@ -199,7 +201,7 @@ def _candidates(arm: ArmParameters) -> list[Candidate]:
 def _campaign(a: Calibration, b: Calibration) -> dict[str, Any]:
     """Return how the sensor's place on the flange differs, and the kinds of sensors and the names of the arms where they differ."""
     T = np.linalg.inv(a.model.T_flange_sensor) @ b.model.T_flange_sensor
-    campaign: dict[str, Any] = {"sensor_shift_mm": float(np.linalg.norm(T[:3, 3]) / MM)}
+    campaign: dict[str, Any] = SensorShift.between(a, b).to_mapping()
     if a.observes_orientation and b.observes_orientation:
         campaign["sensor_turn_deg"] = float(rotation_angle(T[None, :3, :3])[0] / DEG)
     kinds = [one.sensor["kind"] for one in (a, b)]

@@ -162,7 +162,7 @@ def _readme(robot: Mapping[str, Any], format: SensorFormat, remarks: Sequence[st
         *(f"Of this arm: {printable(remark)}" for remark in remarks),
         "pose is a whole number of your choice"
         + (", plane a name from dataset.yaml." if format.on_planes else "."),
-        "Optional columns, used where present: order (of acquisition; without it, that of the rows), time [s], temperature [deg C],",
+        "Optional columns, used where present: order (of acquisition; without it, that of the rows is assumed), time [s], temperature [deg C],",
         "session (after the planes, the tracker or the sensor were set up again), approach1, approach2, ... (1 if a joint arrived with",
         "a growing position, -1 if with a falling one). 60 to 100 poses, spread over the workspace, are a usual number.",
         "",

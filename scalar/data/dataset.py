@@ -55,6 +55,8 @@ class Dataset:
             indices into `targets`.
         targets: The names of the targets on the flange, in the order of the file; empty if the table names none.
         references: Points fixed to the base that were measured as well, or None.
+        imported: What an import knew: the ``mapping``; ``joints``, how it converted joints, which the controller then counts otherwise; and ``order``
+            if nothing stated the order of the poses. Empty without an import.
     """
 
     name: str
@@ -68,6 +70,7 @@ class Dataset:
     point_columns: Mapping[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
     targets: tuple[str, ...] = ()
     references: References | None = None
+    imported: Mapping[str, str] = field(default_factory=dict[str, str])
 
     @classmethod
     def from_arrays(
@@ -155,7 +158,7 @@ class Dataset:
         layout = sensor_formats()[self.sensor.kind].references
         if layout is not None and self.references is not None:
             tables[layout.stem] = pd.DataFrame(self.references.columns(layout, self.pose_ids))
-        mapping = description(self.name, self.source, self.robot, self.sensor, self.planes)
+        mapping = description(self.name, self.source, self.robot, self.sensor, self.planes, self.imported)
         write_dataset(
             path, mapping=mapping, poses=self.poses, table_format=table_format, force=force, **tables
         )
@@ -279,6 +282,7 @@ def _build(content: Content) -> Dataset:
     return Dataset(
         name=mapping["name"],
         source=mapping.get("source") or "",
+        imported=mapping.get("imported", {}),
         robot=robot,
         sensor=sensor,
         planes=planes,

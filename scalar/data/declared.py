@@ -103,9 +103,14 @@ class Sensor:
 
 
 def description(
-    name: str, source: str, robot: Robot, sensor: Sensor, planes: Sequence[PlaneGuess]
+    name: str,
+    source: str,
+    robot: Robot,
+    sensor: Sensor,
+    planes: Sequence[PlaneGuess],
+    imported: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """Return the content of dataset.yaml; an empty source is left out, and so is an empty list of planes.
+    """Return the content of dataset.yaml; what is empty of source, planes and ``imported`` is left out.
 
     Args:
         name: Name of the dataset.
@@ -113,10 +118,13 @@ def description(
         robot: The nominal arm.
         sensor: Its kind, and what is known of its noise and its pose on the flange.
         planes: The initial guesses of the planes, if there are any.
+        imported: What an import knew, as ``Dataset.imported`` has it.
     """
     mapping: dict[str, Any] = {"format": DATASET_FORMAT, "name": name}
     if source:
         mapping["source"] = source
+    if imported:
+        mapping["imported"] = dict(imported)
     mapping |= {"robot": robot.to_mapping(), "sensor": sensor.to_mapping()}
     if planes:
         mapping["planes"] = [plane.to_mapping() for plane in planes]

@@ -19,3 +19,7 @@ PAYLOAD = ("payload", "payload_x", "payload_y", "payload_z")
 TARGET_MOTION = tuple(f"target_motion_{axis}" for axis in ("rx", "ry", "rz", "x", "y", "z"))
 """Columns that measurements of reference nests add to each pose: the motion of the base relative to the tracker, a screw in the base
 frame [rad, m]."""
+IMPORTED = "imported"
+"""The key of dataset.yaml, and of a calibration's summary, with what an import knew: the ``mapping``, ``joints`` if it converted joints, and how, and
+``order`` if nothing stated the order of the poses."""
+NOT_STATED = "not stated"

@@ -15,6 +15,7 @@ from scalar.data.formats import COMMANDED, DATASET_FORMAT, PAYLOAD, TORQUE
 from scalar.data.located_table import Layout, Table, did_you_mean, shorten
 from scalar.data.pose_numbers import report_shifted
 from scalar.data.sensor_formats import MeasuredTable, sensor_formats
+from scalar.data.unique_numbers import check_unique
 from scalar.errors import Fault
 
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
@@ -64,7 +65,7 @@ def check_poses(
     if poses.whole and poses.n_rows == 0:
         faults.append(Fault(poses.file, "there is no pose; write one row for each pose"))
     for name in unique:
-        _check_unique(poses, name, faults)
+        check_unique(poses, name, faults)
     approach = [f"approach{i + 1}" for i in range(description.n_joints)]
     present = [name for name in approach if name in poses.columns]
     for name in present:
@@ -161,29 +162,6 @@ def check_optional_columns(points: Table, layout: MeasuredTable, faults: list[Fa
             )
 
 
-def _check_unique(table: Table, column: str, faults: list[Fault], advice: str = "") -> None:
-    if column not in table.columns:
-        return
-    values = table.columns[column]
-    _, first, group = np.unique(values, return_index=True, return_inverse=True)
-    first = first[group]
-    repeated = (first != np.arange(len(values))) & ~np.isnan(values)
-    if not repeated.any():
-        return
-    lines = table.line_numbers()
-
-    def message(i: int) -> str:
-        row = lines[first[i]]
-        if table.file_of(i) == (other := table.file_of(int(first[i]))):
-            return f"{column} {values[i]:.15g} stands already in row {row}; correct or remove one{advice}"
-        what = f"{column} {values[i]:.15g} stands already in {other}, row {row}"
-        if column != "pose":
-            return f"{what}; correct or remove one"
-        return f"{what}; if each file counts its poses anew, write add_to_pose: 1000 for this file, where poses and points are mapped{advice}"
-
-    table.report(faults, column, repeated, message)
-
-
 def _check_plane_names(poses: Table, description: Description, faults: list[Fault]) -> None:
     if "plane" not in poses.columns:
         return
@@ -226,7 +204,7 @@ def check_points(points: Table, poses: Table | None, layout: MeasuredTable, faul
     if layout.item is not None and layout.item in points.columns:
         check_items(points, layout.item, faults)
     elif not layout.several_rows:
-        _check_unique(points, "pose", faults, _several_items(layout))
+        check_unique(points, "pose", faults, _several_items(layout))
     check_optional_columns(points, layout, faults)
     if poses is None or "pose" not in poses.columns or "pose" not in points.columns:
         return

@@ -24,6 +24,7 @@ from scalar.diagnosis.rounded_record import limited_by_rounding
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.shipped_fit import ShippedFit, shipped_fit, unconfirmed_effects_help
 from scalar.diagnosis.two_halves import limited_by_halves, two_halves
+from scalar.diagnosis.unstated_order import limited_by_order, unstated_order
 from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
 from scalar.estimation.conclude import with_suspicions
 from scalar.estimation.measured_effects import with_target_motion
@@ -79,6 +80,7 @@ def diagnose(
     halves = two_halves(dataset, run, answer_without, of_parts, cores)
     found = limited_by_halves(found, halves, settings.naming.least_confidence)
     found = limited_by_rounding(found, run.before, settings.naming.least_confidence)
+    found = limited_by_order(found, dataset, settings.naming.least_confidence)
     run, found, refused = _confirmed(run, found, outer)
     if refused:
         final_residuals = FinalResiduals.of(run.after)
@@ -132,7 +134,8 @@ def _unsure(found: Sequence[Finding], settings: Settings) -> list[str]:
 def _with_boundaries(
     dataset: Dataset, run: Explained, found: Sequence[Finding], calibrations: Sequence[Calibration]
 ) -> list[Calibration]:
-    """Return the calibrations, each with the suspicions that a boundary between sessions is stated at the wrong pose, or not at all.
+    """Return the calibrations, each with the suspicions that a boundary between sessions is stated at the wrong pose, or not at all, and that the
+    rows are not in the order of acquisition.
 
     Where no session explains why poses that follow each other were set aside, something else changed there, which is a suspicion too.
 
@@ -149,7 +152,8 @@ def _with_boundaries(
         unstated = unstated_session(dataset, set_aside)
         changed = run_set_aside(dataset, set_aside) if unstated is None else unstated[0]
         boundaries += [changed] if changed else []
-    boundaries += boundaries_near_changes(dataset, [finding.effect for finding in found])
+    effects = [finding.effect for finding in found]
+    boundaries += [*boundaries_near_changes(dataset, effects), *unstated_order(dataset, effects)]
     return [with_suspicions(calibration, boundaries) for calibration in calibrations]
 
 

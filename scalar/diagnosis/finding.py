@@ -67,7 +67,8 @@ class Finding:
         """Return the columns of ``poses.csv`` with which it varies: those of its class, of the joints of its target, and of the moment it begins."""
         target = self.effect.target
         joints = [*target.get("joints", ()), *(target[key] for key in ("joint", "source") if key in target)]
-        moment = ["order"] if "at" in target else []
+        by_order = self.effect.follows_order and not self.effect.moves_from
+        moment = ["order"] if "at" in target or by_order else []
         return list(dict.fromkeys([*self.effect.depends_on, *(f"q{joint}" for joint in joints), *moment]))
 
     def to_mapping(self) -> dict[str, Any]:

@@ -266,6 +266,11 @@ class Effect(Described):
         return False
 
     @property
+    def follows_order(self) -> bool:
+        """Return whether the effect is known only where the order is known in which the poses were measured."""
+        return self.is_change_in_time or "order" in {*self.moves_from, *self.depends_on}
+
+    @property
     def takes_time(self) -> bool:
         """Return whether a change that begins at some pose is complete only after some time, which was estimated as well."""
         return False

@@ -70,6 +70,11 @@ class PoseLag(OneAxis, SingleJointEffect):
     acts_by_joint_angles: ClassVar[bool] = False
 
     @property
+    def follows_order(self) -> bool:
+        """Always true: the step is that from the pose before."""
+        return True
+
+    @property
     def coefficient_names(self) -> list[str]:
         """``share_rad_per_rad`` and ``at_full_speed_rad``, or the same in metres, and ``delay_s``."""
         unit = self.joint_unit

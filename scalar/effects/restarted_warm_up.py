@@ -67,6 +67,11 @@ class RestartedWarmUp(LinkEffect):
     acts_by_joint_angles: ClassVar[bool] = False
 
     @property
+    def follows_order(self) -> bool:
+        """Return whether the order of acquisition is the clock."""
+        return self.by == "order"
+
+    @property
     def target(self) -> dict[str, Any]:
         """Empty: it acts on the whole arm."""
         return {}

@@ -67,6 +67,11 @@ class ThermalDrift(LinkEffect):
         return () if self.by == "order" else (self.by,)
 
     @property
+    def follows_order(self) -> bool:
+        """Return whether the order of acquisition drives the growth."""
+        return self.by == "order"
+
+    @property
     def target(self) -> dict[str, Any]:
         """Empty: it acts on the whole arm."""
         return {}

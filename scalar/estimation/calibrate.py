@@ -162,7 +162,7 @@ def _explain(
 
 
 def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None:
-    """Refuse a dataset with poses that contradict the rest, naming them.
+    """Refuse a dataset with poses that contradict the rest, naming them; do nothing if the rest does not agree either, so that none can be blamed.
 
     Raises:
         InvalidInput: Poses lie on another plane than poses.csv states, or on none.
@@ -170,16 +170,23 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
     """
     cleaned = clean(dataset, settings)
     rows = {int(pose): row for row, pose in enumerate(dataset.pose_ids)}
+    set_aside = bool(cleaned.outlier_poses or cleaned.mislabelled_poses)
+    away = _distances_by_the_others(dataset, cleaned, settings) if set_aside else None
+    typical = (
+        None if away is None else float(np.median(away[np.isin(dataset.pose_ids, cleaned.dataset.pose_ids)]))
+    )
+    if typical is not None and typical > MOST_LEFT:
+        return
     faults = [
         Fault(
             "poses.csv",
-            f"pose {pose} is said to lie on '{dataset.poses['plane'].iloc[rows[pose]]}' and lies on '{plane}': correct its plane",
+            f"pose {pose} is said to lie on '{dataset.poses['plane'].iloc[rows[pose]]}' and lies on '{plane}': correct its plane"
+            f"{_angles_of_another(dataset, rows[pose])}",
             None,
             "plane",
         )
         for pose, plane in cleaned.mislabelled_poses
     ]
-    away = _distances_by_the_others(dataset, cleaned, settings) if cleaned.outlier_poses else None
     alone = cleaned.outlier_poses
     if (found := unstated_session(dataset, alone)) is not None:
         suspicion, moved = found
@@ -187,8 +194,7 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
         alone = tuple(pose for pose in alone if not moved[rows[pose]])
     for pose in alone:
         how_far = ""
-        if away is not None:
-            typical = np.median(away[np.isin(dataset.pose_ids, cleaned.dataset.pose_ids)])
+        if away is not None and typical is not None:
             how_far = (
                 f": it lies {away[rows[pose]] / MM:.3g} mm from where a fit to the others has it, and these "
                 f"lie {typical / MM:.2g} mm from it in the median"
@@ -199,6 +205,17 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
         faults.append(Fault("poses.csv", message, None, "pose"))
     if faults:
         raise InvalidInput(faults)
+
+
+def _angles_of_another(dataset: Dataset, row: int) -> str:
+    """Return the end of a sentence on a pose that has the joint angles of another one, which may have been written twice; empty for most poses."""
+    same = np.all(dataset.q == dataset.q[row], axis=1)
+    same[row] = False
+    return (
+        f", or its joint angles, which are those of pose {dataset.pose_ids[np.argmax(same)]}"
+        if same.any()
+        else ""
+    )
 
 
 def _distances_by_the_others(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.data.formats import IMPORTED
 from scalar.effects import registry
 from scalar.errors import Undetermined
 from scalar.estimation.design_effect import design_effect
@@ -200,6 +201,8 @@ def _summary(
     }
     if (shift := unchecked_scale(residuals, model, found.free, covariance)) is not None:
         summary[SCANNER_SCALE_SHIFT] = shift
+    if dataset.imported:
+        summary[IMPORTED] = dict(dataset.imported)
     return summary | {"setup": []}
 
 

@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from scalar.data.dataset_writer import refuse_dataset, write_dataset
+from scalar.data.formats import IMPORTED, NOT_STATED
 from scalar.data.located_table import check_cells
 from scalar.data.pose_numbers import report_shifted
 from scalar.data.references import check_references, references_layout
@@ -21,7 +22,7 @@ from scalar.data.table_consistency import check_points, check_poses, points_layo
 from scalar.data.unit_suspicions import suspect_joint_angles, suspect_points, write_si
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
-from scalar.ingest.converted_joints import converted_joints, unconverted_signs
+from scalar.ingest.converted_joints import converted_joints, formulas, unconverted_signs
 from scalar.ingest.imported_table import ImportedTable, by_file
 from scalar.ingest.left_out import LeftOut
 from scalar.ingest.mapping import Block, FileRule, MappingFile
@@ -42,7 +43,8 @@ def import_dataset(
 ) -> tuple[list[LeftOut], list[str]]:
     """Write a dataset folder from foreign tables; it appears whole or not at all.
 
-    Return which rows were left out, and sentences on joints whose angles or directions are not those of the controller.
+    Return which rows were left out, and sentences on joints whose angles or directions are not those of the controller, and on an order of
+    acquisition that nothing states.
 
     Args:
         mapping_path: the mapping file.
@@ -63,11 +65,12 @@ def import_dataset(
     several = mapping.several_points
     poses, points, nests = _read_blocks(mapping, chosen, faults, left_out)
     if faults or poses is None:
-        raise InvalidInput(faults)
+        raise InvalidInput(
+            list(dict.fromkeys(faults))
+        )  # a column that is added to a second one is read twice
     if points is not None:
         poses, points = _matched(mapping.points, poses, points, left_out)
-    if "order" not in poses.columns:
-        poses.columns["order"] = _order(poses)
+    unstated = _number_in_order(mapping.poses, poses)
     if several and points is not None:
         ids = poses.columns["pose"][points.columns.pop("_row").astype(int)]
         points.columns = {"pose": ids, **points.columns}
@@ -83,9 +86,11 @@ def import_dataset(
             suspect_points(part, mapping.references, faults, _unit_advice(file, "nests", mapping.nests))
     if faults:
         raise InvalidInput(faults)
-    _write(mapping, poses, points, nests, dataset_dir, force)
+    _write(mapping, file, poses, points, nests, dataset_dir, force)
     return left_out, [
-        sentence for sentence in (converted_joints(mapping, file), unconverted_signs(mapping)) if sentence
+        sentence
+        for sentence in (converted_joints(mapping, file), unconverted_signs(mapping), unstated)
+        if sentence
     ]
 
 
@@ -127,6 +132,23 @@ def _read_blocks(
         nests, _ = read_block(mapping, mapping.nests, chosen[2], of_nests, left_out)
     faults += [*of_points, *of_nests]
     return poses, points, nests
+
+
+def _number_in_order(block: Block, poses: ImportedTable) -> str | None:
+    """Add the column ``order`` if something states the order of acquisition; else return a sentence that nothing does, and what to do.
+
+    A table may have been sorted, or averaged over runs. Without the column, the rows of the dataset stand for the order, and ``imported`` in its
+    dataset.yaml says that nobody stated it.
+    """
+    if "order" in poses.columns:
+        return None
+    if "time" in poses.columns or block.rows_in_order:
+        poses.columns["order"] = _order(poses)
+        return None
+    return (
+        "no column states when the poses were measured, so that no diagnosis will name anything that follows their order (a drift, a slip) with more "
+        "than 50 %: if the rows are in the order of acquisition, write rows_in_order: true under poses in the mapping, or map a column time or order"
+    )
 
 
 def _order(poses: ImportedTable) -> Array:
@@ -181,6 +203,7 @@ def _as_labelled(found: list[Fault], table: ImportedTable) -> list[Fault]:
 
 def _write(
     mapping: MappingFile,
+    file: str,
     poses: ImportedTable,
     points: ImportedTable | None,
     nests: ImportedTable | None,
@@ -205,7 +228,15 @@ def _write(
             if name in nests.columns
         ]
         measured[table.stem] = _frame(nests, names, (*table.units, *table.optional))
-    content = mapping.description.mapping
+    content = dict(mapping.description.mapping)
+    content.pop(IMPORTED, None)
+    record = {}
+    if converted := formulas(mapping):
+        record["joints"] = ", ".join(converted)
+    if not {"order", "time"} & {*frame.columns}:
+        record["order"] = NOT_STATED
+    if record:
+        content[IMPORTED] = {"mapping": file} | record
     write_dataset(dataset_dir, mapping=content, poses=frame, force=force, **measured)
 
 

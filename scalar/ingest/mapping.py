@@ -89,6 +89,7 @@ class Block:
         matched_only: for points: whether poses without points and points without a pose are left out.
         nearest_time: for points: how they are given to poses by their time; None if a column says to which pose they belong.
         targets: if a row measures several targets, the columns of each target by its name; ``columns`` are then those that all have in common.
+        rows_in_order: for poses: whether rows and files are stated to be in the order in which they were measured.
     """
 
     columns: Mapping[str, Column]
@@ -105,6 +106,7 @@ class Block:
     matched_only: bool = False
     nearest_time: NearestTime | None = None
     drop_zeros: tuple[str, ...] = ()
+    rows_in_order: bool = False
 
     @property
     def column_names(self) -> list[str]:

@@ -66,6 +66,7 @@ def read_mapping_block(
         block.get("matched_only", False),
         NearestTime.of(block.get("nearest_time")),
         tuple(block.get("drop_zeros", [])),
+        block.get("rows_in_order", False),
     )
 
 

@@ -16,6 +16,7 @@ from scalar.ingest.imported_table import ImportedTable, joined, select_rows
 from scalar.ingest.left_out import LeftOut
 from scalar.ingest.mapping import JOINT, Block, FileRule, MappingFile
 from scalar.ingest.merged_scans import SCAN, report_merged
+from scalar.ingest.overlapping_files import report_overlaps
 from scalar.ingest.raw_table import RawTable
 from scalar.ingest.row_profiles import points_of_rows
 
@@ -76,7 +77,12 @@ def read_block(
             points.append(replace(whole, columns=coordinates, bad={}))
         n_poses += table.n_rows
         parts.append(table)
+    before = len(faults)
     report_copies(read, block, mapping.measured_in(block), faults)
+    if (
+        len(faults) == before and block is not mapping.nests
+    ):  # nests may be measured once, and written to every pose
+        report_overlaps([one.rows for one in read], mapping.measured_in(block), faults)
     if faults or not parts:
         return None, None
     try:

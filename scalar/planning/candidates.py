@@ -139,13 +139,18 @@ def _sees(workcell: Workcell, T: Array, k: int) -> Array:
     good &= workcell.covered(k, T[:, None, :3, 3] + points @ T[:, :3, [0, 2]].transpose(0, 2, 1))
     for other in range(len(workcell.planes)):
         if other != k:
-            between = scan(other)[1]
-            good &= (between <= 0) | (between > reach)
+            at, between, _ = scan(other)
+            passes = (between <= 0) | (between > reach)
+            if workcell.ends(other):
+                passes |= ~workcell.covered(
+                    other, T[:, None, :3, 3] + at @ T[:, :3, [0, 2]].transpose(0, 2, 1)
+                )
+            good &= passes
     return np.all(good, axis=1)
 
 
 def _inside(workcell: Workcell, q: Array, k: int) -> Array:
-    """Return which poses keep joints and sensor on the arm's side of every plane ``(N,)`` bool."""
+    """Return which poses keep joints and sensor on the arm's side of every plane ``(N,)`` bool; of one that ends, where they face it."""
     if not len(q) or not workcell.on_planes:
         return np.ones(len(q), dtype=bool)
     robot = workcell.model.robot
@@ -159,7 +164,8 @@ def _inside(workcell: Workcell, q: Array, k: int) -> Array:
     for item, (normal, distance) in enumerate(zip(workcell.normals, workcell.distances, strict=True)):
         parts = frames if workcell.touches_planes and item == k else np.concatenate([frames, sensor], axis=1)
         height = (parts[..., :3, 3] @ normal - distance) * side[item]
-        keep &= np.all(height > _CLEARANCE, axis=1)
+        beside = ~workcell.covered(item, parts[..., :3, 3]) if workcell.ends(item) else np.False_
+        keep &= np.all((height > _CLEARANCE) | beside, axis=1)
     return keep
 
 

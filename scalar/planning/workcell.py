@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,6 +18,7 @@ from scalar.geometry.se3 import Array
 from scalar.sensors import kind_named, measure
 from scalar.units import DEG
 
+_FLAT = 30.0 * DEG  # between the normal of a target plane that lies flat and the vertical, at most
 _TEMPERATURE = 20.0  # deg C, assumed for poses that are not measured yet
 
 
@@ -162,6 +164,24 @@ class Workcell:
         offset = points - plane.centre
         along = offset - (offset @ plane.normal)[..., None] * plane.normal
         return np.linalg.norm(along, axis=-1) <= plane.radius
+
+    def ends(self, k: int) -> bool:
+        """Return whether plane k is known to end, so that the arm may pass beside it.
+
+        Its extent has to be stated. A target plane that lies flat rests on a floor or a table, which goes on.
+        """
+        plane, gravity = self.planes[k], self.model.nominal.gravity
+        if plane.centre is None or plane.radius is None:
+            return False
+        return abs(float(plane.normal @ gravity)) < np.cos(_FLAT) * float(np.linalg.norm(gravity))
+
+    def solids(self) -> list[dict[str, Any]]:
+        """Return the planes as the test for collisions takes them, as dataset.yaml has them: those that do not end have no extent."""
+        mappings = [plane.to_mapping() for plane in self.planes]
+        return [
+            m if self.ends(k) else {key: m[key] for key in m if key != "extent"}
+            for k, m in enumerate(mappings)
+        ]
 
     def sensor_frames(self, q: Array) -> Array:
         """Return the sensor's frames ``(N, 4, 4)`` in the base frame, effects left out."""

@@ -1,11 +1,12 @@
 """The library of arms that are sold, one file for each, with the sources of its numbers."""
 
 from scalar.robots.library import LibraryArm, arm_names, largest_payload, read_arm, resembling
-from scalar.robots.named_arm import arms_with_axes_of, doubt_of_name
+from scalar.robots.named_arm import arms_in_proportion, arms_with_axes_of, doubt_of_name
 
 __all__ = [
     "LibraryArm",
     "arm_names",
+    "arms_in_proportion",
     "arms_with_axes_of",
     "doubt_of_name",
     "largest_payload",

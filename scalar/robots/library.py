@@ -45,6 +45,7 @@ class LibraryArm:
         reach_tolerance: Most by which the reach of this geometry may differ from the stated one [m].
         payload: Rated payload [kg] as the name of the model states it; None if the name does not.
         note: What a user of the arm should know; empty where there is nothing.
+        controller_joints: How the joints follow from those that the maker's controller shows, as in ``q3 = J3 + J2``; empty where they are the same.
         mapping: The ``robot:`` block of a dataset.
     """
 
@@ -60,6 +61,7 @@ class LibraryArm:
     reach_tolerance: float
     payload: float | None
     note: str
+    controller_joints: str
     mapping: Mapping[str, Any]
 
     @cached_property
@@ -144,6 +146,7 @@ def _read(name: str) -> LibraryArm:
         reach_tolerance=reach["tolerance"],
         payload=content.get("payload"),
         note=content.get("note", "").strip(),
+        controller_joints=content.get("controller_joints", ""),
         mapping=content["robot"],
     )
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from scalar.geometry.robot import Robot
+from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.standard_dh import read_as_modified, read_as_standard
-from scalar.robots.axes_between import FAR, BetweenAxes, largest_difference
+from scalar.robots.axes_between import FAR, BetweenAxes, between_axes, largest_difference
 from scalar.robots.library import LibraryArm, arm_names, read_arm, resembling
 from scalar.units import MM
 
@@ -35,6 +35,30 @@ def arms_with_axes_of(robot: Robot) -> list[LibraryArm]:
     ]
     compared.sort(key=lambda found: found[0])
     return [arm for size, arm in compared if size <= min(_FITS, compared[0][0] + _AS_CLOSE)]
+
+
+def arms_in_proportion(robot: Robot) -> list[tuple[float, LibraryArm]]:
+    """Return the arms of the library whose axes are those of a calibrated arm times one factor, with this factor, the closest first.
+
+    Where no length is known, the data show the proportions of an arm and not its size.
+    """
+    own = {value.what: value.value for value in between_axes(robot) if not value.is_angle}
+    compared: list[tuple[float, float, LibraryArm]] = []
+    for arm in (read_arm(name) for name in arm_names()):
+        pairs = [(own[v.what], v.value) for v in between_axes(arm.robot) if not v.is_angle and v.what in own]
+        square = sum(mine**2 for mine, _ in pairs)
+        factor = sum(mine * theirs for mine, theirs in pairs) / square if square else 0.0
+        if factor and (difference := largest_difference(_times(robot, factor), arm.robot)):
+            compared.append((difference[0] * FAR, factor, arm))
+    compared.sort(key=lambda found: found[0])
+    return [(factor, arm) for size, factor, arm in compared if size <= min(_FITS, compared[0][0] + _AS_CLOSE)]
+
+
+def _times(robot: Robot, factor: float) -> Robot:
+    """Return an arm with all lengths of its joints multiplied by a factor."""
+    geometry = robot.geometry.copy()
+    geometry[[kind in LENGTHS for kind in GEOMETRY]] *= factor
+    return robot.with_geometry(geometry)
 
 
 def _sentence(robot: Robot, own: BetweenAxes, listed: BetweenAxes, arm: LibraryArm) -> str:

@@ -1,7 +1,7 @@
 """Test whether an arm, as a dataset.yaml declares it, touches itself or a plane, or stands in its scanner's beam: for `scalar plan`.
 
-The arm's solids are the simulator's defaults: capsules along the arm's a and d, and a box for the sensor. The planes are taken to extend beyond
-the arm's reach.
+The arm's solids are the simulator's defaults: capsules along the arm's a and d, and a box for the sensor. A plane without a stated extent is taken to
+go on beyond the arm's reach; one with an extent is the square about its circle.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -48,7 +48,7 @@ def collision_test(
     Args:
         robot: The ``robot:`` block of a dataset.yaml.
         sensor_pose: The sensor's pose on the flange, as dataset.yaml has it.
-        planes: Name, normal and distance [m] of each, as dataset.yaml has them.
+        planes: Name, normal and distance [m] of each, and ``extent`` [m] of those that end, as dataset.yaml has them.
     """
     arm = arm_from_mapping(robot, sensor_pose)
     shoulder = (arm.T_base_0 @ arm.joint_origin(0))[:3, 3]
@@ -59,8 +59,8 @@ def collision_test(
                 "name": plane["name"],
                 "normal": plane["normal"],
                 "distance_m": plane["distance"],
-                "centre_m": None,
-                "size_m": [size, size],
+                "centre_m": plane.get("extent", {}).get("centre"),
+                "size_m": [2.0 * plane["extent"]["radius"]] * 2 if "extent" in plane else [size, size],
                 "thickness_m": _THICKNESS,
             },
             shoulder,

@@ -65,12 +65,15 @@ def test_a_tool_that_was_bent_is_no_change_of_the_arm_and_is_said(folder):
     result = run("compare", folder / "a.json", folder / "bent.json")
     assert result.exit_code == 0, result.output
     (line,) = [line for line in result.output.splitlines() if "place on the flange differs" in line]
-    assert "1.000 mm" in line and "not of the arm" in line and "bent" in line
+    assert "1.000 +- 0.014 mm" in line and "not of the arm" in line and "bent" in line
 
 
 def test_a_sensor_that_stayed_in_its_place_is_not_called_bent(folder):
     """Without a shift there is nothing to explain."""
-    assert "bent" not in run("compare", folder / "a.json", folder / "b.json").output
+    assert (
+        "0.000 +- 0.014 mm: not beyond chance\n"
+        in run("compare", folder / "a.json", folder / "b.json").output
+    )
 
 
 def test_what_was_compared_is_listed(folder):

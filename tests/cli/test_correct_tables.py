@@ -105,17 +105,27 @@ def test_orientations_in_other_forms_are_written_and_read(program, units):
     np.testing.assert_allclose(found[2], found[0], atol=1e-6)
 
 
-@pytest.mark.parametrize(("names", "kuka"), [(("a", "b", "c"), True), (("u", "v", "w"), False)])
-def test_a_table_without_an_orientation_is_refused_with_all_forms(names, kuka, program):
-    """Places with columns of other names are one fault that names the three forms of an orientation; KUKA's names are translated."""
+@pytest.mark.parametrize(
+    ("names", "makers"),
+    [
+        (("a", "b", "c"), ["KUKA"]),
+        (("W", "P", "R"), ["FANUC"]),
+        (("q1", "q2", "q3"), ["ABB"]),
+        (("u", "v", "w"), []),
+    ],
+)
+def test_a_table_without_an_orientation_is_refused_with_all_forms(names, makers, program):
+    """Places with columns of other names are one fault that names the three forms of an orientation; names of the makers are translated."""
     wanted = predicted(program, "targets.csv").rename(columns=dict(zip(FRAME[3:], names, strict=True)))
+    if "q1" in names:
+        wanted["q4"] = 1.0
     wanted.to_csv(program / "wanted.csv", index=False)
     status, said = run(
         "correct", program / "calibration.json", program / "wanted.csv", "-o", program / "joints.csv"
     )
     assert status == 2 and len(said.splitlines()) == 1
     assert all(form in said for form in ("rx,ry,rz", "roll,pitch,yaw", "qw,qx,qy,qz"))
-    assert ("KUKA" in said) == kuka
+    assert [maker for maker in ("KUKA", "FANUC", "ABB") if maker in said] == makers
 
 
 def test_a_quaternion_of_another_norm_is_refused(program):

@@ -1,5 +1,6 @@
 """``--mapping`` of plan, correct and predict: joint angles as the controller counts them, against conversions that are written out by hand."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from scalar.data.dataset import read_dataset
 from scalar.data.io.plain_yaml import dump_yaml
 from scalar.ingest.controller_joints import controller_joints
 from tests.cli.correcting import FRAME, JOINTS, run
@@ -95,6 +97,67 @@ def test_a_plan_has_the_joint_angles_of_the_controller_in_degrees(tmp_path):
     np.testing.assert_allclose(degrees, np.rad2deg(shown(q)), atol=1e-4)
     assert run("plan", cell, *options, "--force")[0] == 0
     assert np.array_equal(pd.read_csv(tmp_path / "plan/poses.csv")[JOINTS].to_numpy(), q)
+
+
+def test_without_a_mapping_it_is_said_that_the_controller_counts_otherwise(tmp_path):
+    """The import records which joints it converted, the calibration knows it, and each command that takes or writes joint angles then says which."""
+    scene = make_scene("vs060", "tracker", seed=4, poses_per_plane=20)
+    imported = {"mapping": "controller.yaml", "joints": "q3 = J3 + J2"}
+    replace(scene.dataset, imported=imported).write(tmp_path / "cell")
+    assert read_dataset(tmp_path / "cell").imported == imported
+    assert run("calibrate", tmp_path / "cell", "-o", tmp_path / "out")[0] == 0
+    near = tmp_path / "out/calibration.json"
+    scene.dataset.poses[["pose", *JOINTS]].to_csv(tmp_path / "q.csv", index=False)
+    mapping = ("--mapping", written(tmp_path))
+    for command in (
+        ("predict", near, tmp_path / "q.csv", "-o", tmp_path / "a.csv"),
+        ("correct", near, tmp_path / "q.csv", "-o", tmp_path / "b.csv", "--leave-out"),
+        (
+            "plan",
+            tmp_path / "cell",
+            "--poses",
+            12,
+            "--candidates",
+            100,
+            "--no-collisions",
+            "-o",
+            tmp_path / "p",
+        ),
+    ):
+        status, said = run(*command)
+        assert status == 0 and "not those that the controller shows (q3 = J3 + J2" in said, said
+        assert "give --mapping controller.yaml" in said
+        assert "without --mapping" not in run(*command, *mapping, "--force")[1]
+
+
+def test_the_library_knows_which_controllers_count_otherwise(tmp_path):
+    """A plan for a FANUC of the library is not in the angles that its controller shows, and says so; that of a UR needs no such line."""
+    options = ("--poses", 12, "--candidates", 100, "--no-collisions", "-o", tmp_path / "plan", "--force")
+    assert "a controller of FANUC shows (q3 = J3 + J2)" in run("plan", "fanuc_lrmate200id", *options)[1]
+    assert "--mapping" not in run("plan", "ur5e", *options)[1]
+
+
+def test_the_import_records_what_it_converts_and_what_nothing_states(tmp_path):
+    """dataset.yaml names the mapping, the formulas of the joints, and an order that was not stated; without any of these there is no such key."""
+    rows = [
+        "J1,J2,J3,J4,J5,J6,x,y,z",
+        *(f"{10 * i},{7 * i},{3 * i},{i},{5 * i},{i},{100 * i},{i},{i}" for i in range(1, 9)),
+    ]
+    (tmp_path / "log.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    status, said = run("import", written(tmp_path), tmp_path / "log.csv", "-o", tmp_path / "cell")
+    assert status == 0, said
+    assert read_dataset(tmp_path / "cell").imported == {
+        "mapping": "controller.yaml",
+        "joints": "q3 = J3 + J2, q5 = -J5 + 90 deg",
+        "order": "not stated",
+    }
+    content = mapping_of()
+    del content["poses"]["columns"]["q3"]["plus"]
+    content["poses"]["columns"]["q5"] = {"column": "J5", "unit": "deg"}
+    content["poses"]["rows_in_order"] = True
+    dump_yaml(content, tmp_path / "plain.yaml")
+    assert run("import", tmp_path / "plain.yaml", tmp_path / "log.csv", "-o", tmp_path / "plain")[0] == 0
+    assert not read_dataset(tmp_path / "plain").imported
 
 
 @given(

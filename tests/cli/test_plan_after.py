@@ -47,7 +47,7 @@ def test_poses_that_separate_a_gear_from_a_scale(doubtful, tmp_path):
     scene = make_scene("vs060", "tracker", seed=2, poses_per_plane=20)
     poses = scene.dataset.poses.copy()
     poses["q4"] = np.linspace(-0.1, 0.1, len(poses))
-    dataset = replace(scene.dataset, poses=poses)
+    dataset = replace(scene.dataset, poses=poses.assign(order=np.arange(float(len(poses)))))
     replace(scene, dataset=dataset).write(tmp_path / "cell")
     out, entry = gear_or_scale(tmp_path, dataset, 1e-3)
     told = {"name": "unattributed", "target": {}, "confounded_with": [], "most_like": [entry]}

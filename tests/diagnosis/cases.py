@@ -30,6 +30,11 @@ def warming(rng: np.random.Generator, n_poses: int, n_joints: int) -> dict[str, 
     return {"time": time, "temperature": 20.0 + WARMING * time / time[-1]}
 
 
+def in_order(rng: np.random.Generator, n_poses: int, n_joints: int) -> dict[str, np.ndarray]:
+    """Return the column that states that the rows are in the order of acquisition."""
+    return {"order": np.arange(float(n_poses))}
+
+
 def draw(seed: int) -> np.random.Generator:
     """Return the random generator from which a case draws joints, orders and sizes."""
     return np.random.default_rng([seed, 4711])
@@ -125,7 +130,8 @@ def slip(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
     motion[:3, 3] = 5e-4 * unit(rng)
     n = 3 * settings.get("poses_per_plane", 60)
     first = float(rng.integers(n // 4, 3 * n // 4))
-    return make_cell(Flaws(slip=(first, motion)), seed=seed, **settings), "sensor_slip", {"order": first}
+    cell = make_cell(Flaws(slip=(first, motion)), seed=seed, columns=in_order, **settings)
+    return cell, "sensor_slip", {"order": first}
 
 
 def distortion(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
@@ -151,7 +157,8 @@ def knock(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:
     n = 3 * settings.get("poses_per_plane", 60)
     first = float(rng.integers(n // 4, 3 * n // 4))
     flaws = Flaws(moved={target_plane: (first, 5e-4, (0.0, 0.0))})
-    return make_cell(flaws, seed=seed, **settings), "plane_moved", {"plane": target_plane, "order": first}
+    cell = make_cell(flaws, seed=seed, columns=in_order, **settings)
+    return cell, "plane_moved", {"plane": target_plane, "order": first}
 
 
 def jitter(seed: int, **settings: Any) -> tuple[Cell, str, dict[str, Any]]:

@@ -11,7 +11,18 @@ import pytest
 from scalar.diagnosis import diagnose
 from scalar.estimation.calibrate import calibrate
 from scalar.evaluate import evaluate
-from tests.diagnosis.cases import NAMED, approaches, drift, harmonic, judged, knock, scale, slip, warming
+from tests.diagnosis.cases import (
+    NAMED,
+    approaches,
+    drift,
+    harmonic,
+    in_order,
+    judged,
+    knock,
+    scale,
+    slip,
+    warming,
+)
 from tests.diagnosis.gross_errors import spoiled
 from tests.diagnosis.unnamed_causes import UNNAMED, unnamed
 from tests.effects.injected import Flaws, make_cell, on_joint
@@ -168,7 +179,8 @@ def test_a_creep_is_found_with_its_beginning():
     """
     for seed in range(540, 544):
         first = float(np.random.default_rng([seed, 1]).integers(60, 180))
-        cell = make_cell(Flaws(creep={"floor": (first, 6e-4)}), seed=seed, poses_per_plane=100)
+        flaws = Flaws(creep={"floor": (first, 6e-4)})
+        cell = make_cell(flaws, seed=seed, poses_per_plane=100, columns=in_order)
         effects = diagnose(cell.dataset).to_mapping()["effects"]
         assert [e["name"] for e in effects] == ["plane_moved"], effects
         assert effects[0]["target"]["plane"] == "floor"
@@ -203,7 +215,7 @@ def test_two_effects_are_both_named(pair):
     """Two effects together are both named, and nothing else, in both of two workcells; the order in which they are found does not matter."""
     settings, wanted = PAIRS[pair]
     for seed in (600, 601):
-        cell = make_cell(Flaws(**settings), seed=seed, columns=approaches)
+        cell = make_cell(Flaws(**settings), seed=seed, columns=lambda *of: approaches(*of) | in_order(*of))
         effects = diagnose(cell.dataset).to_mapping()["effects"]
         assert len(effects) == 2, [(e["name"], e["target"]) for e in effects]
         for name, target in wanted:

@@ -20,7 +20,9 @@ def knocked(first: int, shift: float, seed: int) -> Dataset:
     dataset = make_scene("vs060", "tracker", poses_per_plane=25, noise=3e-5, seed=seed).dataset
     points = dataset.points.copy()
     points[first:] = points[first:] @ exp_so3([0.0, 0.1 * shift, -0.1 * shift]).T + [shift, 0.0, 0.5 * shift]
-    return replace(dataset, points=points)
+    return replace(
+        dataset, points=points, poses=dataset.poses.assign(order=np.arange(float(dataset.n_poses)))
+    )
 
 
 @pytest.mark.parametrize(("first", "seed"), [(30, 7), pytest.param(52, 8, marks=pytest.mark.slow)])

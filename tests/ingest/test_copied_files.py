@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from tests.ingest.foreign_tables import N, cells, imported, refused, run, tracker_mapping, write_table
+from tests.ingest.foreign_tables import N, cells, header, imported, refused, run, tracker_mapping, write_table
 from tests.ingest.test_matching_of_tables import places, two_tables
 from tests.ingest.test_merged_scans import POSES, Z, mapping
 
@@ -18,6 +18,54 @@ def test_a_table_of_measurements_given_twice_is_refused_in_one_line(tmp_path):
     result = run(tmp_path, tracker_mapping(), one, copy)
     refused(tmp_path, result, f"poses (1).csv{HAS}poses.csv")
     assert len(result.output.splitlines()) == 1
+
+
+@pytest.mark.parametrize("numbered", [False, True], ids=["rows counted", "numbers of poses"])
+def test_a_log_that_was_saved_twice_is_refused_in_one_line(tmp_path, numbered):
+    """The second file begins with rows of the first: one line says how many, in both, whether or not a column numbers the poses."""
+    rows, names, tables = cells(), header(), tracker_mapping()
+    if numbered:
+        rows, names = [[str(i), *row] for i, row in enumerate(rows)], ["Nr", *names]
+        tables["poses"]["columns"]["pose"] = {"column": "Nr"}
+    tables["poses"]["files"] = [{"name": "a.csv"}, {"name": "b.csv"}]
+    write_table(tmp_path / "a.csv", rows[:6], names)
+    write_table(tmp_path / "b.csv", rows[3:], names)
+    result = run(tmp_path, tables, tmp_path)
+    refused(
+        tmp_path,
+        result,
+        f"b.csv, row 2: 3 of its {N - 3} rows, from this one on, stand in a.csv too, from row 5 on",
+    )
+    assert len(result.output.splitlines()) == 1
+
+
+def test_a_row_that_recurs_here_and_there_is_no_copy(tmp_path):
+    """A program that runs twice gives some rows of the same rounded numbers, and others between them."""
+    again = [
+        row if i in (0, 2) else [*row[:6], *(f"{cell}1" for cell in row[6:])] for i, row in enumerate(cells())
+    ]
+    tables = tracker_mapping()
+    tables["poses"]["files"] = [{"name": "a.csv"}, {"name": "b.csv"}]
+    write_table(tmp_path / "a.csv", cells())
+    write_table(tmp_path / "b.csv", again)
+    assert imported(tmp_path, tables, tmp_path).n_poses == 2 * N
+
+
+def test_files_that_count_their_poses_anew_are_named_in_one_line(tmp_path):
+    """Numbers of poses that stand in another file are one line for the pair of files, with how many there are and what to write."""
+    rows, tables = [[str(i % 4), *row] for i, row in enumerate(cells()[:8])], tracker_mapping()
+    tables["poses"]["columns"]["pose"] = {"column": "Nr"}
+    tables["poses"]["files"] = [{"name": "a.csv"}, {"name": "b.csv"}]
+    for name, own in (("a.csv", rows[:4]), ("b.csv", rows[4:])):
+        write_table(tmp_path / name, own, ["Nr", *header()])
+    result = run(tmp_path, tables, tmp_path)
+    refused(
+        tmp_path,
+        result,
+        "pose 0 stands already in a.csv, row 2, and so do 3 more of this file; if each",
+        "add_to_pose",
+    )
+    assert "pose 1 stands" not in result.output
 
 
 def test_copies_of_both_tables_are_named_in_one_line_each(tmp_path):

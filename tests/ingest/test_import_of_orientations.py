@@ -35,6 +35,7 @@ def test_a_description_in_other_units_and_euler_angles_is_converted(tmp_path):
     assert other.sensor.noise == pytest.approx(si.sensor.noise)
     dump_yaml(description("tracker"), tmp_path / "cell.yaml")
     mapping = tracker_mapping() | {"dataset": "cell.yaml"}
+    mapping["poses"] = mapping["poses"] | {"rows_in_order": True}
     imported(tmp_path, mapping, tmp_path / "a.csv")
     assert load_yaml(tmp_path / "out/dataset.yaml") == description("tracker")
 

@@ -35,7 +35,7 @@ def test_other_units_separators_and_decimal_signs_give_the_same_numbers(tmp_path
         "no digits that the file does not have"
     )
     np.testing.assert_array_equal(data.pose_ids, np.arange(N))
-    np.testing.assert_array_equal(data.poses["order"], np.arange(N))
+    assert "order" not in data.poses  # nothing states it
 
 
 @pytest.mark.parametrize(("unit", "size"), [("cm", 10.0), ("in", 25.4)])
@@ -203,6 +203,21 @@ def test_nests_are_imported(tmp_path):
     assert (
         result.exit_code == 2 and "nests.csv, row 2" in result.stderr and "unknown pose 77" in result.stderr
     )
+
+
+def test_the_order_of_the_rows_is_that_of_acquisition_only_where_it_is_stated(tmp_path):
+    """Without a column of time or order the dataset states no order, and the import says how; stated, rows are numbered as they stand."""
+    mapping, file = tracker_mapping(), write_table(tmp_path / "measurements.csv", cells())
+    result = run(tmp_path, mapping, file)
+    assert (
+        "no column states when the poses were measured" in result.output
+        and "rows_in_order: true" in result.output
+    )
+    assert "order" not in read_dataset(tmp_path / "out").poses
+    mapping["poses"]["rows_in_order"] = True
+    result = run(tmp_path, mapping, file)
+    assert "no column states" not in result.output
+    assert read_dataset(tmp_path / "out").poses["order"].tolist() == list(range(N))
 
 
 def test_a_table_in_place_of_the_mapping_is_told_with_the_right_order(tmp_path):

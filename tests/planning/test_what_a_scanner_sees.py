@@ -97,6 +97,35 @@ def test_an_arm_that_stands_in_its_own_beam_is_seen():
         assert len(clear) >= 5 and np.mean(tests.sees_past_itself(clear, FAN, 0.45)) > 0.9
 
 
+def test_an_arm_touches_a_plate_where_the_plate_is_and_not_beside_it():
+    """An upright plate that cuts a stretched arm is touched, the same plate two metres aside is not, and a plane without an extent is touched."""
+    robot = read_arm("kuka_kr6_r900_sixx").robot
+    T_flange_sensor = np.eye(4)
+    T_flange_sensor[2, 3] = 0.1
+    q = np.deg2rad([[0.0, -45.0, 90.0, 0.0, 0.0, 0.0]])  # the flange is 0.73 m before the base
+    wall = {"name": "wall", "normal": [1.0, 0.0, 0.0], "distance": 0.5}
+    for centre, free in (([0.5, 0.0, 0.4], False), ([0.5, 2.0, 0.4], True), (None, False)):
+        extent = {} if centre is None else {"extent": {"centre": centre, "radius": 0.4}}
+        with collision_test(
+            robot.to_mapping(), fixed_transform_mapping(T_flange_sensor), [wall | extent]
+        ) as tests:
+            assert tests.free(q).tolist() == [free]
+
+
+def test_the_arm_passes_beside_an_upright_plate_and_stays_above_a_flat_one(scene):
+    """Some poses reach beyond the plane of a small upright plate, none is behind the plate itself, and none is below a flat one that ends."""
+    floor = PlaneGuess("floor", [0, 0, 1], 0.0, centre=[0.3, -0.3, 0.0], radius=0.25)
+    plate = PlaneGuess("wall_x", [1, 0, 0], 0.3, centre=[0.3, 0.3, 0.5], radius=0.15)
+    found = draw(scene, (floor, plate, scene.planes[2]), 150)
+    place = sensor_frames(scene.robot, scene.sensor.T_flange_sensor, found.q)[:, :3, 3]
+    beyond = place[place[:, 0] > 0.3]
+    assert len(beyond) and np.all(place[:, 2] > 0)
+    assert np.all(np.linalg.norm(beyond[:, 1:] - [0.3, 0.5], axis=1) > 0.15)
+    endless = draw(scene, (floor, replace(plate, centre=None, radius=None), scene.planes[2]), 150)
+    place = sensor_frames(scene.robot, scene.sensor.T_flange_sensor, endless.q)[:, :3, 3]
+    assert np.all(place[:, 0] < 0.3)
+
+
 def test_an_extent_is_written_and_read(tmp_path, scene):
     """The circle of a plane survives the mapping of dataset.yaml; a plane without one has no such key."""
     plane = PlaneGuess("floor", [0, 0, 2.0], 0.4, centre=[0.5, 0.1, 0.2], radius=0.25)

@@ -38,7 +38,7 @@ class Alternative:
     Attributes:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
             ``shifted_poses``, ``reversed_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign``, ``length_sign``, ``length_digit``,
-            ``sign_and_zero``, ``lost_row``, ``moved_target``, ``exchanged_target`` or ``exchanged_columns``.
+            ``sign_and_zero``, ``lost_row``, ``moved_target``, ``exchanged_target``, ``exchanged_columns`` or ``other_arm``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
         says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.
         changed: Under which change the residual was computed, for the message: ``with its sign changed``.
@@ -213,7 +213,7 @@ def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
                 f"change the sign of one column of {file}, or exchange two{or_wrong_signs(dataset.robot)}",
                 replace(dataset, points=dataset.points * np.array([1.0, -1.0, 1.0])),
             )
-    for labels_go_along in (False, True) if dataset.planes else (False,):
+    for labels_go_along in readings_of_labels(dataset):
         yield Alternative(
             "reversed_poses",
             "poses.csv",
@@ -232,6 +232,15 @@ def _measurements_otherwise(dataset: Dataset) -> Iterator[Alternative]:
                     "look where the rows of angles and of measurements were joined",
                     shifted(dataset, np.full(dataset.n_poses, shift), labels_go_along),
                 )
+
+
+def readings_of_labels(dataset: Dataset) -> tuple[bool, ...]:
+    """Return whether the label of the plane may stand with the joint angles, where these belong to another measurement: both are tried.
+
+    The measurement of a touch probe is its label and nothing else: if it stood with the angles, moved rows would only be rows left out, and the
+    residual would fall wherever these contradict all others.
+    """
+    return (False, True) if dataset.planes and len(dataset.points) else (False,)
 
 
 def with_robot(

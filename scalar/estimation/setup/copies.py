@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from scalar.data.copies import copies_in_words
 from scalar.data.dataset import Dataset
 
+MOST_COPIES = 0.1  # of the poses of a probe that have the angles of another one; more are contacts that were repeated (chosen)
 LEAST_SHARE = 0.1  # of the rows that repeat the joint angles of the one before; a few are poses taken again as a check (chosen)
 
 
@@ -14,11 +17,13 @@ def copied_poses(dataset: Dataset) -> str:
     """Return a sentence on poses that are copies of others; empty if there are none.
 
     Args:
-        dataset: What was measured. Poses without points of their own, as those of a probe, may well be repeated.
+        dataset: What was measured.
     """
     angles = [q.tobytes() for q in dataset.q]
-    if not len(dataset.points) or len(set(angles)) == len(angles):
+    if len(set(angles)) == len(angles):
         return ""
+    if not len(dataset.points):
+        return _touched_twice(dataset, angles)
     numbers = [column for column in dataset.point_columns.values() if np.issubdtype(column.dtype, np.number)]
     measured = np.column_stack([dataset.points, *numbers])
     of_poses = [rows.tobytes() for rows in np.split(measured, dataset.starts[1:-1])]
@@ -27,6 +32,25 @@ def copied_poses(dataset: Dataset) -> str:
         f"{told}: remove copies, because each counts as a measurement of its own, and the errors are then stated too small"
         if told
         else ""
+    )
+
+
+def _touched_twice(dataset: Dataset, angles: Sequence[bytes]) -> str:
+    """Return the sentence on poses of a probe that have the joint angles of another one; empty if angles are so coarse that contacts may repeat them.
+
+    Args:
+        dataset: What was touched.
+        angles: The joint angles of each pose, as bytes.
+    """
+    first: dict[bytes, int] = {}
+    pairs = [(k, i) for i, own in enumerate(angles) if (k := first.setdefault(own, i)) != i]
+    if len(pairs) > MOST_COPIES * len(angles):
+        return ""
+    one, other = (int(dataset.pose_ids[i]) for i in pairs[0])
+    more = f", and {len(pairs) - 1} more such pairs" if len(pairs) > 1 else ""
+    return (
+        f"poses {one} and {other} have the same joint angles to the last digit{more}: if a row was written twice, remove or correct one of the two, "
+        "because each counts as a contact of its own"
     )
 
 

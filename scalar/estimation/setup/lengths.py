@@ -11,7 +11,7 @@ from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import as_stated
-from scalar.robots import arms_with_axes_of
+from scalar.robots import arms_in_proportion, arms_with_axes_of
 from scalar.sensors import kind_of
 from scalar.units import MM
 
@@ -39,7 +39,7 @@ def lengths_off(dataset: Dataset, model: Model, std: Array, fixed_length: str | 
     clear = np.abs(change) > SIGMAS * np.nan_to_num(errors[rows])
     off = (np.abs(change) > limit) & clear
     if not off.any():
-        return _mistyped_length(dataset, nominal[rows], change, clear)
+        return _mistyped_length(dataset, nominal[rows], change, clear, _in_proportion(model, fixed_length))
     long = np.isfinite(errors[rows]) & (np.abs(nominal[rows]) > _LONG)
     ratios = fitted[rows][long] / nominal[rows][long]
     typical = float(np.median(ratios)) if len(ratios) else 1.0
@@ -55,7 +55,7 @@ def lengths_off(dataset: Dataset, model: Model, std: Array, fixed_length: str | 
                 LENGTH_UNIT,
                 kind_of(dataset).format.measured_in,
                 f"all links come out {typical:.3g} times as long as dataset.yaml has them: look at the unit of the measurements "
-                "and of the table of joints (millimetres, inches, metres)",
+                f"and of the table of joints (millimetres, inches, metres){_of_library(model, '; or at the robot:')}",
             )
         ]
     k, j = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
@@ -75,21 +75,40 @@ def lengths_off(dataset: Dataset, model: Model, std: Array, fixed_length: str | 
             ROBOT,
             name,
             f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints{as_well}: is {which} wrong there, {elsewhere}or is "
-            f"this another robot than the one that was measured?{_of_library(model)}",
+            f"this another robot than the one that was measured?{_of_library(model) or _in_proportion(model, fixed_length)}",
         )
     ]
 
 
-def _of_library(model: Model) -> str:
-    """Return a sentence that names the arms of the library whose axes are those of the measured arm; nothing if there are none."""
+def _of_library(model: Model, before: str = "") -> str:
+    """Return a sentence that names the arms of the library whose axes are those of the measured arm; nothing if there are none.
+
+    Args:
+        model: The fitted model.
+        before: What stands before the sentence, if there is one.
+    """
     arms = arms_with_axes_of(model.robot)
     if not arms:
         return ""
     named = " or ".join(f"{arm.maker} {arm.model} ('{arm.name}' of the library)" for arm in arms)
-    return f" The distances between its axes are those of {named}"
+    return f"{before} {'the' if before else 'The'} distances between its axes are those of {named}"
 
 
-def _mistyped_length(dataset: Dataset, nominal: Array, change: Array, clear: Array) -> list[Suspicion]:
+def _in_proportion(model: Model, fixed_length: str | None) -> str:
+    """Return a sentence that names the arms of the library that are the measured arm in another size, where the data show no length; else nothing."""
+    found = [] if fixed_length is None else arms_in_proportion(model.robot)
+    if not found:
+        return ""
+    named = " or ".join(f"{arm.maker} {arm.model} ('{arm.name}' of the library)" for _, arm in found)
+    return (
+        f" Such data show the proportions of an arm and not its size, and those between its axes are the ones of {named}, whose lengths are "
+        f"{found[0][0]:.3g} times as large: if that arm was measured, all lengths here are wrong by this factor"
+    )
+
+
+def _mistyped_length(
+    dataset: Dataset, nominal: Array, change: Array, clear: Array, in_proportion: str
+) -> list[Suspicion]:
     """Return a suspicion if one length alone is far from the table, though not farther than frames of other makers' tables may be.
 
     Args:
@@ -97,6 +116,7 @@ def _mistyped_length(dataset: Dataset, nominal: Array, change: Array, clear: Arr
         nominal: ``(rows, joints)``, lengths of the table [m].
         change: The same shape: how far each comes out from it [m]; 0 where the data do not show it.
         clear: The same shape: whether the change exceeds its standard error by far.
+        in_proportion: A sentence on arms of another size that it may be; empty if there are none.
     """
     k, j = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
     others = np.abs(np.delete(change.ravel(), k * change.shape[1] + j))
@@ -112,6 +132,7 @@ def _mistyped_length(dataset: Dataset, nominal: Array, change: Array, clear: Arr
             name,
             f"{name} comes out {abs(change[k, j]) / MM:.1f} mm {'longer' if change[k, j] * nominal[k, j] >= 0 else 'shorter'} than the table of "
             f"joints has it ({nominal[k, j] / MM:.6g} mm), where half of the other lengths differ by less than {max(typical, 0.1 * MM) / MM:.1f} mm: "
-            "is it mistyped there, or is the table that of another version of this robot? The calibration states what the measurements show",
+            "is it mistyped there, or is the table that of another version of this robot? The calibration states what the measurements show."
+            f"{in_proportion}",
         )
     ]

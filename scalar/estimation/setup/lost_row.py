@@ -14,7 +14,7 @@ from scalar.data.dataset import Dataset
 from scalar.errors import ScalarError
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
-from scalar.estimation.setup.alternatives import Alternative, shifted
+from scalar.estimation.setup.alternatives import Alternative, readings_of_labels, shifted
 from scalar.estimation.setup.trial import quick_fit
 from scalar.geometry.se3 import Array
 from scalar.sensors import measure
@@ -32,7 +32,7 @@ MOST_CHANGES = 2  # rows lost or doubled
 
 def lost_rows(dataset: Dataset) -> Iterator[Alternative]:
     """Yield the alternatives in which the measurements between two poses, or from a pose on, belong to the poses before or after theirs."""
-    for labels_go_along in (False, True) if dataset.planes else (False,):
+    for labels_go_along in readings_of_labels(dataset):
         model = _fitted_to_a_part(dataset, labels_go_along)
         if model is None:
             continue

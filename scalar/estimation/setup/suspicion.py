@@ -23,6 +23,7 @@ from scalar.estimation.setup.lost_row import lost_rows
 from scalar.estimation.setup.mistyped_numbers import length_signs, slipped_digits, twist_signs
 from scalar.estimation.setup.moved_target import moved_targets
 from scalar.estimation.setup.moved_zeros import as_described, with_zeros_of, zeros_in_words
+from scalar.estimation.setup.other_arms import other_arms, stays_that_arm
 from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
 from scalar.estimation.setup.sign_and_zero import signs_and_zeros
 from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
@@ -74,7 +75,7 @@ class Suspicion:
             implausibly; ``unrelated_rows`` if measurements and joint angles have nothing to do with one another; ``points`` if points lie off the
             line of their scan; ``copies`` if rows are copies of others; ``rounded_angles`` or ``rounded_points``; ``column`` if one may be
             misspelt, or in another unit; ``motion`` if several joints never move; ``readings`` if rows repeat the joint angles of the row before;
-            ``run`` if poses that follow each other were set aside.
+            ``run`` if poses that follow each other were set aside; ``order`` if nothing states the order in which the poses were measured.
         where: What it concerns, as a person names it.
         sentence: What is suspected, with the figures, and what to do.
         rms_before: Residual with the set-up as described [m], or None if no fit was possible.
@@ -119,8 +120,9 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     Every alternative is compared with the arm nominal. The few with the smallest residuals, and with sensor and planes nearest to where
     dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
     explains the data with sensor and planes near their stated places. A sign and a zero of one joint are tried before the pairs, where no single
-    alternative explains the data; two zeros, and errors that begin at some pose, are tried last. If the data do not distinguish several alternatives,
-    all are returned. Measurements that have nothing to do with the joint angles are said to be that, and no more is tried.
+    alternative explains the data; two zeros, the other arms of the library, and errors that begin at some pose, are tried last. If the data do not
+    distinguish several alternatives, all are returned. Measurements that have nothing to do with the joint angles are said to be that, and no more
+    is tried.
     """
     as_it_is = first_look(dataset)
     before = _residual(full_fit(dataset), as_it_is)
@@ -137,6 +139,9 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
             break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then
     if not found:
         found += _explaining(two_zeros(dataset), as_it_is, before)
+    if not found:
+        fitting = _explaining(other_arms(dataset), as_it_is, before)
+        found += [entry for entry in fitting if stays_that_arm(entry[1], entry[2].model.robot)]
     for alternatives_of in LAST:
         found = found or _explaining_fully(dataset, alternatives_of(dataset), before)
     if not found:

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.estimation.setup.alternatives import Alternative, shifted
+from scalar.estimation.setup.alternatives import Alternative, readings_of_labels, shifted
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 
@@ -23,14 +23,15 @@ LEAST_POSES = (
 )
 FIRST_JOINTS = 3  # that move the wrist of most arms
 POSES_PER_COLUMN = 2  # fewest poses for each column of the regression
+_RECURRING = 0.8  # share of equal labels; with planes in turn all are equal but a few mistakes, with three planes at random a third is
 _ORDERS = 200  # random orders with which the order of the table is compared
 
 
 def rows_apart(dataset: Dataset) -> Iterator[Alternative]:
     """Yield the alternatives in which each measurement belongs to a pose some rows before or after its own; one row is tried elsewhere."""
-    for labels_go_along in (False, True) if dataset.planes else (False,):
+    for labels_go_along in readings_of_labels(dataset):
         for rows in range(2, min(FARTHEST_ROW, dataset.n_poses // 3) + 1):
-            for shift in (rows, -rows):
+            for shift in (rows, -rows) if not _labels_recur(dataset, rows) else ():
                 yield Alternative(
                     "shifted_poses",
                     "poses.csv",
@@ -39,6 +40,14 @@ def rows_apart(dataset: Dataset) -> Iterator[Alternative]:
                     "look where the rows of angles and of measurements were joined",
                     shifted(dataset, np.full(dataset.n_poses, shift), labels_go_along),
                 )
+
+
+def _labels_recur(dataset: Dataset, rows: int) -> bool:
+    """Return whether the labels of a touch probe, which measures nothing else, are the same some rows on: moved rows are then only rows left out."""
+    if len(dataset.points) or not dataset.planes:
+        return False
+    plane = dataset.plane_index
+    return float(np.mean(plane[rows:] == plane[:-rows])) > _RECURRING
 
 
 def unrelated(dataset: Dataset) -> bool:
