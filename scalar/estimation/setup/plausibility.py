@@ -186,7 +186,8 @@ def _zeros(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
             "joint_zero",
             f"joint {j + 1}",
             f"the zero of joint {j + 1} is off by {change[j] / DEG:.1f} degrees: correct theta of joint {j + 1} in dataset.yaml, "
-            "or the zero of the encoder",
+            "or the zero of the encoder; if it cannot be so far off, check the sign of this joint and of its neighbours, and the order "
+            "of their columns",
         )
         for j in np.flatnonzero((np.abs(change) > ZERO) & (np.abs(change) > SIGMAS * np.nan_to_num(errors)))
     ]

@@ -19,6 +19,7 @@ from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
 from scalar.estimation.setup.exchanged_columns import exchanged_columns
 from scalar.estimation.setup.exchanged_target import exchanged_targets
+from scalar.estimation.setup.far_lengths import far_length_in_words
 from scalar.estimation.setup.lost_row import lost_rows
 from scalar.estimation.setup.mistyped_numbers import length_signs, slipped_digits, twist_signs
 from scalar.estimation.setup.moved_target import moved_targets
@@ -172,7 +173,8 @@ def _explaining(
         for look, a in looks
         if look.rms / max(a.motion, 1.0) <= limit and look.rms <= NOMINAL_LEFT and _better(look, a, as_it_is)
     ]
-    worth.sort(key=lambda entry: entry[0].turn)
+    # Where no orientation is observed, all turns are the same: then those that explain more come first, and are among the few that are fitted.
+    worth.sort(key=lambda entry: (round(entry[0].turn / DEG), entry[0].rms / max(entry[1].motion, 1.0)))
     found: list[tuple[Look, Alternative, Trial]] = []
     for look, alternative in worth[:MOST_FITTED]:
         if found and look.turn > found[0][0].turn + CLEARLY_NEARER:
@@ -250,16 +252,17 @@ def _suspicion(alternative: Alternative, before: float | None, trial: Trial, *, 
         robot = with_zeros_of(alternative, trial.model.robot)
     if alternative.what == "joint_sign":
         robot = with_limits_counted_back(robot, alternative.dataset.q)
+    far = far_length_in_words(alternative.dataset.robot, trial.model.robot)
     figures = f"the residual is {trial.rms / MM:.2g} mm {changed} (median of the poses)"
     if before is not None and before > trial.rms / FALLS_TO:
         figures = f"{changed} the residual falls from {in_mm(before)} to {in_mm(trial.rms)} mm (medians of the poses)"
     return Suspicion(
         alternative.what,
         alternative.where,
-        f"{'' if one_of == 1 else f'one of {one_of}, which these data do not distinguish: '}{says}: {figures}; {alternative.remedy}",
+        f"{'' if one_of == 1 else f'one of {one_of}, which these data do not distinguish: '}{says}: {figures}; {alternative.remedy}{far}",
         before,
         trial.rms,
-        robot if alternative.corrects_robot else None,
+        robot if alternative.corrects_robot and not far else None,
     )
 
 
