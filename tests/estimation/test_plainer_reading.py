@@ -82,6 +82,17 @@ def test_of_readings_that_turn_nothing_those_that_explain_most_are_fitted(monkey
     assert fitted[0] == 4 and len(fitted) < len(residuals)
 
 
+def test_readings_that_say_the_same_stay_in_the_order_of_the_list(monkeypatch):
+    """A wrong sign of joint 1 and a zero of joint 2 that is half a turn off leave the same residual but for the fit's tolerance; the sign is first."""
+    residuals = [0.301, 0.30, 0.302]  # [mm]
+    fitted: list[int] = []
+    monkeypatch.setattr(suspicion, "first_look", lambda index: Look(residuals[index] * MM, 0.0, 0.1))
+    monkeypatch.setattr(suspicion, "full_fit", fitted.append)
+    tried: Any = [Alternative("", "", "", "", "", cast("Any", index)) for index in range(len(residuals))]
+    suspicion._explaining(tried, Look(2.5 * MM, 0.0, 0.1), None)
+    assert fitted == [0, 1, 2]
+
+
 @pytest.mark.parametrize(("by", "is_said"), [(0.4, True), (0.002, False)])
 def test_a_reading_under_which_a_link_is_far_off_is_doubted(like, by, is_said):
     """Three signs may fit the table of another arm, if its links may change: the length is said, and no corrected table is offered."""

@@ -41,6 +41,7 @@ NOMINAL_LEFT = (
     30 * MM
 )  # the same before a fit, with the nominal arm, whose own errors are several millimetres
 AS_GOOD = 3.0  # two residuals count as equally good if neither exceeds the other by more than this factor
+LIKE = 1.2  # two first looks are alike if one residual exceeds the other by less than this factor
 NEAR = 30 * DEG  # to dataset.yaml: an initial guess of a plane or of the sensor may be wrong by as much
 CLEARLY_NEARER = (
     20 * DEG
@@ -174,8 +175,7 @@ def _explaining(
         for look, a in looks
         if look.rms / max(a.motion, 1.0) <= limit and look.rms <= NOMINAL_LEFT and _better(look, a, as_it_is)
     ]
-    # Where no orientation is observed, all turns are the same: then those that explain more come first, and are among the few that are fitted.
-    worth.sort(key=lambda entry: (round(entry[0].turn / DEG), entry[0].rms / max(entry[1].motion, 1.0)))
+    worth.sort(key=lambda entry: _order(*entry, least))
     found: list[tuple[Look, Alternative, Trial]] = []
     for look, alternative in worth[:MOST_FITTED]:
         if found and look.turn > found[0][0].turn + CLEARLY_NEARER:
@@ -186,6 +186,17 @@ def _explaining(
         if _explains(look, alternative, trial, as_it_is, before):
             found.append((look, alternative, trial))
     return found
+
+
+def _order(look: Look, alternative: Alternative, least: float) -> tuple[int, int]:
+    """Return the key by which alternatives are sorted: how far sensor and planes turn, then the residual in steps of ``LIKE``.
+
+    Where no orientation is observed, nothing turns; those that explain more are then among the few that are fitted. Alternatives that say the same
+    in other words leave the same residual, and stay in the order of the list, the simplest first.
+    """
+    tiny = 1e-9  # [m]
+    ratio = (look.rms / max(alternative.motion, 1.0) + tiny) / (least + tiny)
+    return round(look.turn / DEG), round(float(np.log(ratio) / np.log(LIKE)))
 
 
 def _explaining_fully(
