@@ -83,7 +83,7 @@ def test_of_readings_that_turn_nothing_those_that_explain_most_are_fitted(monkey
 
 
 def test_readings_that_say_the_same_stay_in_the_order_of_the_list(monkeypatch):
-    """A wrong sign of joint 1 and a zero of joint 2 that is half a turn off leave the same residual but for the fit's tolerance; the sign is first."""
+    """A wrong sign of joint 1 and a zero of joint 2 that is half a turn off leave almost the same residual; the sign is first."""
     residuals = [0.301, 0.30, 0.302]  # [mm]
     fitted: list[int] = []
     monkeypatch.setattr(suspicion, "first_look", lambda index: Look(residuals[index] * MM, 0.0, 0.1))
