@@ -75,7 +75,7 @@ def plainer_reading(
         f"{far[0]['sentence'].split(':')[0]}. But all lengths, all zeros and the sensor come out where dataset.yaml has them if {words}; "
         f"the residual is {least / MM:.2g} mm then, and {described.rms / MM:.2g} mm as described (medians of the poses). "
         "This is the plainer explanation: look "
-        f"which way the joint turns and where it has its zero, and {CORRECT_TABLE}, or the mapping of the import"
+        f"which way the joint turns, where it has its zero and which column is its, and {CORRECT_TABLE}, or the mapping of the import"
     )
     return (Suspicion("joint_reading", f"joint {joint + 1}", sentence, described.rms, least),)
 
