@@ -26,7 +26,7 @@ from scalar.diagnosis.shipped_fit import ShippedFit, shipped_fit, unconfirmed_ef
 from scalar.diagnosis.two_halves import limited_by_halves, two_halves
 from scalar.diagnosis.unstated_order import limited_by_order, unstated_order
 from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
-from scalar.estimation.conclude import with_suspicions
+from scalar.estimation.conclude import with_plainer_reading, with_suspicions
 from scalar.estimation.measured_effects import with_target_motion
 from scalar.estimation.motion import refuse_without_motion
 from scalar.estimation.result import Calibration
@@ -137,6 +137,7 @@ def _with_boundaries(
     """Return the calibrations, each with the suspicions that a boundary between sessions is stated at the wrong pose, or not at all, and that the
     rows are not in the order of acquisition.
 
+    A sign or zero of a joint that explains a geometry far from the table is said in place of that.
     Where no session explains why poses that follow each other were set aside, something else changed there, which is a suspicion too.
 
     Args:
@@ -154,7 +155,8 @@ def _with_boundaries(
         boundaries += [changed] if changed else []
     effects = [finding.effect for finding in found]
     boundaries += [*boundaries_near_changes(dataset, effects), *unstated_order(dataset, effects)]
-    return [with_suspicions(calibration, boundaries) for calibration in calibrations]
+    read = with_plainer_reading(run.cleaned.dataset, calibrations)
+    return [with_suspicions(calibration, boundaries) for calibration in read]
 
 
 def _with_calibrated_effects(found: Sequence[Finding], calibration: Calibration) -> tuple[Finding, ...]:

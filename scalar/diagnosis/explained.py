@@ -183,7 +183,7 @@ def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
         refuse_wrong_setup(dataset)
     refuse_contradicted_planes(dataset, state.model)
     if median_distance > state.settings.estimation.sufficiency.gross_error:
-        raise misfit_refused(state.dataset, distances)
+        raise misfit_refused(state.dataset, distances, state.settings.estimation)
 
 
 def _refuse_gross_errors_left(dataset: Dataset, state: FittedState) -> None:
@@ -203,7 +203,7 @@ def _refuse_gross_errors_left(dataset: Dataset, state: FittedState) -> None:
     distances = state.residuals.pose_distances(state.model)
     if distances.max() > state.settings.estimation.sufficiency.gross_error:
         refuse_wrong_setup(dataset)
-        raise misfit_refused(state.dataset, distances)
+        raise misfit_refused(state.dataset, distances, state.settings.estimation)
 
 
 def _with_named_effects(

@@ -18,7 +18,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.effects.effect import Effect
 from scalar.errors import Fault, InvalidInput, NotConverged, Undetermined
-from scalar.estimation.conclude import conclude, with_suspicions
+from scalar.estimation.conclude import conclude, with_plainer_reading, with_suspicions
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, without_stray_points
 from scalar.estimation.joint_fit import fit_all
@@ -94,10 +94,11 @@ def calibrate(
         if distances.max() > settings.sufficiency.gross_error:
             if explain:
                 _refuse_gross_errors(dataset, settings)
-            raise misfit_refused(dataset, distances)
-        return _with_stray_points_reported(
-            conclude(dataset, prepared, found, residuals, settings.fit), dataset, settings.gross_errors
-        )
+            raise misfit_refused(dataset, distances, settings)
+        calibration = conclude(dataset, prepared, found, residuals, settings.fit)
+        if explain:
+            (calibration,) = with_plainer_reading(dataset, [calibration])
+        return _with_stray_points_reported(calibration, dataset, settings.gross_errors)
     except (TooManyStrayPoints, TooManyUnknowns, KnownPlaneContradicted):
         raise
     except (InvalidInput, Undetermined) as error:

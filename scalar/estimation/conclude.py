@@ -27,6 +27,7 @@ from scalar.estimation.result import Calibration
 from scalar.estimation.scanner_scale import SCANNER_SCALE_SHIFT, unchecked_scale
 from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.lengths import LENGTH_UNIT
+from scalar.estimation.setup.plainer_reading import instead, plainer_reading
 from scalar.estimation.setup.plausibility import implausible
 from scalar.estimation.setup.suspicion import Suspicion, WrongSetup
 from scalar.geometry.se3 import Array
@@ -211,6 +212,23 @@ def with_suspicions(calibration: Calibration, suspicions: Sequence[Suspicion]) -
     entries = [{**suspicion.to_mapping(), "sentence": suspicion.sentence} for suspicion in suspicions]
     summary = calibration.summary
     return replace(calibration, summary={**summary, "setup": [*summary["setup"], *entries]})
+
+
+def with_plainer_reading(dataset: Dataset, calibrations: Sequence[Calibration]) -> list[Calibration]:
+    """Return the calibrations of a dataset with the sign or zero of a joint that explains an implausible fit, in place of what it was suspected of.
+
+    Args:
+        dataset: What was measured.
+        calibrations: The rigid one first: it is looked at, and what is found holds for all.
+    """
+    first = calibrations[0]
+    plainer = plainer_reading(dataset, first.model, first.summary["setup"])
+    if not plainer:
+        return list(calibrations)
+    return [
+        with_suspicions(replace(c, summary={**c.summary, "setup": instead(c.summary["setup"])}), plainer)
+        for c in calibrations
+    ]
 
 
 def _check_rank(model: Model, decomposed: Decomposed, free: Array) -> None:

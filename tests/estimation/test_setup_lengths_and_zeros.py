@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from scalar.data.dataset import Dataset
+from scalar.data.declared import Sensor
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.alternatives import read_as_standard
 from scalar.estimation.setup.mistyped_numbers import length_signs
 from scalar.estimation.setup.suspicion import WrongSetup
-from scalar.geometry.robot import GEOMETRY
+from scalar.geometry.robot import GEOMETRY, Robot
 from scalar.geometry.standard_dh import stated_mapping
+from scalar.robots import read_arm
 from scalar.units import DEG, MM
 from tests.random_scene import make_scene
 
@@ -72,6 +74,25 @@ def test_the_table_of_another_arm_is_said_with_all_lengths_and_the_arm_that_was_
     (told,) = calibrate(replace(tracked, robot=tracked.robot.with_geometry(geometry))).summary["setup"]
     assert told["where"] == "a_3" and re.search(r"\(d_4 \d\d mm as well\)", told["sentence"])
     assert "denso_vs060" in told["sentence"]
+
+
+def test_a_table_of_another_version_is_said_with_the_arm_that_was_measured():
+    """The lengths of a UR5e are those of a UR5 but for 24 mm of d_4, and the library's arm is named; where its own table is stated, nothing is."""
+    q = np.random.default_rng(2).uniform(-1.5, 1.5, (80, 6))
+    q[:, 4] += 1.6
+    T = np.eye(4)
+    T[:3, 3] = 0.03, 0.02, 0.1
+    arms = {name: Robot.from_mapping(read_arm(name).mapping) for name in ("ur5", "ur5e")}
+    points = (arms["ur5"].flange(q) @ T)[:, :3, 3] + np.random.default_rng(3).normal(0.0, 5e-5, (80, 3))
+    sensor = Sensor(kind="tracker", T_flange_sensor=T, noise=5e-5)
+    told = {
+        name: calibrate(Dataset.from_arrays(robot=robot, sensor=sensor, q=q, points=points)).summary["setup"]
+        for name, robot in arms.items()
+    }
+    assert not told["ur5"]
+    assert [s["where"] for s in told["ur5e"]] == ["d_4"] and "('ur5' of the library)" in told["ur5e"][0][
+        "sentence"
+    ]
 
 
 def test_a_slipped_digit_is_named(tracked):

@@ -87,7 +87,7 @@ def alternatives(dataset: Dataset) -> Iterator[Alternative]:
         if slides[i] != slides[j]:
             continue
         yield replace(
-            with_angles(dataset, _swapped_columns(dataset.q, i, j)),
+            with_angles(dataset, swapped_columns(dataset.q, i, j)),
             what="swapped_joints",
             where=f"joints {i + 1} and {j + 1}",
             says=f"the columns q{i + 1} and q{j + 1} of poses.csv are swapped",
@@ -262,7 +262,8 @@ def with_angles(dataset: Dataset, q: Array) -> Alternative:
     return Alternative("", "", "", "", "", replace(dataset, poses=dataset.poses.assign(**columns)))
 
 
-def _swapped_columns(q: Array, i: int, j: int) -> Array:
+def swapped_columns(q: Array, i: int, j: int) -> Array:
+    """Return joint positions ``(N, n)`` with the columns of two joints (from 0) exchanged."""
     swapped = q.copy()
     swapped[:, [i, j]] = q[:, [j, i]]
     return swapped

@@ -6,6 +6,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
+from scalar.estimation.setup.far_lengths import most_of_a_link
 from scalar.estimation.setup.known_planes import base_moved_to
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.robot import GEOMETRY, LENGTHS
@@ -17,8 +18,6 @@ from scalar.units import MM
 
 LENGTH_UNIT = "length_unit"  # as a suspicion names a wrong unit of all lengths
 ROBOT = "robot"  # as a suspicion names a table of joints that is not that of the measured arm
-LINK_SHARE = 0.02  # of the arm's length: real links differ from their table by a millimetre or two, and reference frames by a few more
-LEAST_LINK = 10 * MM  # the limit for a link is at least this, however short the arm
 LEAST_SLIP = 5 * MM  # a length that is farther from the table may be mistyped, if the others are near it
 SLIP = 5.0  # times the median change of the other lengths: with a larger one, a length is said to be mistyped
 _LONG = 30 * MM  # the ratio of fitted to nominal length counts of links that are longer than this
@@ -35,11 +34,11 @@ def lengths_off(dataset: Dataset, model: Model, std: Array, fixed_length: str | 
     change = np.where(np.isfinite(errors), fitted - nominal, 0.0)[rows]
     zeros = np.outer([GEOMETRY[k] == "d" for k in rows], dataset.robot.slides)
     change[zeros] = 0.0  # the zero of a travel depends on the reference run, and may be anywhere
-    limit = max(LEAST_LINK, LINK_SHARE * float(np.abs(nominal[rows]).sum()))
+    limit = most_of_a_link(dataset.robot)
     clear = np.abs(change) > SIGMAS * np.nan_to_num(errors[rows])
     off = (np.abs(change) > limit) & clear
     if not off.any():
-        return _mistyped_length(dataset, nominal[rows], change, clear, _in_proportion(model, fixed_length))
+        return _mistyped_length(dataset, model, change, clear, _in_proportion(model, fixed_length))
     long = np.isfinite(errors[rows]) & (np.abs(nominal[rows]) > _LONG)
     ratios = fitted[rows][long] / nominal[rows][long]
     typical = float(np.median(ratios)) if len(ratios) else 1.0
@@ -107,14 +106,14 @@ def _in_proportion(model: Model, fixed_length: str | None) -> str:
 
 
 def _mistyped_length(
-    dataset: Dataset, nominal: Array, change: Array, clear: Array, in_proportion: str
+    dataset: Dataset, model: Model, change: Array, clear: Array, in_proportion: str
 ) -> list[Suspicion]:
     """Return a suspicion if one length alone is far from the table, though not farther than frames of other makers' tables may be.
 
     Args:
         dataset: What was measured.
-        nominal: ``(rows, joints)``, lengths of the table [m].
-        change: The same shape: how far each comes out from it [m]; 0 where the data do not show it.
+        model: Where the fit ended.
+        change: ``(2, joints)``, a and d: how far each comes out from it [m]; 0 where the data do not show it.
         clear: The same shape: whether the change exceeds its standard error by far.
         in_proportion: A sentence on arms of another size that it may be; empty if there are none.
     """
@@ -125,6 +124,7 @@ def _mistyped_length(
     if not clear[k, j] or abs(change[k, j]) < max(LEAST_SLIP, SLIP * typical):
         return []
     lengths = [kind for kind in GEOMETRY if kind in LENGTHS]
+    nominal = dataset.robot.geometry[[GEOMETRY.index(kind) for kind in lengths]]
     name = as_stated(f"{lengths[k]}_{j + 1}", dataset.robot)
     return [
         Suspicion(
@@ -133,6 +133,6 @@ def _mistyped_length(
             f"{name} comes out {abs(change[k, j]) / MM:.1f} mm {'longer' if change[k, j] * nominal[k, j] >= 0 else 'shorter'} than the table of "
             f"joints has it ({nominal[k, j] / MM:.6g} mm), where half of the other lengths differ by less than {max(typical, 0.1 * MM) / MM:.1f} mm: "
             "is it mistyped there, or is the table that of another version of this robot? The calibration states what the measurements show."
-            f"{in_proportion}",
+            f"{_of_library(model).removesuffix('.') or in_proportion}",
         )
     ]

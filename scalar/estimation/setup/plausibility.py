@@ -31,6 +31,10 @@ AROUND = 75 * DEG  # about that axis, from where it is stated: a mount drawn rou
 DISAGREEMENT = 5 * DEG  # of measured orientations, from pose to pose: no tracker measures them so poorly
 QUIET = 0.5  # ratio of the residual to what the stated noise explains: with a smaller one, the noise is said to be stated wrongly
 FAR_BELOW = 0.2  # ratio of the scatter within scans to the stated noise: with a smaller one, the noise is said to be stated too large
+LEAST_MEASURED = (
+    2e-3 * MM
+)  # a smaller residual is none of an instrument and an arm: trackers scatter by 5 um at best, arms by 10 um
+ENOUGH_POSES = 20  # with fewer, a fit may leave hardly any residual because it has as many unknowns
 ROUNDED = 1.15  # ratio of the residual to what the stated noise explains: with a larger one, joint angles may be rounded
 LOUD = 3.0  # ratio of the scatter within scans to the stated noise: with a larger one, the noise is said to be stated wrongly, or points to stray
 
@@ -73,6 +77,7 @@ def implausible(
         *found,
         *_orientations(rotation_noise),
         *_stated_noise(misfit_ratio),
+        *_computed(dataset, residual),
         *_scatter(dataset),
         *_rounding(dataset, residual, misfit_ratio),
         *_columns(dataset),
@@ -105,6 +110,27 @@ def _stated_noise(misfit_ratio: float | None) -> list[Suspicion]:
             "sensor.noise",
             f"the residual is only {misfit_ratio:.2g} times what the stated noise explains: the noise is stated too large, "
             "or the lengths of the measurements are in another unit",
+        )
+    ]
+
+
+def _computed(dataset: Dataset, residual: float) -> list[Suspicion]:
+    """Return a suspicion if so many poses leave so small a residual [m] that their positions cannot have been measured."""
+    noise = dataset.sensor.noise
+    if (
+        residual >= LEAST_MEASURED
+        or dataset.n_poses < ENOUGH_POSES
+        or (noise is not None and noise < LEAST_MEASURED)
+    ):
+        return []
+    file = kind_of(dataset).format.measured_in
+    return [
+        Suspicion(
+            "computed",
+            file,
+            f"the residual is {residual / MM:.1g} mm, and no instrument measures so exactly, nor does any arm repeat its poses so well: were the "
+            f"positions of {file} computed from the joint angles (the commanded or displayed position of the controller, a simulation)? Then they "
+            "show nothing of the arm; put in what was measured",
         )
     ]
 
@@ -186,7 +212,8 @@ def _zeros(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
             "joint_zero",
             f"joint {j + 1}",
             f"the zero of joint {j + 1} is off by {change[j] / DEG:.1f} degrees: correct theta of joint {j + 1} in dataset.yaml, "
-            "or the zero of the encoder",
+            "or the zero of the encoder; if it cannot be so far off, check the sign of this joint and of its neighbours, and the order "
+            "of their columns",
         )
         for j in np.flatnonzero((np.abs(change) > ZERO) & (np.abs(change) > SIGMAS * np.nan_to_num(errors)))
     ]

@@ -19,6 +19,7 @@ from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
 from scalar.estimation.setup.exchanged_columns import exchanged_columns
 from scalar.estimation.setup.exchanged_target import exchanged_targets
+from scalar.estimation.setup.far_lengths import far_length_in_words
 from scalar.estimation.setup.lost_row import lost_rows
 from scalar.estimation.setup.mistyped_numbers import length_signs, slipped_digits, twist_signs
 from scalar.estimation.setup.moved_target import moved_targets
@@ -41,6 +42,7 @@ NOMINAL_LEFT = (
     30 * MM
 )  # the same before a fit, with the nominal arm, whose own errors are several millimetres
 AS_GOOD = 3.0  # two residuals count as equally good if neither exceeds the other by more than this factor
+LIKE = 1.2  # two first looks are alike if one residual exceeds the other by less than this factor
 NEAR = 30 * DEG  # to dataset.yaml: an initial guess of a plane or of the sensor may be wrong by as much
 CLEARLY_NEARER = (
     20 * DEG
@@ -75,7 +77,8 @@ class Suspicion:
             implausibly; ``unrelated_rows`` if measurements and joint angles have nothing to do with one another; ``points`` if points lie off the
             line of their scan; ``copies`` if rows are copies of others; ``rounded_angles`` or ``rounded_points``; ``column`` if one may be
             misspelt, or in another unit; ``motion`` if several joints never move; ``readings`` if rows repeat the joint angles of the row before;
-            ``run`` if poses that follow each other were set aside; ``order`` if nothing states the order in which the poses were measured.
+            ``run`` if poses that follow each other were set aside; ``order`` if nothing states the order in which the poses were measured;
+            ``computed`` if positions were hardly measured; ``joint_reading`` if a sign or zero explains why a fit ended implausibly.
         where: What it concerns, as a person names it.
         sentence: What is suspected, with the figures, and what to do.
         rms_before: Residual with the set-up as described [m], or None if no fit was possible.
@@ -177,7 +180,7 @@ def _explaining(
         for look, a in looks
         if look.rms / max(a.motion, 1.0) <= limit and look.rms <= NOMINAL_LEFT and _better(look, a, as_it_is)
     ]
-    worth.sort(key=lambda entry: entry[0].turn)
+    worth.sort(key=lambda entry: _order(*entry, least))
     found: list[tuple[Look, Alternative, Trial]] = []
     for look, alternative in worth[:MOST_FITTED]:
         if found and look.turn > found[0][0].turn + CLEARLY_NEARER:
@@ -188,6 +191,17 @@ def _explaining(
         if _explains(look, alternative, trial, as_it_is, before):
             found.append((look, alternative, trial))
     return found
+
+
+def _order(look: Look, alternative: Alternative, least: float) -> tuple[int, int]:
+    """Return the key by which alternatives are sorted: how far sensor and planes turn, then the residual in steps of ``LIKE``.
+
+    Where no orientation is observed, nothing turns; those that explain more are then among the few that are fitted. Alternatives that say the same
+    in other words leave the same residual, and stay in the order of the list, the simplest first.
+    """
+    tiny = 1e-9  # [m]
+    ratio = (look.rms / max(alternative.motion, 1.0) + tiny) / (least + tiny)
+    return round(look.turn / DEG), round(float(np.log(ratio) / np.log(LIKE)))
 
 
 def _explaining_fully(
@@ -255,16 +269,17 @@ def _suspicion(alternative: Alternative, before: float | None, trial: Trial, *, 
         robot = with_zeros_of(alternative, trial.model.robot)
     if alternative.what == "joint_sign":
         robot = with_limits_counted_back(robot, alternative.dataset.q)
+    far = far_length_in_words(alternative.dataset.robot, trial.model.robot)
     figures = f"the residual is {trial.rms / MM:.2g} mm {changed} (median of the poses)"
     if before is not None and before > trial.rms / FALLS_TO:
         figures = f"{changed} the residual falls from {in_mm(before)} to {in_mm(trial.rms)} mm (medians of the poses)"
     return Suspicion(
         alternative.what,
         alternative.where,
-        f"{'' if one_of == 1 else f'one of {one_of}, which these data do not distinguish: '}{says}: {figures}; {alternative.remedy}",
+        f"{'' if one_of == 1 else f'one of {one_of}, which these data do not distinguish: '}{says}: {figures}; {alternative.remedy}{far}",
         before,
         trial.rms,
-        robot if alternative.corrects_robot else None,
+        robot if alternative.corrects_robot and not far else None,
     )
 
 

@@ -1,0 +1,129 @@
+"""Another sign or zero of a joint under which lengths, zeros and the sensor come out where dataset.yaml has them, where a fit ended far from it.
+
+Where a joint of the wrist counts the other way and moves little, or where the target lies on the last axis, a fit with the wrong sign or zero
+leaves hardly any residual: another zero, a length or the target's place takes the error up. The number that comes out far off is then not the
+one that is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.estimation.model import Model
+from scalar.estimation.setup.alternatives import (
+    CORRECT_TABLE,
+    THETA,
+    swapped_columns,
+    with_angles,
+    with_sign_changed,
+    with_zero_moved,
+)
+from scalar.estimation.setup.far_lengths import most_of_a_link
+from scalar.estimation.setup.lengths import ROBOT
+from scalar.estimation.setup.plausibility import SENSOR_SHIFT, ZERO
+from scalar.estimation.setup.suspicion import Suspicion
+from scalar.estimation.setup.trial import full_fit
+from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
+from scalar.units import DEG, MM
+
+FAR_OFF = frozenset({ROBOT, "joint_zero"})
+"""What a fit that ended far from the table of joints is suspected of. A sensor that alone sits elsewhere is rather a rough ``nominal_pose``."""
+QUARTER_TURNS = (90 * DEG, -90 * DEG, 180 * DEG)
+"""Zeros that conventions differ by; a fit that starts there finds the rest."""
+AS_GOOD = 1.2
+"""Most by which the residual of a plainer reading may exceed that of the description."""
+
+MOST_FITTED_POSES = 200
+"""Poses, evenly over the acquisition, that readings are compared with: the arm is fitted some thirty times."""
+MOST_READINGS = 3
+"""With more readings that are as plain, the data tell nothing of signs and zeros."""
+
+
+def plainer_reading(
+    dataset: Dataset, model: Model, entries: Sequence[Mapping[str, Any]]
+) -> tuple[Suspicion, ...]:
+    """Return the suspicion that a joint has another sign or zero, in place of what a fit is suspected of; none if nothing is plainer.
+
+    Args:
+        dataset: What was measured.
+        model: Where its fit ended.
+        entries: What is suspected, as ``setup`` of a calibration's summary has it.
+    """
+    far = [entry for entry in entries if entry["what"] in FAR_OFF and entry["where"] != "robot.name"]
+    if not far or _is_plain(model, dataset):
+        return ()
+    if dataset.n_poses > MOST_FITTED_POSES:
+        dataset = dataset.subset(np.linspace(0, dataset.n_poses - 1, MOST_FITTED_POSES).round().astype(int))
+    described = full_fit(dataset)
+    if described is None or _is_plain(described.model, dataset):
+        return ()
+    found = []
+    for joint, angle, read in _readings(dataset):
+        trial = full_fit(read)
+        if trial is not None and trial.rms <= AS_GOOD * described.rms and _is_plain(trial.model, read):
+            found.append((trial.rms, joint, _in_words(joint, angle, trial.model, read.robot)))
+    if not 0 < len(found) <= MOST_READINGS:
+        return ()
+    least, joint, _ = min(found)
+    words = ", or ".join(words for _, _, words in sorted(found))
+    sentence = (
+        f"{far[0]['sentence'].split(':')[0]}. But all lengths, all zeros and the sensor come out where dataset.yaml has them if {words}; "
+        f"the residual is {least / MM:.2g} mm then, and {described.rms / MM:.2g} mm as described (medians of the poses). "
+        "This is the plainer explanation: look "
+        f"which way the joint turns, where it has its zero and which column is its, and {CORRECT_TABLE}, or the mapping of the import"
+    )
+    return (Suspicion("joint_reading", f"joint {joint + 1}", sentence, described.rms, least),)
+
+
+def instead(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Return the entries of ``setup`` that a plainer reading leaves: those that do not say that a fit ended far off."""
+    return [entry for entry in entries if entry["what"] not in FAR_OFF | {"sensor_pose"}]
+
+
+def _readings(dataset: Dataset) -> Iterator[tuple[int, float | None, Dataset]]:
+    """Yield the data with another sign (angle None) or zero [rad] of each joint (from 0) that turns and moves.
+
+    After these follow the data with the columns of the joint and the next one exchanged (angle NaN).
+    """
+    q = dataset.q
+    moving = [
+        int(joint) for joint in np.flatnonzero(np.ptp(q, axis=0) > 0) if joint not in dataset.robot.prismatic
+    ]
+    for joint in moving:
+        yield joint, None, replace(dataset, robot=with_sign_changed(dataset.robot, joint))
+        for angle in QUARTER_TURNS if joint > 0 else ():  # the zero of joint 1 turns with the base
+            yield joint, angle, replace(dataset, robot=with_zero_moved(dataset.robot, joint, angle))
+        if joint + 1 in moving:
+            yield joint, np.nan, with_angles(dataset, swapped_columns(q, joint, joint + 1)).dataset
+
+
+def _is_plain(model: Model, dataset: Dataset) -> bool:
+    """Return whether lengths, zeros and the sensor's place are near those of the description."""
+    nominal, fitted = dataset.robot.geometry, model.robot.geometry
+    lengths = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
+    change = np.abs(fitted - nominal)
+    change[:, dataset.robot.slides] = 0.0
+    turned = np.abs(np.arctan2(np.sin(fitted - nominal), np.cos(fitted - nominal)))[THETA]
+    turned[dataset.robot.slides] = 0.0
+    T = dataset.sensor.T_flange_sensor
+    shift = 0.0 if T is None else float(np.linalg.norm(model.T_flange_sensor[:3, 3] - T[:3, 3]))
+    return bool(
+        change[lengths].max() <= most_of_a_link(dataset.robot)
+        and turned.max() <= ZERO
+        and shift <= SENSOR_SHIFT
+    )
+
+
+def _in_words(joint: int, angle: float | None, model: Model, robot: Robot) -> str:
+    """Return the reading as a clause."""
+    if angle is None:
+        return f"joint {joint + 1} counts the other way"
+    if np.isnan(angle):
+        return f"the columns q{joint + 1} and q{joint + 2} of poses.csv are swapped"
+    off = angle + model.robot.geometry[THETA, joint] - robot.geometry[THETA, joint]
+    return f"the zero of joint {joint + 1} is off by {np.arctan2(np.sin(off), np.cos(off)) / DEG:.0f} degrees"
