@@ -90,9 +90,8 @@ def _significant_candidates(state: FittedState, columns: CandidateColumns) -> li
 def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedState, CandidateColumns]:
     """Return a state in which every effect is significant and no candidate in its place explains the data better, and the columns in that state."""
     columns, settings = CandidateColumns.of(state, candidates), state.settings.selection
-    within = max(
-        settings.swap_margin, settings.same_load_margin
-    )  # candidates that explain less replace nothing
+    # Candidates that explain still less than the effect replace nothing.
+    within = max(settings.swap_margin, settings.same_load_margin)
     for _ in range(4 + len(state.effects)):
         changed = False
         for i in range(len(state.effects)):

@@ -30,10 +30,9 @@ from scalar.geometry.se3 import Array
 # Number of regions of the joint space, by halving it three times. Smaller regions would have others on all sides, so that their errors would not
 # show how a model extrapolates.
 REGIONS = 8
-_LEAST_EIGENVALUE = (
-    1e-10  # of normal equations, as a share of the largest: with a smaller one, they lose too many digits
-)
-_CLEARLY_CONDITIONED = 1e8  # condition number below which they certainly do not
+# Normal equations lose too many digits if their least eigenvalue is a smaller share of the largest; below this condition number, they certainly do not.
+_LEAST_EIGENVALUE = 1e-10
+_CLEARLY_CONDITIONED = 1e8
 
 
 @dataclass(frozen=True, eq=False)
