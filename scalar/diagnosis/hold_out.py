@@ -30,7 +30,7 @@ from scalar.geometry.se3 import Array
 # Number of regions of the joint space, by halving it three times. Smaller regions would have others on all sides, so that their errors would not
 # show how a model extrapolates.
 REGIONS = 8
-# Normal equations lose too many digits if their least eigenvalue is a smaller share of the largest; below this condition number, they certainly do not.
+# Normal equations lose too many digits if their least eigenvalue is a smaller share of the largest; below this condition number they do not.
 _LEAST_EIGENVALUE = 1e-10
 _CLEARLY_CONDITIONED = 1e8
 
