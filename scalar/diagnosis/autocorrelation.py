@@ -26,6 +26,7 @@ from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
 
 LAGS = (1, 2, 3)  # poses that are so many places apart in an order are neighbours
+_NO_DERIVATIVE = 1e-9  # of the largest derivative of a row: a smaller one is a rounding error, as of a turn of a sensor that measures its own origin
 _NORMAL_SUFFICES = 0.01  # a larger p-value is taken from the normal distribution
 
 
@@ -171,7 +172,7 @@ def components_along(state: FittedState, z: Array) -> Array:
         by_place = state.whitening @ by_place
     sizes = np.linalg.norm(by_place, axis=1)
     components = np.einsum("nmk,nm->nk", by_place, z) / np.maximum(sizes, 1e-300)
-    return components[:, sizes.any(axis=0)]
+    return components[:, sizes.max(axis=0) > _NO_DERIVATIVE * sizes.max()]
 
 
 def _recorded_in_time(state: FittedState) -> dict[str, Array]:

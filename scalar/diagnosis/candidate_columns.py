@@ -17,7 +17,7 @@ import numpy as np
 from scalar.diagnosis.background import Background
 from scalar.diagnosis.candidate_set import candidates, changes, elements
 from scalar.diagnosis.change_scores import ChangeColumns, ChangeScores
-from scalar.diagnosis.effect_columns import Basis
+from scalar.diagnosis.effect_columns import Bases
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.score_test import Projected, observable_share, shrunk_gain
 from scalar.effects import Effect
@@ -45,7 +45,7 @@ class CandidateSet:
     tried: list[tuple[Effect, Array]]
     elements: list[Effect]
     changes: list[tuple[Effect, Array]]
-    bases: dict[Effect, Basis] = field(default_factory=dict)
+    bases: Bases = field(default_factory=Bases)
     elsewhere: int = 0
 
     @classmethod

@@ -17,22 +17,31 @@ from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
 
-def rivals(state: FittedState, i: int, columns: CandidateColumns) -> tuple[Scored, list[Scored]]:
+def rivals(
+    state: FittedState, i: int, columns: CandidateColumns, within: float = np.inf
+) -> tuple[Scored, list[Scored]]:
     """Return the score of effect i of a state given the other effects, and the scores of all candidates in its place, best first.
 
-    Candidates that are the same effect are among them. ``columns`` has the candidates' columns at the state.
+    Candidates that are the same effect are among them.
+
+    Args:
+        state: The state with the effect.
+        i: Index of the effect.
+        columns: The candidates' columns at the state.
+        within: By how much the log evidence of a candidate may be less than that of the effect [nats]; those with less are left out.
     """
 
     def scored() -> tuple[Scored, list[Scored]]:
         left_out = background_without(state, [i])
-        return score_together(state, [i], columns.candidates, left_out), rank(state, left_out[0], columns)
+        own = score_together(state, [i], columns.candidates, left_out)
+        return own, rank(state, left_out[0], columns, least=own.evidence - within)
 
-    own, others = state.once(("rivals", i, columns.candidates), scored)
+    own, others = state.once(("rivals", i, columns.candidates, within), scored)
     return own, list(others)
 
 
 def rivals_of_strongest_part(
-    state: FittedState, i: int, own: Scored, columns: CandidateColumns
+    state: FittedState, i: int, own: Scored, columns: CandidateColumns, within: float = np.inf
 ) -> list[Scored]:
     """Return the scores of other candidates in place of the strongest part of effect i while its other parts stay in the model, best first.
 
@@ -45,6 +54,7 @@ def rivals_of_strongest_part(
         i: Index of the effect.
         own: The score of the whole effect given the other effects.
         columns: The candidates' columns at the state.
+        within: As for ``rivals``.
 
     Returns:
         Gain, degrees of freedom and evidence are those of the candidate together with the other parts, which stand in ``Scored.other_parts``;
@@ -70,7 +80,7 @@ def rivals_of_strongest_part(
             evidence=own.evidence - part.evidence + s.evidence,
             other_parts=rest,
         )
-        for s in rank(state, left_out[strongest][0], columns)
+        for s in rank(state, left_out[strongest][0], columns, least=part.evidence - within)
         if not s.effect.same_answer(effect)
     ]
 

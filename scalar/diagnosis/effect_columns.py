@@ -8,6 +8,7 @@ were compressed with the functions of the points that these effects need are kep
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
 from typing import TYPE_CHECKING
@@ -31,7 +32,36 @@ if TYPE_CHECKING:
 Basis = JointBasis | Array  # an array ``(N, 6, k)`` of screws for base and sensor, ``(N, 5, n, k)`` for links
 
 _MOST_KEPT = 1_000_000  # bytes: a larger basis (of links at thousands of poses) is computed anew each time
+_MOST_KEPT_OF_SET = 4_000_000  # bytes, the same for the bases of a set of candidates, sorted by joint
 _MOST_KEPT_OF_JOINTS = 400_000  # bytes, the same for one on joints: thousands of flexible terms at 12,000 poses would take most of the memory
+
+
+@dataclass(frozen=True, eq=False)
+class PartOfSet:
+    """Those of a set's effects that act on one joint alone, or all its other effects.
+
+    Attributes:
+        joint: The joint, from 0; -1 for the others.
+        at: ``(k,)``, where their columns are among those of the set.
+        effects: The effects.
+        basis: ``(k, N)``, their bases on the joint; None for the others.
+    """
+
+    joint: int
+    at: Array
+    effects: Sequence[Effect]
+    basis: Array | None
+
+
+class Bases(dict[Effect, Basis]):
+    """The bases of effects at the poses of a dataset, which do not depend on the model: they are computed once for all states.
+
+    Attributes:
+        of_products: The effects of the set that owns these bases, sorted by joint (``EffectColumns.products``); None until they are, or if their
+            bases are large.
+    """
+
+    of_products: list[PartOfSet] | None = None
 
 
 class EffectColumns:
@@ -54,14 +84,14 @@ class EffectColumns:
         self._residuals, self._model, self._rows, self._whitening = residuals, model, rows, whitening
         self._profiles: dict[tuple[str, ...], Measurement] = {}
 
-    def of(self, effects: Sequence[Effect], bases: dict[Effect, Basis] | None = None) -> Array:
+    def of(self, effects: Sequence[Effect], bases: Bases | None = None) -> Array:
         """Return the columns ``(N m, e)`` of effects with e coefficients in all.
 
         Args:
             effects: Any effects.
             bases: Bases that were computed before; those that are computed here are added.
         """
-        bases = {} if bases is None else bases
+        bases = Bases() if bases is None else bases
         N, m = self._by_geometry.shape[:2]
         ends = [0, *accumulate(len(effect.coefficients) for effect in effects)]
         found = np.empty(
@@ -81,7 +111,7 @@ class EffectColumns:
                 acting, share = course
                 if acting.key not in whole:
                     whole[acting.key] = np.empty((stop - start, N, m))
-                    basis = np.asarray(self._basis(acting, {}))
+                    basis = np.asarray(self._basis(acting, Bases()))
                     self._fill(np.moveaxis(whole[acting.key], 0, 2), acting, basis)
                 np.multiply(whole[acting.key], share[:, None], out=found[start:stop])
                 continue
@@ -95,41 +125,54 @@ class EffectColumns:
             columns[:, :, at] = self._of_points([effect for effect, _ in on_points])
         return found.reshape(-1, N * m).T
 
-    def products(
-        self, effects: Sequence[Effect], groups: Iterable[Array], bases: dict[Effect, Basis]
-    ) -> ColumnProducts:
+    def products(self, effects: Sequence[Effect], groups: Iterable[Array], bases: Bases) -> ColumnProducts:
         """Return the columns of effects for products within groups of them.
 
         Args:
             effects: Any effects, with e coefficients in all.
             groups: Arrays ``(T, w)`` of the indices of the columns of T groups.
-            bases: As in ``of``.
+            bases: As in ``of``. They belong to these effects and groups.
         """
-        owner = np.repeat(np.arange(len(effects)), [len(effect.coefficients) for effect in effects])
-        parts = [self._on_one_joint(effect, bases) for effect in effects]
-        joints = one_joint_each(
-            np.array([-1 if part is None else part[0] for part in parts], dtype=int)[owner], groups
-        )
+        if bases.of_products is None:
+            parts = self._parts(effects, groups, bases)
+            if sum(0 if part.basis is None else part.basis.nbytes for part in parts) <= _MOST_KEPT_OF_SET:
+                bases.of_products = parts
+        else:
+            parts = bases.of_products
         blocks = []
+        for part in parts:
+            if part.basis is None:
+                blocks.append(ColumnBlock(part.at, self.of(part.effects, bases).T, None))
+                continue
+            lengths, directions = self._by_joint_split[part.joint]
+            # A basis that is not kept is no longer needed.
+            rows = np.multiply(part.basis, lengths, out=None if bases.of_products else part.basis)
+            blocks.append(ColumnBlock(part.at, rows, directions))
+        return ColumnProducts(blocks)
+
+    def _parts(self, effects: Sequence[Effect], groups: Iterable[Array], bases: Bases) -> list[PartOfSet]:
+        """Return the effects sorted by the joint on which they act alone; the arguments are those of ``products``."""
+        owner = np.repeat(np.arange(len(effects)), [len(effect.coefficients) for effect in effects])
+        found = [self._on_one_joint(effect, bases) for effect in effects]
+        joints = one_joint_each(
+            np.array([-1 if each is None else each[0] for each in found], dtype=int)[owner], groups
+        )
+        parts = []
         for j in np.unique(joints).tolist():
             at = np.flatnonzero(joints == j)
             own = np.unique(owner[at])
-            if j < 0:
-                blocks.append(ColumnBlock(at, self.of([effects[i] for i in own], bases).T, None))
-                continue
-            lengths, directions = self._by_joint_split[j]
-            rows = np.empty((len(at), len(lengths)))
-            np.concatenate([part[1].T for i in own if (part := parts[i]) is not None], out=rows)
-            rows *= lengths
-            blocks.append(ColumnBlock(at, rows, directions))
-        return ColumnProducts(blocks)
+            basis = None
+            if j >= 0:
+                basis = np.concatenate([each[1].T for i in own if (each := found[i]) is not None])
+            parts.append(PartOfSet(j, at, [effects[i] for i in own], basis))
+        return parts
 
-    def _on_one_joint(self, effect: Effect, bases: dict[Effect, Basis]) -> tuple[int, Array] | None:
+    def _on_one_joint(self, effect: Effect, bases: Bases) -> tuple[int, Array] | None:
         """Return the only joint, from 0, on which an effect acts, and its basis ``(N, k)`` there; None if it does not act on one joint alone."""
         basis = self._basis(effect, bases) if isinstance(effect, JointEffect) else None
         return basis.parts[0] if isinstance(basis, JointBasis) and len(basis.parts) == 1 else None
 
-    def _basis(self, effect: Effect, bases: dict[Effect, Basis]) -> Basis:
+    def _basis(self, effect: Effect, bases: Bases) -> Basis:
         """Return the basis of an effect at the poses, which is added to ``bases`` unless it is large."""
         found = bases.get(effect)
         if found is not None:

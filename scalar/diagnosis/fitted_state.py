@@ -11,7 +11,7 @@ import numpy as np
 
 from scalar.diagnosis.background import Background
 from scalar.diagnosis.column_products import ColumnProducts
-from scalar.diagnosis.effect_columns import Basis, EffectColumns
+from scalar.diagnosis.effect_columns import Bases, EffectColumns
 from scalar.diagnosis.measured_rows import MeasuredRows, profile_measurement
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.variance_components import VarianceComponent, variance_components, whitening_for
@@ -179,7 +179,7 @@ class FittedState:
             self.settings.score_test,
         )
 
-    def columns_of(self, effects: Sequence[Effect], bases: dict[Effect, Basis] | None = None) -> Array:
+    def columns_of(self, effects: Sequence[Effect], bases: Bases | None = None) -> Array:
         """Return the columns ``(N m, e)`` of effects at this model, whitened like the background.
 
         Args:
@@ -188,15 +188,11 @@ class FittedState:
         """
         return self._columns.of(effects, bases)
 
-    def products_of(
-        self, effects: Sequence[Effect], groups: Iterable[Array], bases: dict[Effect, Basis]
-    ) -> ColumnProducts:
+    def products_of(self, effects: Sequence[Effect], groups: Iterable[Array], bases: Bases) -> ColumnProducts:
         """Return the same columns for products within groups of them; the arguments are those of ``EffectColumns.products``."""
         return self._columns.products(effects, groups, bases)
 
-    def columns_within_scans(
-        self, effects: Sequence[Effect], bases: dict[Effect, Basis] | None = None
-    ) -> Array:
+    def columns_within_scans(self, effects: Sequence[Effect], bases: Bases | None = None) -> Array:
         """Return the columns ``(N m, e)`` that ``columns_of`` returns, whitened for the noise within scans alone."""
         return EffectColumns(self.residuals, self.model, self.rows, None).of(effects, bases)
 

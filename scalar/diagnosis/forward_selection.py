@@ -90,18 +90,20 @@ def _significant_candidates(state: FittedState, columns: CandidateColumns) -> li
 def reconsidered(state: FittedState, candidates: CandidateSet) -> tuple[FittedState, CandidateColumns]:
     """Return a state in which every effect is significant and no candidate in its place explains the data better, and the columns in that state."""
     columns, settings = CandidateColumns.of(state, candidates), state.settings.selection
+    # Candidates that explain still less than the effect replace nothing.
+    within = max(settings.swap_margin, settings.same_load_margin)
     for _ in range(4 + len(state.effects)):
         changed = False
         for i in range(len(state.effects)):
             others = tuple(e for k, e in enumerate(state.effects) if k != i)
-            own, ranking = rivals(state, i, columns)
+            own, ranking = rivals(state, i, columns, within)
             superfluous = not _has_enough_evidence(own, others, settings) and _weakest_of_load(
                 state, i, own, columns.candidates
             )
             if own.evidence <= 0 or own.p_value > settings.alpha_named_effect or superfluous:
                 state, changed = state.refitted(others), True
                 break
-            ranking += rivals_of_strongest_part(state, i, own, columns)
+            ranking += rivals_of_strongest_part(state, i, own, columns, within)
             trial = _replaced(state, others, own, ranking)
             if trial is not None:
                 state, changed = trial, True
@@ -145,8 +147,10 @@ def _replaced(
         state: The state with the effect.
         others: Its other effects.
         own: The score of the effect given the others.
-        ranking: The scores of all candidates in its place, or in that of its strongest part.
+        ranking: The scores of the candidates in its place, or in that of its strongest part, but for those that explain far less.
     """
+    if not ranking:
+        return None
     settings, best = state.settings.selection, max(ranking, key=lambda r: r.evidence)
     margin = settings.swap_margin
     joining = next(

@@ -23,12 +23,16 @@ from scipy.spatial import KDTree
 from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.settings import DEFAULTS, HoldOutSettings
 from scalar.estimation.design_effect import LEAST_POSES, similar_poses
+from scalar.estimation.normal_equations import factor_if_conditioned, solved_by
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
 # Number of regions of the joint space, by halving it three times. Smaller regions would have others on all sides, so that their errors would not
 # show how a model extrapolates.
 REGIONS = 8
+# Normal equations lose too many digits if their least eigenvalue is a smaller share of the largest; below this condition number they do not.
+_LEAST_EIGENVALUE = 1e-10
+_CLEARLY_CONDITIONED = 1e8
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,8 +211,11 @@ def _held_out_errors(
 
 def _step(gram: Array, projection: Array) -> Array | None:
     """Return the Gauss-Newton step by normal equations if these are well conditioned, else None."""
+    factor = factor_if_conditioned(gram, _CLEARLY_CONDITIONED)
+    if factor is not None:
+        return -solved_by(factor, projection)
     values = np.linalg.eigvalsh(gram)
-    if values[0] > 1e-10 * values[-1]:
+    if values[0] > _LEAST_EIGENVALUE * values[-1]:
         return -np.linalg.solve(gram, projection)
     return None
 

@@ -49,7 +49,8 @@ def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Findin
     beside = _beside_all(scored, columns) if after.effects else []
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
-        state = after.refitted(effects, state.model)
+        last = i + 1 == len(after.effects) and len(effects) == len(after.effects)
+        state = after if last else after.refitted(effects, state.model)
         errors = error_before, held_out_errors(state)
         found.append(
             _finding(after, scored, i, columns, beside, folds, without_a_name[i], errors, final_residuals)
@@ -223,7 +224,8 @@ def _in_place_alone(entry: Scored, beside: Sequence[Scored]) -> Scored:
 
     Let E be log evidence, A the effect and R a rival. Whether A is needed where R acts is E(A and R) - E(R), which is E(A) - (E(R) - E(R beside A)).
     """
-    return replace(entry, evidence=entry.evidence - _evidence_beside(entry, beside))
+    more = _evidence_beside(entry, beside)
+    return replace(entry, evidence=entry.evidence - more) if more else entry
 
 
 def _evidence_beside(entry: Scored, beside: Sequence[Scored]) -> float:

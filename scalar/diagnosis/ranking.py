@@ -44,7 +44,11 @@ class Scored:
 
 
 def rank(
-    state: FittedState, background: Background, columns: CandidateColumns, most: int | None = None
+    state: FittedState,
+    background: Background,
+    columns: CandidateColumns,
+    most: int | None = None,
+    least: float = -np.inf,
 ) -> list[Scored]:
     """Return every candidate and change with its score, the one with the most evidence first; at most ``most`` of them.
 
@@ -55,6 +59,7 @@ def rank(
         background: The background of the state, or of the state without some of its effects.
         columns: The candidates' columns at the state.
         most: Number of candidates that are returned; None for all.
+        least: Least log evidence of those that are returned [nats].
     """
     candidates = columns.candidates
     conditional = columns.conditional(background)
@@ -85,7 +90,7 @@ def rank(
             numbers[k, 4] = float(candidates.total * choices)
         table.add([effect for effect, keep in zip(effects, kept, strict=True) if keep], numbers[kept])
     _add_changes(table, state, background, columns)
-    return table.scored(background, most)
+    return table.scored(background, most, least)
 
 
 def _add_changes(
@@ -127,12 +132,13 @@ class _ScoreTable:
         self.effects += effects
         self.numbers.append(numbers)
 
-    def scored(self, background: Background, most: int | None = None) -> list[Scored]:
-        """Return the candidates with their scores, the one with the most evidence first; at most ``most`` of them."""
+    def scored(self, background: Background, most: int | None = None, least: float = -np.inf) -> list[Scored]:
+        """Return the candidates with their scores, the one with the most evidence first: at most ``most``, with ``least`` log evidence or more."""
         gain, dof, observability, log_family, total = np.concatenate([np.zeros((0, 5)), *self.numbers]).T
         p = np.minimum(1.0, np.maximum(p_value(background, gain, dof), _LEAST_P_VALUE) * total)
         nats = evidence(background, gain, dof, log_family)
         best = np.argsort(-nats, kind="stable")[:most]
+        best = best[nats[best] >= least]
         numbers = zip(
             gain[best].tolist(), dof[best].astype(int).tolist(), nats[best].tolist(), p[best].tolist(), observability[best].tolist(),
             strict=True,

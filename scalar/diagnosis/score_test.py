@@ -18,7 +18,7 @@ from scipy.special import fdtrc
 
 from scalar.diagnosis.background import Background
 from scalar.geometry.se3 import Array
-from scalar.kernels.gains import shrunk_gains
+from scalar.kernels.gains import chosen_forward, shrunk_gains
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,10 @@ class Projected:
         """
         width = groups.shape[1]
         columns = groups.ravel()
-        G, s = self.gram[np.ix_(columns, columns)].copy(), self.projection[columns].copy()
+        G, s = self.gram[np.ix_(columns, columns)], self.projection[columns]
+        compiled = chosen_forward(G, s, width, least_drop * width / self.variance)
+        if compiled is not None:
+            return compiled
         local = np.arange(len(columns)).reshape(groups.shape)
         chosen: list[int] = []
         while len(chosen) < len(groups):
@@ -153,13 +156,7 @@ def shrunk_gain(grams: Array, projections: Array) -> tuple[Array, Array]:
         projections: ``(T, w)``, in the same units.
     """
     compiled = shrunk_gains(grams, projections)
-    if compiled is None:
-        return _gain_along_eigenvectors(grams, projections)
-    gain, dof = compiled
-    left = np.flatnonzero(dof < 0)
-    if len(left):
-        gain[left], dof[left] = _gain_along_eigenvectors(grams[left], projections[left])
-    return gain, dof
+    return _gain_along_eigenvectors(grams, projections) if compiled is None else compiled
 
 
 def _gain_along_eigenvectors(grams: Array, projections: Array) -> tuple[Array, Array]:

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from scalar.diagnosis.conditional_scores import columns_of_effects
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import blocks_of
 from scalar.diagnosis.merging import merged
+from scalar.diagnosis.onset_products import OnsetColumns
 from scalar.diagnosis.score_test import in_prior_units
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
@@ -53,13 +55,13 @@ def best_subset(state: FittedState, candidates: CandidateSet) -> tuple[Effect, .
     moments: Collection[int] = range(0, N, step)
     rows = _Rows.of(state, candidates)
     elements = rows.element_rows(moments)
-    chosen = elements.of_poses(all_poses).best()
+    chosen = elements.of_all_poses().best()
     if step > 1:
         # In a second, fine search changes may begin at every pose near those that the coarse search found.
-        coarse = [i for p in chosen for i in elements.onsets[p]]
+        coarse = [i for p in chosen if (i := elements.onsets[p]) is not None]
         moments = {j for i in coarse for j in range(i - step, i + step + 1)}
         elements = rows.element_rows(moments)
-        chosen = elements.of_poses(all_poses).best()
+        chosen = elements.of_all_poses().best()
     elements = elements.only(chosen)
     complete_set = tuple(range(len(chosen)))
     sets = [complete_set, *(tuple(q for q in complete_set if q != p) for p in complete_set)]
@@ -85,7 +87,7 @@ class _Rows:
         candidates: The candidate set.
         residual: ``(N m + priors,)``, extrapolated linearly to effects of zero.
         jacobian: ``(N m + priors, F)``, derivatives of the rows by the free parameters of robot, sensor and target.
-        columns: ``(N m, e)``, derivatives of the rows by the coefficients of ``candidates.effects``, in their order.
+        columns: ``(N m, S)``, derivatives of the rows by the coefficients of ``candidates.effects``, in their order.
     """
 
     state: FittedState
@@ -93,6 +95,24 @@ class _Rows:
     residual: Array
     jacobian: Array
     columns: Array
+
+    def background(self, poses: Array) -> Background:
+        """Return the background of the rows of the poses with the indices ``poses``, and of the rows of priors."""
+        used, m = self.state.rows_of(poses)[1], self.state.residuals.measurement.rows_per_pose
+        settings = self.state.settings.score_test
+        return Background.of(self.residual[used], self.jacobian[used], len(poses), m, settings)
+
+    @cached_property
+    def of_all_poses(self) -> Background:
+        """Return the background of all poses."""
+        return self.background(np.arange(self.state.dataset.n_poses))
+
+    @cached_property
+    def on_background(self) -> OnsetColumns:
+        """Return the background's Q, its residual, and the columns of the candidates: all of which products are needed."""
+        background = self.of_all_poses
+        given = np.vstack([background.Q.T, background.residual.reshape(1, -1), self.columns.T]).T
+        return OnsetColumns(given, self.state.residuals.measurement.rows_per_pose)
 
     @classmethod
     def of(cls, state: FittedState, candidates: CandidateSet) -> _Rows:
@@ -109,107 +129,120 @@ class _Rows:
         ends = np.cumsum([len(effect.coefficients) for effect in candidates.effects])
         columns_of_each = np.split(np.arange(self.columns.shape[1]), ends[:-1])
         n = len(candidates.elements)
-        effects, columns, family = list(candidates.elements), columns_of_each[:n], list(range(n))
-        onsets: list[tuple[int, ...]] = [()] * n
-        column_blocks, width = [self.columns], self.columns.shape[1]
+        effects, sources, family = list(candidates.elements), columns_of_each[:n], list(range(n))
+        onsets: list[int | None] = [None] * n
         for k, where in enumerate(columns_of_each[n:]):
-            for i, effect, after_onset in _changes_at(
-                state, candidates.changes[k], self.columns[:, where], moments
-            ):
+            for i, effect in _changes_at(state, candidates.changes[k], len(where), moments):
                 effects.append(effect)
-                onsets.append((i,))
-                columns.append(width + np.arange(len(where)))
+                onsets.append(i)
+                sources.append(where)
                 family.append(n + k)
-                column_blocks.append(after_onset)
-                width += len(where)
-        E = np.concatenate(column_blocks, axis=1)
-        of_each = [*candidates.effects, *effects[n:]]
-        prior_std, plausible_std = (
-            np.concatenate([np.zeros(0), *(getattr(effect, name) for effect in of_each)])
-            for name in ("prior_std", "plausible_std")
-        )
-        return _ElementRows(self, effects, onsets, columns, np.array(family), E, prior_std, plausible_std)
+        return _ElementRows(self, effects, onsets, sources, np.array(family))
 
 
 @dataclass(frozen=True, eq=False)
 class _ElementRows:
-    """Elements, and their columns in the rows of all poses.
+    """Elements, and where their columns are among those of the candidates.
 
     Attributes:
         rows: The linearised rows of the state without its effects.
         effects: The effect of each element.
-        onsets: For each element the index of the pose with which its change begins; empty if it is not a change.
-        columns: The indices ``(w,)`` of the columns of each element.
+        onsets: For each element the index of the pose with which its change begins; None if it is not a change.
+        sources: The indices ``(w,)`` in ``rows.columns`` of the columns of each element. Those of a change act from its onset on.
         family: ``(n,)``, the family of each of the n elements: changes of one kind at different poses have the same one (``beam_search``).
-        E: ``(N m, e)``, all e columns, whitened for the noise within scans.
-        prior_std: ``(e,)``, prior standard deviations of the columns' coefficients, in the units of the coefficients.
-        plausible_std: ``(e,)``, those by whose multiples they are judged implausible.
     """
 
     rows: _Rows
     effects: Sequence[Effect]
-    onsets: Sequence[Sequence[int]]
-    columns: Sequence[Array]
+    onsets: Sequence[int | None]
+    sources: Sequence[Array]
     family: Array
-    E: Array
-    prior_std: Array
-    plausible_std: Array
 
     def only(self, chosen: Sequence[int]) -> _ElementRows:
-        """Return the elements with the indices ``chosen``, in that order, without the columns of the others."""
-        kept_columns = np.concatenate([np.zeros(0, dtype=int), *(self.columns[p] for p in chosen)])
-        ends = np.cumsum([len(self.columns[p]) for p in chosen])
-        columns = np.split(np.arange(len(kept_columns)), ends[:-1]) if chosen else []
+        """Return the elements with the indices ``chosen``, in that order."""
         effects, onsets = [self.effects[p] for p in chosen], [self.onsets[p] for p in chosen]
-        family = self.family[list(chosen)]
-        E, prior_std, plausible_std = (
-            values[..., kept_columns] for values in (self.E, self.prior_std, self.plausible_std)
-        )
-        return _ElementRows(self.rows, effects, onsets, columns, family, E, prior_std, plausible_std)
+        sources = [self.sources[p] for p in chosen]
+        return _ElementRows(self.rows, effects, onsets, sources, self.family[list(chosen)])
+
+    def of_all_poses(self) -> SearchElements:
+        """Return what the search needs of the elements, computed from all rows."""
+        background = self.rows.of_all_poses
+        F = background.Q.shape[1]
+        source, onset = self._source_and_onset
+        begins = onset > 0  # these come last
+        steady = np.r_[np.arange(F + 1), F + 1 + source[~begins]]
+        gram = self.rows.on_background.grams(steady, F + 1 + source[begins], onset[begins])
+        return self._searched(background, gram[F + 1 :, F + 1 :], gram[:F, F + 1 :], gram[F, F + 1 :])
 
     def of_poses(self, poses: Array) -> SearchElements:
-        """Return what the search needs of the elements, computed from the rows of the poses with the indices ``poses`` and of the priors."""
+        """Return the same, computed from the rows of the poses with the indices ``poses`` and of the priors; it is meant for few elements."""
+        background, rows = self.rows.background(poses), self.rows.state.rows_of(poses)[0]
+        E = self._columns[rows]
+        return self._searched(background, E.T @ E, background.Q.T @ E, E.T @ background.residual.ravel())
+
+    @cached_property
+    def _source_and_onset(self) -> tuple[Array, Array]:
+        """Return for each of the e columns its index in ``rows.columns``, and the index of the pose from which on it acts, ``(e,)`` each."""
+        onset = [first or 0 for first in self.onsets]
+        none = np.zeros(0, dtype=int)
+        source = np.concatenate([none, *self.sources])
+        return source, np.repeat(np.array(onset, dtype=int), [len(where) for where in self.sources])
+
+    @cached_property
+    def _columns(self) -> Array:
+        """Return the columns ``(N m, e)`` of all elements."""
+        m = self.rows.state.residuals.measurement.rows_per_pose
+        return OnsetColumns(self.rows.columns, m).columns(*self._source_and_onset)
+
+    def _searched(
+        self, background: Background, gram: Array, along: Array, projection: Array
+    ) -> SearchElements:
+        """Return what the search needs of the elements.
+
+        Args:
+            background: The residual, and the directions that the model explains.
+            gram: ``(e, e)``, inner products of the columns of the elements.
+            along: ``(F, e)``, those with the background's Q.
+            projection: ``(e,)``, those with its residual.
+        """
         state, settings = self.rows.state, self.rows.state.settings.score_test
-        rows, used = state.rows_of(poses)
-        m = state.residuals.measurement.rows_per_pose
-        residual, jacobian = self.rows.residual[used], self.rows.jacobian[used]
-        background = Background.of(residual, jacobian, len(poses), m, settings)
-        E = self.E[rows]
-        squares = np.sum(E * E, axis=0)
-        E = E - background.Q @ (background.Q.T @ E)
-        observable = np.sum(E * E, axis=0) > settings.unobservable_share * squares
-        E = E * np.where(observable, in_prior_units(background, squares, self.prior_std), 0.0)
-        gram, projection = E.T @ E, E.T @ background.residual.ravel()
+        widths = [len(where) for where in self.sources]
+        prior_std, plausible_std = (
+            np.concatenate([np.zeros(0), *(getattr(effect, name) for effect in self.effects)])
+            for name in ("prior_std", "plausible_std")
+        )
+        squares = np.diag(gram)
+        gram = gram - along.T @ along
+        observable = np.diag(gram) > settings.unobservable_share * squares
+        scale = np.where(observable, in_prior_units(background, squares, prior_std), 0.0)
+        gram *= scale[:, None]
+        gram *= scale
         most = state.settings.selection.plausible_coefficient
         in_prior_std = np.divide(
-            self.plausible_std,
-            self.prior_std,
-            where=np.isfinite(self.prior_std),
-            out=np.full(len(squares), np.inf),
+            plausible_std, prior_std, where=np.isfinite(prior_std), out=np.full(len(squares), np.inf)
         )
-        return SearchElements(self.columns, self.family, gram, projection, background.sum_of_squares, background.degrees_of_freedom,
-                      max(self.rows.candidates.total, 1), settings.least_remainder, most * in_prior_std)  # fmt: skip
+        columns = np.split(np.arange(len(squares)), np.cumsum(widths)[:-1]) if widths else []
+        return SearchElements(columns, self.family, gram, projection * scale, background.sum_of_squares, background.degrees_of_freedom,
+                              max(self.rows.candidates.total, 1), settings.least_remainder, most * in_prior_std)  # fmt: skip
 
 
 def _changes_at(
-    state: FittedState, change: tuple[Effect, Array], acting: Array, moments: Collection[int]
-) -> Iterator[tuple[int, Effect, Array]]:
-    """Yield one kind of change for each pose with which it may begin: the index of that pose, the effect, and its columns ``(N m, w)``.
+    state: FittedState, change: tuple[Effect, Array], width: int, moments: Collection[int]
+) -> Iterator[tuple[int, Effect]]:
+    """Yield one kind of change for each pose with which it may begin: the index of that pose, and the effect.
 
     Args:
         state: The fitted state.
         change: The effect as if it acted from the first pose on, and ``(N,)`` bool, the poses that it touches at all (those of one target plane, for
             example).
-        acting: ``(N m, w)``, its columns if it acts from the first pose on.
+        width: Number of its columns.
         moments: Indices of poses. For each of them the change begins with the first pose, at or after it, with which it may begin
             (``change_scores.beginnings``).
     """
     effect, touched = change
     index = np.flatnonzero(touched)
-    possible = index[beginnings(len(index), acting.shape[1], state.settings.selection.change_margin)]
+    possible = index[beginnings(len(index), width, state.settings.selection.change_margin)]
     after = np.searchsorted(possible, np.array(sorted(moments), dtype=int))
     order, time = state.residuals.poses.order, state.residuals.poses.columns.get("time")
-    pose = np.repeat(np.arange(state.dataset.n_poses), state.residuals.measurement.rows_per_pose)
     for i in possible[np.unique(after[after < len(possible)])]:
-        begun = effect.beginning(float(order[i]), None if time is None else float(time[i]))
-        yield int(i), begun, np.where((pose >= i)[:, None], acting, 0.0)
+        yield int(i), effect.beginning(float(order[i]), None if time is None else float(time[i]))

@@ -152,7 +152,7 @@ def directions(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
     revolute = (
         ~model.robot.slides
     )  # a slide's position is in metres, and its repeatability differs from that of a gear
-    by_angle = kinematics.screws()[:, :, model.robot.joint_columns][:, :, revolute]
+    by_angle = kinematics.screws(joint_effects=False)[:, :, model.robot.joint_columns][:, :, revolute]
     rows = residuals.measurement.rows(kinematics.T_base_sensor, model.target)
     jitter = rows.wrench @ by_angle
     bias = residuals.measurement.common_error(kinematics.T_base_sensor, model.target)
@@ -166,7 +166,7 @@ def columns_by_place(residuals: Residuals, model: Model) -> list[tuple[str, Arra
     Coordinates that change no row are left out.
     """
     kinematics = residuals.kinematics(model)
-    by_joint = kinematics.screws()[:, :, model.robot.joint_columns]
+    by_joint = kinematics.screws(joint_effects=False)[:, :, model.robot.joint_columns]
     wrench = residuals.measurement.rows(kinematics.T_base_sensor, model.target).wrench
     N, m, _ = wrench.shape
     sensor = residuals.linearise_measured(model)[1][:, model.blocks["sensor"]].reshape(N, m, -1)

@@ -9,11 +9,13 @@ rises by two, four, eight and so on while steps fail.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from scalar.estimation.least_squares import fit
 from scalar.estimation.model import Model
+from scalar.estimation.normal_equations import factor_if_conditioned, solved_by
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
@@ -25,6 +27,7 @@ _SLOW_STEPS, _SLOW_DROP = 10, 0.1
 _LEAST_EIGENVALUE = (
     1e-11  # as a share of the largest: with a smaller one, normal equations lose too many digits
 )
+_CLEARLY_CONDITIONED = 1e9  # condition number below which they certainly lose fewer digits than that
 _FIRST_DAMPING = 1e-6  # share of the largest eigenvalue
 _LEAST_DAMPING = 1e-10  # the same; a smaller one is none
 _MOST_DAMPING = 1e6  # the same; with it steps are lost in rounding
@@ -73,35 +76,62 @@ def optimum_near(residuals: Residuals, model: Model, free: Array) -> Model:
 
 @dataclass(frozen=True, eq=False)
 class NormalEquations:
-    """The normal equations of a linearised fit in the coordinates of their eigenvectors; the columns of the Jacobian have unit length.
+    """The normal equations of a linearised fit; the columns of the Jacobian have unit length.
 
     Attributes:
         scale: ``(F,)``, the lengths of the columns; 1 where a column is zero.
-        values: ``(F,)``, the eigenvalues in ascending order.
-        vectors: ``(F, F)``, the eigenvectors.
-        along: ``(F,)``, the gradient of half the cost along each eigenvector.
+        gram: ``(F, F)``, the matrix of the equations.
+        gradient: ``(F,)``, the gradient of half the cost.
     """
 
     scale: Array
-    values: Array
-    vectors: Array
-    along: Array
+    gram: Array
+    gradient: Array
 
     @classmethod
     def of(cls, residual: Array, J: Array) -> NormalEquations | None:
         """Return the equations of a residual ``(R,)`` with derivatives ``(R, F)``; None if they are ill-conditioned or nothing is free."""
         scale = np.linalg.norm(J, axis=0)
         scale[scale == 0] = 1.0
-        values, vectors = np.linalg.eigh((J.T @ J) / np.outer(scale, scale))
-        if len(values) == 0 or values[0] < _LEAST_EIGENVALUE * values[-1]:
+        found = cls(scale, (J.T @ J) / np.outer(scale, scale), (J.T @ residual) / scale)
+        if not len(scale):
             return None
-        return cls(scale, values, vectors, vectors.T @ ((J.T @ residual) / scale))
+        if found._factor is None:
+            values = found._spectrum[0]
+            if values[0] < _LEAST_EIGENVALUE * values[-1]:
+                return None
+        return found
+
+    @cached_property
+    def _factor(self) -> Array | None:
+        """Return the Cholesky factor of the matrix, in a fifth of the time of its eigenvectors; None unless it is clearly well conditioned."""
+        return factor_if_conditioned(self.gram, _CLEARLY_CONDITIONED)
+
+    @cached_property
+    def _spectrum(self) -> tuple[Array, Array, Array]:
+        """Return the eigenvalues ``(F,)`` in ascending order, the eigenvectors ``(F, F)``, and the gradient along each of them ``(F,)``."""
+        values, vectors = np.linalg.eigh(self.gram)
+        return values, vectors, vectors.T @ self.gradient
+
+    @cached_property
+    def _undamped(self) -> Array:
+        """Return the step without damping ``(F,)``, for columns of unit length."""
+        if self._factor is not None:
+            return -solved_by(self._factor, self.gradient)
+        values, vectors, along = self._spectrum
+        return -(vectors @ (along / values))
 
     def step(self, damping: float) -> Array:
         """Return the step ``(F,)`` with a damping, as a share of the largest eigenvalue."""
-        return -(self.vectors @ (self.along / (self.values + damping * self.values[-1]))) / self.scale
+        if not damping:
+            return self._undamped / self.scale
+        values, vectors, along = self._spectrum
+        return -(vectors @ (along / (values + damping * values[-1]))) / self.scale
 
     def expected_drop(self, damping: float = 0.0) -> float:
         """Return by how much the step with a damping lowers the cost if the fit is linear."""
-        more = damping * self.values[-1]
-        return float(np.sum(self.along**2 * (self.values + 2.0 * more) / (self.values + more) ** 2))
+        if not damping:
+            return -float(self.gradient @ self._undamped)
+        values, _, along = self._spectrum
+        more = damping * values[-1]
+        return float(np.sum(along**2 * (values + 2.0 * more) / (values + more) ** 2))

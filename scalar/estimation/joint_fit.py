@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg.lapack import dpotrf  # pyright: ignore[reportAttributeAccessIssue]
 
 from scalar.data.dataset import Dataset
 from scalar.effects.effect import Effect
@@ -20,6 +21,7 @@ from scalar.estimation.settings import DEFAULTS, EstimationSettings
 from scalar.estimation.sufficiency import check_effects
 from scalar.geometry.se3 import Array
 
+_DEPENDENT = 1e-5  # of a column's length: normal equations of columns of which less remains beside the others have lost too many digits
 _ROUNDS = 6  # of fitting and recomputing the weights; usually two suffice
 
 
@@ -137,9 +139,11 @@ def unobservable_coefficients(
     J = J[: len(J) - len(model.priors)]  # the rows of priors are the last
     where = model.blocks["effects"]
     columns = np.flatnonzero(free)
+    n_before = int(free[: where.start].sum())
+    if _clearly_observable(J[:, columns], n_before, least_share):
+        return np.zeros(len(free), dtype=bool)
     # The triangular factor has the same lengths and angles as the columns, and as few rows as there are columns.
     R = np.asarray(np.linalg.qr(J[:, columns], mode="r"))
-    n_before = int(free[: where.start].sum())
     basis = np.zeros((len(R), len(columns)))
     basis[:, :n_before] = np.linalg.qr(R[:, :n_before])[0]
     known = n_before
@@ -153,3 +157,24 @@ def unobservable_coefficients(
             basis[:, known] = rest / np.linalg.norm(rest)
             known += 1
     return unobservable
+
+
+def _clearly_observable(columns: Array, n_before: int, least_share: float) -> bool:
+    """Return whether more than twice ``least_share`` of each column remains if what the columns before it span is projected out.
+
+    Normal equations tell, in a fraction of the time of an orthogonal factorisation: the diagonal of their Cholesky factor holds what remains of each
+    column, as a share of its length. Where some column almost depends on others, they are too inaccurate, and the answer is no.
+
+    Args:
+        columns: ``(R, F)``.
+        n_before: Number of columns, the first ones, of which this is not asked.
+        least_share: As a share of a column's length.
+    """
+    lengths = np.linalg.norm(columns, axis=0)
+    if not np.all(lengths > 0):
+        return False
+    factor, failed = dpotrf((columns.T @ columns) / np.outer(lengths, lengths))
+    if failed:
+        return False
+    left = factor.diagonal()
+    return bool(np.all(left > _DEPENDENT) and np.all(left[n_before:] > 2.0 * least_share))

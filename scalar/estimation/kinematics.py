@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +14,8 @@ from scalar.estimation.model import Model
 from scalar.geometry.screws import change_frame, exp_screw, exp_screw_derivative, rotations_about
 from scalar.geometry.se3 import Array, left_jacobian_so3
 from scalar.kernels.chain import ends
+
+_MOST_KEPT = 4_000_000  # bytes of screws that are kept; those of thousands of poses are computed anew
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +39,7 @@ class Kinematics:
     T_base_tilted: Array | None
     T_base_mount: Array
     T_base_sensor: Array
+    _kept: list[Array] = field(default_factory=list, init=False, repr=False)
 
     @classmethod
     def of(cls, model: Model, poses: Poses, bases: EffectBases) -> Kinematics:
@@ -89,8 +92,20 @@ class Kinematics:
 
         Returns:
             ``(N, 6, P)``, rotation then translation at the base origin, in the order of ``Model.names``; zero for the target's coordinates
-            and for effects on points.
+            and for effects on points. Without joint effects the array is read-only, since it is kept for the next caller unless it is large.
         """
+        if joint_effects:
+            return self._screws(joint_effects=True)
+        if self._kept:
+            return self._kept[0]
+        found = self._screws(joint_effects=False)
+        found.flags.writeable = False
+        if found.nbytes <= _MOST_KEPT:
+            self._kept.append(found)
+        return found
+
+    def _screws(self, *, joint_effects: bool) -> Array:
+        """Return what ``screws`` returns, computed anew."""
         model, blocks = self.model, self.model.blocks
         N, size = len(self.frames), model.robot.geometry.size
         screws = model.robot.screws(self.frames, self.geometry_offsets, blocks["effects"].stop - size)

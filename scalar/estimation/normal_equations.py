@@ -102,9 +102,22 @@ def _factored(gram: Array) -> tuple[Array, Array] | None:
         return None
     scale = 1.0 / lengths
     scaled = gram * (scale[:, None] * scale)
-    factor, failed = dpotrf(scaled, clean=True)
+    factor = factor_if_conditioned(scaled, _WELL_CONDITIONED)
+    return None if factor is None else (factor, scale)
+
+
+def factor_if_conditioned(gram: Array, most: float) -> Array | None:
+    """Return the upper Cholesky factor ``(F, F)`` of a matrix ``(F, F)`` for ``solved_by``; None if its condition number may exceed ``most``.
+
+    It is bounded from above by the trace of the matrix times that of its inverse.
+    """
+    factor, failed = dpotrf(gram, clean=True)
     if failed:
         return None
-    # An upper bound of the condition number: the trace of the matrix times that of its inverse.
-    condition = len(scale) * float(np.trace(dpotri(factor)[0]))
-    return (factor, scale) if condition < _WELL_CONDITIONED else None
+    condition = float(np.trace(gram)) * float(np.trace(dpotri(factor)[0]))
+    return factor if condition < most else None
+
+
+def solved_by(factor: Array, right: Array) -> Array:
+    """Return the solution ``(F,)`` of normal equations with a Cholesky factor ``(F, F)`` and a right-hand side ``(F,)``."""
+    return dpotrs(factor, right)[0]

@@ -75,7 +75,8 @@ _ARGUMENTS = {
     "scatter": (_int, _int, _int, _at, _at, _at, _at),
     "off_lines": (_int, _at, _at, _at),
     "normals": (ctypes.POINTER(ProblemStruct), ctypes.POINTER(FreeStruct), _at, _at, _at, ctypes.POINTER(_float)),
-    "shrunk_gains": (_int, _int, _int, _at, _at, _at, _at, _at),
+    "shrunk_gains": (_int, _int, _at, _at, _at, _at, _at),
+    "select_forward": (_int, _int, _at, _at, _float, _at, _at),
     "set_gains": (_int, _at, _at, _int, _int, _at, _at, _at),
     "extension_gains": (_int, _at, _at, _int, _at, _at, _int, _at, _at, _at, _at),
 }  # fmt: skip
@@ -100,6 +101,7 @@ def load(library: Path = _FOLDER / "kernels.so", source: Path = _FOLDER) -> ctyp
             return None
         for name, arguments in _ARGUMENTS.items():
             getattr(found, name).argtypes = arguments
+        found.select_forward.restype = ctypes.c_int64
     except (OSError, AttributeError):
         return None
     return found

@@ -16,14 +16,10 @@ from scalar.kernels import Array, address, checked, contiguous
 IntArray = NDArray[np.int64]
 
 _NOT_POSITIVE = -1  # status: a matrix has lost so many digits that it is not positive definite
-_WIDEST = 8  # columns: Jacobi's method is slower than LAPACK for larger matrices
 
 
 def shrunk_gains(grams: Array, projections: Array) -> tuple[Array, IntArray] | None:
     """Return gains ``(T,)`` and degrees of freedom ``(T,)`` as ``scalar.diagnosis.score_test.shrunk_gain``; None without the library.
-
-    For more than ``_WIDEST`` columns, the gain follows from a Cholesky factor if all eigenvalues clearly exceed 1. If not, the degrees of freedom are
-    -1 and the gain is NaN: the caller computes both from the eigenvalues, by LAPACK.
 
     Args:
         grams: ``(T, w, w)``, inner products of the w columns of each of T candidates.
@@ -35,9 +31,29 @@ def shrunk_gains(grams: Array, projections: Array) -> tuple[Array, IntArray] | N
     grams, projections, work = contiguous(grams), contiguous(projections), np.empty(w * (2 * w + 1))
     gain, seen = np.empty(T), np.empty(T, dtype=np.int64)
     kernels.LIBRARY.shrunk_gains(
-        T, w, _WIDEST, address(grams), address(projections), address(work), address(gain), address(seen)
+        T, w, address(grams), address(projections), address(work), address(gain), address(seen)
     )
     return gain, seen
+
+
+def chosen_forward(gram: Array, projection: Array, width: int, least: float) -> list[int] | None:
+    """Return the indices of groups of columns that forward selection adds, as ``scalar.diagnosis.score_test.Projected.forward``; None without the
+    library.
+
+    Args:
+        gram: ``(T w, T w)``, inner products of the columns of T groups, which follow one another.
+        projection: ``(T w,)``, their inner products with the residual.
+        width: w.
+        least: Least gain of a group.
+    """
+    if kernels.LIBRARY is None:
+        return None
+    gram, projection = gram.copy(), projection.copy()
+    work, chosen = np.empty(width * (len(gram) + 2 * width + 1)), np.empty(len(gram) // width, dtype=np.int64)
+    n = kernels.LIBRARY.select_forward(
+        len(chosen), width, address(gram), address(projection), least, address(work), address(chosen)
+    )
+    return chosen[:n].tolist()
 
 
 def set_gains(gram: Array, projection: Array, columns: NDArray[np.intp]) -> tuple[Array, IntArray] | None:
@@ -69,7 +85,7 @@ def extension_gains(
     Args:
         gram: ``(e, e)``, inner products of all columns.
         projection: ``(e,)``, their inner products with the residual.
-        given: The indices of the columns of each set.
+        given: The indices of the columns of each set. It is faster if sets that begin with the same columns follow one another.
         first: ``(n,)``, the first column of each element.
         width: ``(n,)``, how many columns it has; they follow one another.
     """

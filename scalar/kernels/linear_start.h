@@ -2,7 +2,7 @@
 
 #pragma once
 
-#include "gains.h"
+#include "eigenvalues.h"
 #include "scans.h"
 
 #define UNKNOWNS 9        /* the scanner's origin and its axes X and Z on the flange */
@@ -109,7 +109,7 @@ static void fitted_planes(const Start *s, const double *T, double *sums, double 
         for (int r = 0; r < 3; r++) {
             for (int i = 0; i < 9; i++) scatter[i] = own[4 + i] / own[0] - mean[i / 3] * mean[i % 3];
             for (int i = 0; i < 3; i++) along[i] = i == r;
-            diagonalise(scatter, along, 3);
+            turn_pairs(scatter, along, 3);
             int smallest = scatter[4] < scatter[0] ? 1 : 0;
             if (scatter[8] < scatter[4 * smallest]) smallest = 2;
             n[r] = along[smallest]; /* the same rotations for each r */

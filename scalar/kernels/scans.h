@@ -104,10 +104,11 @@ for 1, u_x or u_z. */
 WIDE int profiles(int64_t N, const double *points, const int64_t *starts, const double *contact, int along_z, double sigma,
                   int64_t k, const int64_t *codes, double *found) {
     int64_t most = most_points(N, starts);
-    double *scratch = malloc((size_t)(7 * most + 1) * sizeof(double));
+    double *scratch = malloc((size_t)(9 * most + 1) * sizeof(double));
     if (!scratch) return -1;
     double *q[3] = {scratch, scratch + most, scratch + 2 * most};
     double *weight = scratch + 3 * most, *reach = scratch + 4 * most, *t = scratch + 5 * most, *value = scratch + 6 * most;
+    double *u[2] = {scratch + 7 * most, scratch + 8 * most};
     for (int64_t s = 0; s < N; s++) {
         int64_t M = starts[s + 1] - starts[s];
         const double *p = points + 2 * starts[s], *c = contact + 3 * s;
@@ -115,6 +116,7 @@ WIDE int profiles(int64_t N, const double *points, const int64_t *starts, const 
         double mean = 0.0, unused = 0.0;
         for (int64_t i = 0; i < M; i++) {
             reach[i] = along_z ? p[2 * i + 1] : reach_of(p[2 * i], p[2 * i + 1]);
+            u[0][i] = along_z ? 0.0 : p[2 * i] / reach[i], u[1][i] = along_z ? 1.0 : p[2 * i + 1] / reach[i];
             t[i] = c[1] * p[2 * i + 1] - c[2] * p[2 * i];
             mean += t[i];
         }
@@ -137,10 +139,8 @@ WIDE int profiles(int64_t N, const double *points, const int64_t *starts, const 
             for (int axis = 0; axis < 2; axis++)
                 for (int64_t n = 0; n < code[2 + axis]; n++)
                     for (int64_t i = 0; i < M; i++) value[i] *= p[2 * i + axis];
-            if (code[0] && along_z) {
-                if (code[0] == 1) memset(value, 0, (size_t)M * sizeof(double));
-            } else if (code[0])
-                for (int64_t i = 0; i < M; i++) value[i] *= p[2 * i + (code[0] - 1)] / reach[i];
+            if (code[0])
+                for (int64_t i = 0; i < M; i++) value[i] *= u[code[0] - 1][i];
             for (int j = 0; j < 3; j++) found[(3 * s + j) * k + f] = dot(q[j], value, M);
         }
     }

@@ -76,9 +76,9 @@ def by_coordinates(target: Target, by_item: Array, index: Array) -> Array:
     common = int(getattr(target, "common", 0))
     own = width - common
     count = (len(target.vector) - common) // own
-    found = np.empty((N, m, count * own + common))
-    for k in range(count):
-        found[:, :, k * own : (k + 1) * own] = by_item[:, :, :own] * (index == k)[:, None, None]
+    found = np.zeros((N, m, count * own + common))
+    of_items = found[:, :, : count * own].reshape(N, m, count, own)  # a view
+    of_items[np.arange(N), :, index] = by_item[:, :, :own]
     found[:, :, count * own :] = by_item[:, :, own:]
     return found
 

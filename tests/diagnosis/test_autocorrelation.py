@@ -3,8 +3,16 @@
 import numpy as np
 import pytest
 
-from scalar.diagnosis.autocorrelation import neighbour_p_value, neighbours_in_order, neighbours_in_two
+from scalar.diagnosis.autocorrelation import (
+    components_along,
+    neighbour_p_value,
+    neighbours_in_order,
+    neighbours_in_two,
+)
+from scalar.diagnosis.fitted_state import refit
 from scalar.diagnosis.settings import DEFAULTS
+from scalar.estimation.geometry_fit import geometry_fit
+from tests.random_scene import make_scene
 
 
 def p_values(profile, seeds=400, n=150):
@@ -52,3 +60,13 @@ def test_neighbours_in_two_variables_are_the_nearest_whatever_their_units():
         mine = {k for pair in pairs if i in pair for k in pair} - {i}
         assert set(np.flatnonzero(distance < third)) <= mine
     assert pairs == {tuple(pair) for pair in neighbours_in_two(values * [1.0, 1000.0])}
+
+
+def test_a_turn_that_moves_nothing_is_no_component_of_the_residual():
+    """A tracker measures the origin of the sensor's frame, which no turn of this frame moves: rounding alone is left of the derivative."""
+    dataset = make_scene(kind="tracker", seed=3, poses_per_plane=8).dataset
+    model, prepared = geometry_fit(dataset)
+    state = refit(dataset, model, prepared.free, ())
+    z = np.random.default_rng(1).normal(size=(dataset.n_poses, 3))
+    joints, growth, shifts, base = 6, 1, 3, 6
+    assert components_along(state, z).shape[1] == joints + growth + shifts + base

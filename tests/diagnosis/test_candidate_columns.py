@@ -7,6 +7,7 @@ from scalar.diagnosis import candidate_columns, conditional_scores, ranked_terms
 from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet, named_candidates
 from scalar.diagnosis.column_products import one_joint_each
 from scalar.diagnosis.conditional_scores import background_without, rivals
+from scalar.diagnosis.effect_columns import Bases
 from scalar.diagnosis.fitted_state import refit
 from scalar.effects.flexible.arm_step import UnattributedArmStep
 from scalar.effects.flexible.variable import Variable
@@ -71,7 +72,7 @@ def test_products_of_columns_are_those_of_the_columns_themselves():
     state = refit(dataset, model, prepared.free, (JointScale(2),))
     pool = named_candidates(dataset)
     E = state.columns_of(pool.elements)
-    products = state.products_of(pool.elements, pool.groups.values(), {})
+    products = state.products_of(pool.elements, pool.groups.values(), Bases())
     assert len(products.blocks) > 2
     rows = np.random.default_rng(0).standard_normal((len(E), 4))
     lengths = np.linalg.norm(E, axis=0)
@@ -108,3 +109,17 @@ def test_a_column_stays_with_its_joint_unless_a_group_joins_it_to_another():
     )
     chained = one_joint_each(joints, [np.array([[0, 1], [3, 4]]), np.array([[1, 2], [2, 3]])])
     assert chained.tolist() == [-1, -1, -1, -1, -1, 2, -1]
+
+
+def test_rivals_within_a_margin_are_the_first_of_all():
+    """If candidates that explain far less are left out, the others are as they are among all."""
+    dataset = make_scene(seed=3, poses_per_plane=15).dataset
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    state = refit(dataset, model, prepared.free, (JointScale(2),))
+    columns = CandidateColumns.of(state, named_candidates(dataset))
+    own, others = rivals(state, 0, columns)
+    margin = own.evidence - others[4].evidence
+    near = [entry for entry in others if entry.evidence >= own.evidence - margin]
+    assert 4 < len(near) < len(others)
+    found = rivals(state, 0, columns, within=margin)
+    assert (found[0], [(s.effect.key, s.evidence) for s in found[1]]) == (own, [(s.effect.key, s.evidence) for s in near])  # fmt: skip

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from scalar import kernels
 from scalar.diagnosis.beam_search import SearchElements
-from scalar.diagnosis.score_test import shrunk_gain
+from scalar.diagnosis.score_test import Projected, shrunk_gain
 
 needs_library = pytest.mark.skipif(kernels.LIBRARY is None, reason="no compiled kernels here: no C compiler")
 
@@ -42,8 +42,8 @@ def elements_of(rng, widths):
 
 
 @needs_library
-@given(st.integers(1, 20), st.integers(1, 5), st.integers(0, 2**32 - 1))
-@settings(max_examples=30)
+@given(st.integers(1, 48), st.integers(1, 5), st.integers(0, 2**32 - 1))
+@settings(max_examples=60)
 def test_gains_are_those_of_the_eigenvalues(width, count, seed):
     """For any positive matrices, the gain and the number of directions agree with those computed from LAPACK's eigenvalues."""
     rng = np.random.default_rng(seed)
@@ -75,3 +75,34 @@ def test_sets_and_extensions_agree_with_numpy(widths, seed):
     others = np.array([[k not in one.elements for k in range(len(widths))] for one in found])
     np.testing.assert_allclose(gains[others], by_numpy[0][others], rtol=1e-5, atol=1e-7)
     np.testing.assert_array_equal(dofs[others], by_numpy[1][others])
+
+
+@needs_library
+@given(st.integers(1, 12), st.integers(1, 4), st.integers(0, 2**32 - 1))
+@settings(max_examples=30)
+def test_forward_selection_chooses_as_in_numpy(n_groups, width, seed):
+    """The same groups of columns are added in the same order, whatever the least drop with which the selection goes on."""
+    rng = np.random.default_rng(seed)
+    gram, projection, _ = products(rng, n_groups * width + 1)
+    projected = Projected(1.3, gram[:-1, :-1], projection[:-1], np.ones(len(gram) - 1))
+    groups = rng.permutation(n_groups * width).reshape(n_groups, width)
+    for least_drop in (0.0, 1.0, 8.0):
+        chosen = projected.forward(groups, least_drop)
+        assert chosen == in_numpy(lambda drop=least_drop: projected.forward(groups, drop))
+
+
+@needs_library
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=30)
+def test_sets_that_share_elements_have_the_extensions_that_each_has_alone(seed):
+    """What sets with common elements share does not depend on the order in which they are given, nor on the other sets."""
+    rng = np.random.default_rng(seed)
+    elements = elements_of(rng, rng.integers(1, 4, 9).tolist())
+    sets = [tuple(sorted(rng.permutation(9)[: rng.integers(0, 6)].tolist())) for _ in range(12)]
+    subsets = elements.subsets(sets)
+    gains, dofs = elements._gains_given(subsets)
+    for k, one in enumerate(subsets):
+        others = [p not in one.elements for p in range(9)]
+        alone = elements._gains_given([one])
+        np.testing.assert_allclose(gains[k, others], alone[0][0, others], rtol=1e-5, atol=1e-7)
+        np.testing.assert_array_equal(dofs[k, others], alone[1][0, others])

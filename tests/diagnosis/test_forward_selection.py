@@ -35,8 +35,8 @@ def test_a_rival_is_compared_under_the_same_whitening(seed, monkeypatch):
     )
     honest = forward_selection.rivals
 
-    def overstated(state, i, columns):
-        own, ranking = honest(state, i, columns)
+    def overstated(state, i, columns, within):
+        own, ranking = honest(state, i, columns, within)
         return own, [replace(own, effect=wrong[0], evidence=own.evidence + 100.0), *ranking]
 
     monkeypatch.setattr(forward_selection, "rivals", overstated)

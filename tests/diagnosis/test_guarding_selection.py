@@ -53,7 +53,8 @@ def test_a_second_effect_of_one_load_needs_more_evidence(evidence, enough, monke
     """
     joint, base = JointCompliance(((2, 3),)), BaseCompliance((3,))
     scores = {joint: scored(joint, 20.0), base: scored(base, evidence)}
-    monkeypatch.setattr(forward_selection, "rivals", lambda state, i, columns: (scores[state.effects[i]], [scores[state.effects[i]]]))  # fmt: skip
+    own_alone = lambda state, i, *_: (scores[state.effects[i]], [scores[state.effects[i]]])  # noqa: E731
+    monkeypatch.setattr(forward_selection, "rivals", own_alone)
     monkeypatch.setattr(forward_selection, "rivals_of_strongest_part", lambda *_: [])
     monkeypatch.setattr(forward_selection, "score_together", lambda state, indices, *_: scores[state.effects[indices[0]]])  # fmt: skip
     monkeypatch.setattr(forward_selection, "background_without", lambda *_: None)
@@ -181,6 +182,7 @@ def test_what_is_proposed_is_stable(monkeypatch):
         )
 
     found = SimpleNamespace(onsets=[(), ()], effects=[JointScale(1), JointScale(2)], of_poses=elements)
+    found.of_all_poses = lambda: elements(np.arange(60))
     found.only = lambda chosen: found
     monkeypatch.setattr(
         subset_search._Rows, "of", lambda *_: SimpleNamespace(element_rows=lambda moments: found)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from scalar.estimation.identifiability import _null_space_of_scaled, _null_space_within
 from scalar.estimation.least_squares import covariance_and_step
-from scalar.estimation.normal_equations import NormalEquations, solved
+from scalar.estimation.normal_equations import NormalEquations, factor_if_conditioned, solved, solved_by
 
 SEEDS = st.integers(0, 2**32 - 1)
 TOLERANCE = 1e-8
@@ -82,3 +82,18 @@ def test_a_null_space_is_the_same_wherever_it_is_expected(values, within):
     space = {"all": V[:, 5:], "a part": V[:, [4, 7]], "none": V[:, :2]}[within]
     found, expected = _null_space_within(J, space, TOLERANCE), _null_space_of_scaled(J, TOLERANCE)[1]
     np.testing.assert_allclose(found @ found.T, expected @ expected.T, atol=1e-7)
+
+
+@given(SEEDS)
+@settings(max_examples=20)
+def test_a_factor_is_given_where_the_condition_number_is_certainly_small(seed):
+    """Its solution is that of the equations; a matrix beyond the limit has none, and neither has one that is not positive."""
+    rng = np.random.default_rng(seed)
+    axes = np.linalg.qr(rng.normal(size=(5, 5)))[0]
+    for largest, most, given_factor in ((1e3, 1e5, True), (1e6, 1e5, False), (-1.0, 1e5, False)):
+        gram = (axes * np.r_[1.0, 2.0, 3.0, 4.0, largest]) @ axes.T
+        factor = factor_if_conditioned(gram, most)
+        assert (factor is not None) == given_factor
+        if factor is not None:
+            right = rng.normal(size=5)
+            np.testing.assert_allclose(solved_by(factor, right), np.linalg.solve(gram, right), rtol=1e-9)
