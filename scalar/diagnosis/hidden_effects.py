@@ -10,6 +10,7 @@ coefficients is off by ``(C - D A) c``.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -53,20 +54,9 @@ class HiddenEffects:
         if not effects:
             return None
         std = PRIOR_SHARE * np.concatenate([effect.natural_sizes for effect in effects])
-        residual, J = state.linearised()
-        measured = state.columns_within_scans(effects)
-        E = np.zeros((len(J), measured.shape[1]))
-        E[: len(measured)] = measured
-        scale = np.linalg.norm(J, axis=0)
-        scale[scale == 0] = 1.0
-        both = (
-            np.linalg.lstsq(J / scale, np.column_stack([E, residual]), rcond=_RANK_TOLERANCE)[0]
-            / scale[:, None]
-        )
-        absorbed = both[:, :-1]
-        left, rest = E - J @ absorbed, residual - J @ both[:, -1]
+        absorbed, left, rest = left_by_fit(state, effects)
         # A residual that the noise does not explain says the less of the coefficients the larger it is.
-        variance = max(float(rest @ rest) / max(len(J) - J.shape[1], 1), 1.0)
+        variance = max(float(rest @ rest) / max(len(rest) - len(absorbed), 1), 1.0)
         # Coefficients in units of their prior standard deviation.
         scaled = left * std / np.sqrt(variance)
         values, axes = np.linalg.eigh(np.eye(len(std)) + scaled.T @ scaled)
@@ -85,6 +75,29 @@ class HiddenEffects:
         columns = displacement_columns(replace(model, effects=(*model.effects, *self.effects)), poses)
         by_parameters, by_effects = np.split(columns, [len(state.free)], axis=1)
         return (by_effects - by_parameters[:, state.free] @ self.absorbed) @ self.root
+
+
+def left_by_fit(state: FittedState, effects: Sequence[Effect]) -> tuple[Array, Array, Array]:
+    """Return what a fit of R rows and F free parameters leaves of K coefficients of effects that it lacks.
+
+    Returns:
+        The changes of the parameters ``(F, K)`` when the fit adapts to a unit of each coefficient, the rows ``(R, K)`` that are left of the
+        coefficients' whitened columns then, and the whitened residual ``(R,)``, at its optimum.
+    """
+    residual, J = state.linearised()
+    measured = state.columns_within_scans(effects)
+    E = np.zeros((len(J), measured.shape[1]))
+    E[: len(measured)] = measured
+    steps = absorbed_by(J, np.column_stack([E, residual]))
+    absorbed = steps[:, :-1]
+    return absorbed, E - J @ absorbed, residual - J @ steps[:, -1]
+
+
+def absorbed_by(J: Array, columns: Array) -> Array:
+    """Return the combinations ``(F, K)`` of the columns of J ``(R, F)`` that are nearest to each of ``columns`` ``(R, K)``."""
+    scale = np.linalg.norm(J, axis=0)
+    scale[scale == 0] = 1.0
+    return np.linalg.lstsq(J / scale, columns, rcond=_RANK_TOLERANCE)[0] / scale[:, None]
 
 
 def hidden_effects(diagnosis: Diagnosis) -> HiddenEffects | None:

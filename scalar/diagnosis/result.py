@@ -8,6 +8,7 @@ from typing import Any
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import plain
 from scalar.diagnosis.confidence import confidence
+from scalar.diagnosis.expected_errors import shipped_entry
 from scalar.diagnosis.finding import UNATTRIBUTED, Finding, unattributed_entry
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.grounds import Grounds
@@ -17,7 +18,7 @@ from scalar.diagnosis.observability import Unobservable
 from scalar.diagnosis.outer_split import OuterSplit
 from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.shipped_fit import ShippedFit
-from scalar.diagnosis.stated_errors import held_out, of_halves, unseen
+from scalar.diagnosis.stated_errors import held_out, unseen
 from scalar.diagnosis.two_halves import most_confidence
 from scalar.diagnosis.variance_components import JITTER, VarianceComponent
 from scalar.estimation.gross_errors import Cleaned
@@ -215,7 +216,7 @@ class Diagnosis:
                 "after": self.errors_after,
                 "floor_mm": noise_floor(self.after) / MM,
             },
-            "shipped": self.shipped.to_mapping() | {"halves": of_halves(self.halves)},
+            "shipped": shipped_entry(self),
             "not_confirmed": not_confirmed,
             "outer_split": None if self.outer is None else self.outer.to_mapping(),
             "candidates": self._candidates(),
