@@ -9,21 +9,48 @@ excess as a random error of whole poses or scans, it is no error of the model: t
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.hold_out import held_out_regions
-from scalar.diagnosis.shipped_fit import BY_COMPONENT
+from scalar.diagnosis.shipped_fit import BY_COMPONENT, ShippedFit
 from scalar.estimation.misfit import lacks_something, misfit, squares_for_a_shift, unexplained_shift
 from scalar.estimation.result import Calibration
 from scalar.estimation.usual_noise import exceeds_usual_noise
 
-if TYPE_CHECKING:
-    from scalar.diagnosis.result import Diagnosis
-
 _EQUATIONS = 1.5  # for each free parameter, that the other regions have to give: with fewer, their fit says nothing of the region left out
+
+
+class Shipping(Protocol):
+    """What a diagnosis says of the fit that it ships (``Diagnosis``)."""
+
+    @property
+    def shipped(self) -> ShippedFit:
+        """Return which fit is shipped."""
+        ...
+
+    @property
+    def shipped_state(self) -> FittedState:
+        """Return that fit."""
+        ...
+
+    @property
+    def calibration_after(self) -> Calibration:
+        """Return the calibration that is shipped."""
+        ...
+
+    @property
+    def reported_noise(self) -> Sequence[object]:
+        """Return the variance components that are reported."""
+        ...
+
+    @property
+    def noise_without_a_name(self) -> bool:
+        """Return whether a variance component is reported without a name."""
+        ...
 
 
 def excess_distance(calibration: Calibration, state: FittedState) -> float:
@@ -76,7 +103,7 @@ def excess_of(state: FittedState) -> float:
     return float(np.sqrt((at_measured**2 + max(typical, at_measured**2)) / 2.0))
 
 
-def excess_distance_after(diagnosis: Diagnosis) -> float:
+def excess_distance_after(diagnosis: Shipping) -> float:
     """Return the same distance [m] for ``after.json``; zero if the diagnosis names the excess as a random error.
 
     If poses are weighted by a variance component, the weighted residual no longer shows the excess. If the component is not confirmed as a random

@@ -9,19 +9,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from scalar.diagnosis.excess_residual import excess_distance_after
+from scalar.diagnosis.excess_residual import Shipping, excess_distance_after
 from scalar.diagnosis.hidden_effects import hidden_effects
 from scalar.diagnosis.nested_models import LIMITS, RANGES
+from scalar.diagnosis.outer_split import OuterSplit
 from scalar.diagnosis.possible_effects import possible_effects
 from scalar.diagnosis.predicted_displacements import joint_limits, measured_ranges, poses_within
 from scalar.diagnosis.stated_errors import of_halves
 from scalar.evaluate.workspace_errors import Banded, rms_over_poses, workspace_errors
 from scalar.units import MM
-
-if TYPE_CHECKING:
-    from scalar.diagnosis.result import Diagnosis
 
 _N_POSES = (
     400  # random poses: their mean square then varies by a few per cent from one choice of them to another
@@ -59,10 +57,10 @@ class ExpectedErrors:
 
 
 @lru_cache(maxsize=1)
-def expected_errors(diagnosis: Diagnosis) -> ExpectedErrors:
+def expected_errors(diagnosis: Shipping) -> ExpectedErrors:
     """Return how far the positions that ``after.json`` predicts are expected to err."""
     calibration, state = diagnosis.calibration_after, diagnosis.shipped_state
-    excess, hidden = excess_distance_after(diagnosis), hidden_effects(diagnosis)
+    excess, hidden = excess_distance_after(diagnosis), hidden_effects(state)
     found = []
     for ranges in (joint_limits(state), measured_ranges(state)):
         errors = workspace_errors(
@@ -83,8 +81,8 @@ def expected_errors(diagnosis: Diagnosis) -> ExpectedErrors:
     return ExpectedErrors(within_limits, within_ranges, has_bands=False)
 
 
-def shipped_entry(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return the entry of ``diagnosis.json`` on the fit that is shipped, and on the errors that are expected of it."""
-    entry: dict[str, Any] = diagnosis.shipped.to_mapping() | {"halves": of_halves(diagnosis.halves)}
+def shipped_entry(diagnosis: Shipping, halves: OuterSplit | None) -> dict[str, Any]:
+    """Return the entry of ``diagnosis.json`` on the fit that is shipped, on the errors that are expected of it, and on the halves of the poses."""
+    entry: dict[str, Any] = diagnosis.shipped.to_mapping() | {"halves": of_halves(halves)}
     expected: dict[str, object] = entry["expected_error_mm"]
     return entry | {"expected_error_mm": expected | expected_errors(diagnosis).to_mapping()}

@@ -24,7 +24,6 @@ from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     from scalar.data.poses import Poses
-    from scalar.diagnosis.result import Diagnosis
 
 PRIOR_SHARE = 0.5  # prior standard deviation of a coefficient over its natural size
 _RANK_TOLERANCE = 1e-10  # smaller singular values of the parameters' columns, over the largest, count as zero
@@ -100,7 +99,6 @@ def absorbed_by(J: Array, columns: Array) -> Array:
     return np.linalg.lstsq(J / scale, columns, rcond=_RANK_TOLERANCE)[0] / scale[:, None]
 
 
-def hidden_effects(diagnosis: Diagnosis) -> HiddenEffects | None:
-    """Return the hidden effects of the fit that a diagnosis ships; None if there are none."""
-    state = diagnosis.shipped_state
+def hidden_effects(state: FittedState) -> HiddenEffects | None:
+    """Return the hidden effects of a fit; None if there are none. They are computed once."""
     return state.once(("hidden effects",), lambda: HiddenEffects.of(state))

@@ -14,6 +14,7 @@ from scalar.estimation.misfit import lacks_something, may_lack_something
 from scalar.estimation.result import Calibration
 from scalar.estimation.usual_noise import exceeds_usual_noise
 from scalar.report.calibration_residual import far_poses_in_words, residual_in_words
+from scalar.report.diagnosed_workspace import repeated_in_words
 from scalar.report.parameter_table import convention_in_words, gauge_rows, parameter_tables
 from scalar.report.unstated_noise import unstated_noise_in_words
 from scalar.report.words import capital
@@ -34,6 +35,8 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
     state = state_of(calibration, dataset)
     excess, hidden = excess_distance(calibration, state), HiddenEffects.of(state)
     workspace = workspace_section(calibration, None, seen, FILE, excess, hidden, possible_effects(state))
+    if workspace is not None:
+        workspace["repeated"] = repeated_in_words(dataset)
     about = [f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints", kind_of(dataset).words]
     return {
         "name": dataset.name,

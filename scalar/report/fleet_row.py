@@ -98,7 +98,7 @@ def _over_workspace(diagnosis: Diagnosis) -> dict[str, float]:
     """Return the mean errors [mm] over the workspace of the data sheet and of the shipped model; empty if the fit has no covariance."""
     after = diagnosis.calibration_after
     seen = diagnosis.after.residuals.poses
-    excess, hidden = excess_distance_after(diagnosis), hidden_effects(diagnosis)
+    excess, hidden = excess_distance_after(diagnosis), hidden_effects(diagnosis.shipped_state)
     errors = errors_within_limits(
         after,
         {SHIPPED: after.model},

@@ -97,6 +97,7 @@ def workspace_section(
         "excess": f"{number(MEAN_OVER_RMS * excess / MM)} mm" if excess else "",
         "left_open": "",
         "within_ranges": "",
+        "repeated": "",
         "hidden": ", ".join(hidden.kinds) if hidden else "",
         "scale": scale_in_words(judged),
         "pictures": [*pictures, _draw_reach(side, before, after, file)],
