@@ -84,7 +84,7 @@ def left_by_fit(state: FittedState, effects: Sequence[Effect]) -> tuple[Array, A
         coefficients' whitened columns then, and the whitened residual ``(R,)``, at its optimum.
     """
     residual, J = state.linearised()
-    measured = state.columns_within_scans(effects)
+    measured = state.columns_within_scans(effects) if effects else np.zeros((0, 0))
     E = np.zeros((len(J), measured.shape[1]))
     E[: len(measured)] = measured
     steps = absorbed_by(J, np.column_stack([E, residual]))

@@ -68,7 +68,8 @@ class PossibleEffects:
     def of(cls, state: FittedState) -> PossibleEffects:
         """Return the effects that a fit may lack."""
         effects = [effect for kind in known().values() for effect in kind.in_many_arms(state.dataset)]
-        owner = np.repeat(np.arange(len(effects)), [len(effect.coefficients) for effect in effects])
+        sizes = np.array([len(effect.coefficients) for effect in effects], dtype=int)
+        owner = np.repeat(np.arange(len(effects)), sizes)
         absorbed, left, rest = left_by_fit(state, effects)
         scaled = left * _natural(effects)
         freedom = max(len(rest) - len(absorbed), 1)

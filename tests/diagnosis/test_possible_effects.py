@@ -101,6 +101,16 @@ def test_a_drawn_effect_errs_as_a_fit_with_it_and_its_prior(state: FittedState) 
     assert np.sqrt(np.sum(draws.var(axis=1))) == pytest.approx(spread, rel=0.1)
 
 
+def test_an_arm_without_possible_effects_lacks_none(
+    state: FittedState, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without candidates the model lacks nothing, and the draws are zero."""
+    monkeypatch.setattr("scalar.diagnosis.possible_effects.known", dict)
+    possible = PossibleEffects.of(state)
+    assert [model.probability for model in possible.models] == [1.0]
+    assert not possible.draws(others(), 20, 1).any()
+
+
 def test_noise_that_is_stated_wrongly_counts_for_no_effect() -> None:
     """If all noise is four times what is stated, the effects are as probable as with the noise stated rightly."""
     dataset, _ = workcell(3, np.random.default_rng(3).uniform(-1, 1, (60, 6)) * LIMITS)
