@@ -87,16 +87,12 @@ def left_by_fit(state: FittedState, effects: Sequence[Effect]) -> tuple[Array, A
     measured = state.columns_within_scans(effects) if effects else np.zeros((0, 0))
     E = np.zeros((len(J), measured.shape[1]))
     E[: len(measured)] = measured
-    steps = absorbed_by(J, np.column_stack([E, residual]))
-    absorbed = steps[:, :-1]
-    return absorbed, E - J @ absorbed, residual - J @ steps[:, -1]
-
-
-def absorbed_by(J: Array, columns: Array) -> Array:
-    """Return the combinations ``(F, K)`` of the columns of J ``(R, F)`` that are nearest to each of ``columns`` ``(R, K)``."""
     scale = np.linalg.norm(J, axis=0)
     scale[scale == 0] = 1.0
-    return np.linalg.lstsq(J / scale, columns, rcond=_RANK_TOLERANCE)[0] / scale[:, None]
+    both = np.column_stack([E, residual])
+    steps = np.linalg.lstsq(J / scale, both, rcond=_RANK_TOLERANCE)[0] / scale[:, None]
+    absorbed = steps[:, :-1]
+    return absorbed, E - J @ absorbed, residual - J @ steps[:, -1]
 
 
 def hidden_effects(state: FittedState) -> HiddenEffects | None:

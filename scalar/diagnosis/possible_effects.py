@@ -8,9 +8,6 @@ v at its most likely value, so that a noise that is stated wrongly counts for no
 posterior probabilities (Hoeting, Madigan, Raftery and Volinsky, Statistical Science 14, 1999). A model is drawn, and from its posterior the
 coefficients; with derivatives D by the parameters and C by the coefficients, and the parameters' change A for a unit of each coefficient, a
 prediction is off by ``(C - D A) c``.
-
-The effects that the model has do not hold exactly either. What is in the measurements of each of them, and in the predictions, counts as uncertain by
-``FORM_SHARE`` of itself.
 """
 
 from __future__ import annotations
@@ -23,7 +20,7 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.hidden_effects import absorbed_by, left_by_fit
+from scalar.diagnosis.hidden_effects import left_by_fit
 from scalar.effects import Effect
 from scalar.effects.registry import known
 from scalar.estimation.displacement import displacement_columns
@@ -33,8 +30,6 @@ from scalar.geometry.se3 import Array
 NONE_LACKS = 0.3
 # Chosen: prior standard deviations of the coefficients over their natural size, all as probable.
 SHARES = np.geomspace(0.03, 1.0, 8)
-# Chosen: standard deviation of an effect that the model has, as a share of itself: how far the form of a named effect is from that of its cause.
-FORM_SHARE = 0.05
 # Trial values of the variance v, over that without any effect; an effect leaves less, and hardly ever less than a fiftieth.
 _VARIANCES = np.exp(np.linspace(-4.0, 0.2, 43))
 _LEAST_VALUE = 1e-12  # smaller eigenvalues of an effect's information, over the largest, count as zero
@@ -136,9 +131,7 @@ class PossibleEffects:
         effects = tuple(self.effects[i] for i in used)
         columns = displacement_columns(replace(model, effects=(*model.effects, *effects)), poses)
         by_parameters, by_effects = np.split(columns, [len(free)], axis=1)
-        lacking = (by_effects - by_parameters[:, free] @ self.absorbed[:, chosen]) @ coefficients[chosen]
-        form = by_parameters @ self._contributions
-        return lacking + FORM_SHARE * form @ rng.standard_normal((form.shape[1], count))
+        return (by_effects - by_parameters[:, free] @ self.absorbed[:, chosen]) @ coefficients[chosen]
 
     def _coefficients(self, model: _Model, rng: np.random.Generator, count: int) -> Array:
         """Return draws ``(k, count)`` of an effect's coefficients from their posterior in a model."""
@@ -150,27 +143,6 @@ class PossibleEffects:
         root = axes * (np.sqrt(model.variance / total) - 1.0) @ axes.T + np.eye(len(natural))
         chance = model.share * root @ rng.standard_normal((len(natural), count))
         return natural[:, None] * (mean[:, None] + chance)
-
-    @cached_property
-    def _contributions(self) -> Array:
-        """Return the changes of all P parameters ``(P, n)`` that make what each of n effects of the model contributes, less what geometry absorbs.
-
-        They are those of the effects that belong to the arm and act by its joint angles.
-        """
-        state, columns = self.state, []
-        geometry = state.free & (np.arange(len(state.free)) < len(state.geometry_free))
-        _, J = state.linearised()
-        of_geometry = geometry[state.free]
-        first = len(state.geometry_free)
-        for effect in state.effects:
-            change = np.zeros(len(state.free))
-            change[first : first + len(effect.coefficients)] = effect.coefficients
-            first += len(effect.coefficients)
-            if effect.stays_with_arm and effect.acts_by_joint_angles:
-                seen = J @ change[state.free]
-                change[geometry] -= absorbed_by(J[:, of_geometry], seen[:, None])[:, 0]
-                columns.append(change)
-        return np.array(columns).reshape(-1, len(state.free)).T
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from scipy.stats import multivariate_normal
 from scalar.data.poses import Poses
 from scalar.diagnosis.explained import explained
 from scalar.diagnosis.fitted_state import FittedState, state_of
-from scalar.diagnosis.possible_effects import FORM_SHARE, NONE_LACKS, SHARES, PossibleEffects
+from scalar.diagnosis.possible_effects import NONE_LACKS, SHARES, PossibleEffects
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.calibrate import calibrate
@@ -121,25 +121,6 @@ def test_noise_that_is_stated_wrongly_counts_for_no_effect() -> None:
     )
     assert wrongly == pytest.approx(rightly, rel=0.2)
     assert wrongly > NONE_LACKS
-
-
-def test_an_effect_that_the_model_has_is_uncertain_by_its_share(state: FittedState) -> None:
-    """Where nothing else may be lacking, the draws are what the effect contributes beside the geometry, times a share of it."""
-    gear = JointHarmonic(3, (2,)).with_coefficients([2e-4, -1e-4])
-    with_gear = state.refitted([gear])
-    possible = replace(PossibleEffects.of(with_gear))
-    possible.__dict__["models"] = possible.models[:1]
-    possible.models[0] = replace(possible.models[0], probability=1.0)
-    poses = others()
-    draws = possible.draws(poses, 3000, 4)
-    _, J = with_gear.linearised()
-    coefficients = with_gear.effects[0].coefficients
-    F = J.shape[1] - 2
-    columns = displacement_columns(with_gear.model, poses)[:, with_gear.free]
-    absorbed = np.linalg.lstsq(J[:, :F], J[:, F:] @ coefficients, rcond=None)[0]
-    contributed = columns[:, F:] @ coefficients - columns[:, :F] @ absorbed
-    expected = FORM_SHARE * np.linalg.norm(contributed)
-    assert np.sqrt(np.mean(np.sum(draws**2, axis=0))) == pytest.approx(expected, rel=0.05)
 
 
 @pytest.mark.slow
