@@ -78,7 +78,7 @@ def compare(
     from scalar.comparison import compare
     from scalar.data.io.atomic import write_json
     from scalar.estimation.result import load_calibration
-    from scalar.report.unstated_noise import exceeds_usual_noise
+    from scalar.estimation.usual_noise import exceeds_usual_noise
 
     if output is not None:
         refuse_foreign([(output, json_of("comparison"))], force, [a, b])

@@ -77,7 +77,6 @@ class FocusedChoice:
             "expected_error_mm": {
                 "with_all": self.error_with_all / MM,
                 "as_shipped": expected[LIMITS] / MM,
-                "as_shipped_within_measured_ranges": expected[RANGES] / MM,
             },
         }
 

@@ -10,6 +10,7 @@ coefficients is off by ``(C - D A) c``.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -23,7 +24,6 @@ from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     from scalar.data.poses import Poses
-    from scalar.diagnosis.result import Diagnosis
 
 PRIOR_SHARE = 0.5  # prior standard deviation of a coefficient over its natural size
 _RANK_TOLERANCE = 1e-10  # smaller singular values of the parameters' columns, over the largest, count as zero
@@ -53,20 +53,9 @@ class HiddenEffects:
         if not effects:
             return None
         std = PRIOR_SHARE * np.concatenate([effect.natural_sizes for effect in effects])
-        residual, J = state.linearised()
-        measured = state.columns_within_scans(effects)
-        E = np.zeros((len(J), measured.shape[1]))
-        E[: len(measured)] = measured
-        scale = np.linalg.norm(J, axis=0)
-        scale[scale == 0] = 1.0
-        both = (
-            np.linalg.lstsq(J / scale, np.column_stack([E, residual]), rcond=_RANK_TOLERANCE)[0]
-            / scale[:, None]
-        )
-        absorbed = both[:, :-1]
-        left, rest = E - J @ absorbed, residual - J @ both[:, -1]
+        absorbed, left, rest = left_by_fit(state, effects)
         # A residual that the noise does not explain says the less of the coefficients the larger it is.
-        variance = max(float(rest @ rest) / max(len(J) - J.shape[1], 1), 1.0)
+        variance = max(float(rest @ rest) / max(len(rest) - len(absorbed), 1), 1.0)
         # Coefficients in units of their prior standard deviation.
         scaled = left * std / np.sqrt(variance)
         values, axes = np.linalg.eigh(np.eye(len(std)) + scaled.T @ scaled)
@@ -87,7 +76,25 @@ class HiddenEffects:
         return (by_effects - by_parameters[:, state.free] @ self.absorbed) @ self.root
 
 
-def hidden_effects(diagnosis: Diagnosis) -> HiddenEffects | None:
-    """Return the hidden effects of the fit that a diagnosis ships; None if there are none."""
-    state = diagnosis.shipped_state
+def left_by_fit(state: FittedState, effects: Sequence[Effect]) -> tuple[Array, Array, Array]:
+    """Return what a fit of R rows and F free parameters leaves of K coefficients of effects that it lacks.
+
+    Returns:
+        The changes of the parameters ``(F, K)`` when the fit adapts to a unit of each coefficient, the rows ``(R, K)`` that are left of the
+        coefficients' whitened columns then, and the whitened residual ``(R,)``, at its optimum.
+    """
+    residual, J = state.linearised()
+    measured = state.columns_within_scans(effects) if effects else np.zeros((0, 0))
+    E = np.zeros((len(J), measured.shape[1]))
+    E[: len(measured)] = measured
+    scale = np.linalg.norm(J, axis=0)
+    scale[scale == 0] = 1.0
+    both = np.column_stack([E, residual])
+    steps = np.linalg.lstsq(J / scale, both, rcond=_RANK_TOLERANCE)[0] / scale[:, None]
+    absorbed = steps[:, :-1]
+    return absorbed, E - J @ absorbed, residual - J @ steps[:, -1]
+
+
+def hidden_effects(state: FittedState) -> HiddenEffects | None:
+    """Return the hidden effects of a fit; None if there are none. They are computed once."""
     return state.once(("hidden effects",), lambda: HiddenEffects.of(state))

@@ -5,9 +5,13 @@ If the noise is neither stated nor observable within a pose (a tracker measures 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.repeated_poses import repeated_poses
+from scalar.units import MM
 
 
 def within_scans(state: FittedState) -> float:
@@ -30,6 +34,17 @@ def between_scans(state: FittedState) -> float:
         if measurement.sigma_known
         else 0.0
     )
+
+
+def noise_entry(state: FittedState) -> dict[str, Any]:
+    """Return the entry of ``diagnosis.json`` on the noise, and on the scatter of poses to which the arm came back (null if they do not tell)."""
+    repeated = repeated_poses(state.dataset)
+    return {
+        "within_scan_mm": within_scans(state) / MM,
+        "between_scans_mm": between_scans(state) / MM,
+        "repeated_poses_mm": None if repeated is None else repeated.scatter / MM,
+        "components": [component.to_mapping() for component in state.residuals.measurement.listed_noise],
+    }
 
 
 def _scale(state: FittedState) -> float:

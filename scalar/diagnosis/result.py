@@ -8,16 +8,17 @@ from typing import Any
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import plain
 from scalar.diagnosis.confidence import confidence
+from scalar.diagnosis.expected_errors import shipped_entry
 from scalar.diagnosis.finding import UNATTRIBUTED, Finding, unattributed_entry
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.grounds import Grounds
 from scalar.diagnosis.hold_out import HeldOutErrors
-from scalar.diagnosis.noise_floor import between_scans, noise_floor, within_scans
+from scalar.diagnosis.noise_floor import noise_entry, noise_floor
 from scalar.diagnosis.observability import Unobservable
 from scalar.diagnosis.outer_split import OuterSplit
 from scalar.diagnosis.ranking import Scored
 from scalar.diagnosis.shipped_fit import ShippedFit
-from scalar.diagnosis.stated_errors import held_out, of_halves, unseen
+from scalar.diagnosis.stated_errors import held_out, unseen
 from scalar.diagnosis.two_halves import most_confidence
 from scalar.diagnosis.variance_components import JITTER, VarianceComponent
 from scalar.estimation.gross_errors import Cleaned
@@ -202,20 +203,14 @@ class Diagnosis:
                 {key: suspicion[key] for key in ("what", "where", "rms_before_mm", "rms_after_mm")}
                 for suspicion in self.calibration_before.summary["setup"]
             ],
-            "noise": {
-                "within_scan_mm": within_scans(self.after) / MM,
-                "between_scans_mm": between_scans(self.after) / MM,
-                "components": [
-                    component.to_mapping() for component in self.after.residuals.measurement.listed_noise
-                ],
-            },
+            "noise": noise_entry(self.after),
             "residual": {
                 "before": held_out(self.calibration_before, self.held_out_before)
                 | unseen(self.outer, 0, self.calibration_before),
                 "after": self.errors_after,
                 "floor_mm": noise_floor(self.after) / MM,
             },
-            "shipped": self.shipped.to_mapping() | {"halves": of_halves(self.halves)},
+            "shipped": shipped_entry(self, self.halves),
             "not_confirmed": not_confirmed,
             "outer_split": None if self.outer is None else self.outer.to_mapping(),
             "candidates": self._candidates(),

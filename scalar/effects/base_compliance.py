@@ -126,6 +126,11 @@ class BaseCompliance(BaseEffect):
         return [*tilts(dataset, with_base=True)]
 
     @classmethod
+    def in_many_arms(cls, dataset: Dataset) -> list[Effect]:
+        """Return all candidates."""
+        return cls.candidates(dataset)
+
+    @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
         """Return a base whose stiffness differs between two axes, under the weight of every link."""
         return [cls(_frames_that_load(dataset.robot))]

@@ -156,6 +156,11 @@ class Effect(Described):
         """
         return []
 
+    @classmethod
+    def in_many_arms(cls, dataset: Dataset) -> list[Effect]:
+        """Return the effects of this kind, each at one place, that many arms have; the errors over the workspace count each by its probability."""
+        return cls.in_every_arm(dataset)
+
     def generalised(self, dataset: Dataset) -> Effect | None:
         """Return an effect of which this one is a special case, if the special case would bias the geometry when it holds only roughly; else None."""
         return None

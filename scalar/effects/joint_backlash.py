@@ -172,6 +172,11 @@ class JointBacklash(OneAxis, SingleJointEffect):
         return [*tilts(dataset, with_base=True), *wind_ups(dataset, self.joint, self.masses)]
 
     @classmethod
+    def in_many_arms(cls, dataset: Dataset) -> list[Effect]:
+        """Return all candidates."""
+        return cls.candidates(dataset)
+
+    @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
         """Return the backlash of a joint, or of every joint. The side is determined by the second word, or by what is recorded.
 

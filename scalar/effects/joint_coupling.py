@@ -81,6 +81,11 @@ class JointCoupling(SingleJointEffect):
         return [cls(j, s) for j in moving for s in moving if s != j]
 
     @classmethod
+    def in_many_arms(cls, dataset: Dataset) -> list[Effect]:
+        """Return all candidates."""
+        return cls.candidates(dataset)
+
+    @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
         """Return the coupling of the joint and the source that are named."""
         if len(words) < 2:

@@ -30,6 +30,7 @@ MAX_ORDER = 32  # of a gear's error; higher orders are a ripple (``joint_ripple`
 MAX_RIPPLE_ORDER = 64
 HIGH_ORDER = 5  # from this order on a curve is hard to follow over a whole turn; it is then shown folded to one period as well
 
+_LARGEST_IN_GEARS = 6  # chosen: the largest order that many arms have without its being found; once and twice a turn are the usual ones
 _STEPS_A_PERIOD = 8  # advised number of steps in each period when a joint is turned to see its error
 
 
@@ -84,10 +85,14 @@ class JointHarmonic(Series):
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
         """Return every order of every joint that turns alone, and all orders of each."""
-        swept, every = swept_joints(dataset), cls.every_order
-        moving = [j for j in turning_joints(dataset) if j in swept]
+        moving, every = _sweeping(dataset), cls.every_order
         alone: list[Effect] = [cls(j, (k,)) for j in moving for k in every]
         return alone + [cls(j, every) for j in moving]
+
+    @classmethod
+    def in_many_arms(cls, dataset: Dataset) -> list[Effect]:
+        """Return the lowest orders of every joint that turns, each alone: the largest errors of gears are among them."""
+        return [cls(j, (k,)) for j in _sweeping(dataset) for k in cls.every_order if k <= _LARGEST_IN_GEARS]
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
@@ -177,3 +182,9 @@ class JointHarmonic(Series):
         folded = np.mod(view.poses.q[:, self.joint - 1], period)
         note = f"Order {order} alone, all its periods laid over one another."
         return joint_profile(view, one, self.joint, axis, folded, curve=curve, note=note)
+
+
+def _sweeping(dataset: Dataset) -> list[int]:
+    """Return the joints, from 1, that turn and take enough positions to show what is periodic in their angle."""
+    swept = swept_joints(dataset)
+    return [j for j in turning_joints(dataset) if j in swept]

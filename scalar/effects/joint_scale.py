@@ -67,6 +67,11 @@ class JointScale(OneAxis, SingleJointEffect):
         """Return the scale error of every joint that moves."""
         return [cls.of(dataset, j) for j in moving_joints(dataset)]
 
+    @classmethod
+    def in_many_arms(cls, dataset: Dataset) -> list[Effect]:
+        """Return all candidates."""
+        return cls.candidates(dataset)
+
     def alike_at_few_positions(self, dataset: Dataset) -> list[Effect]:
         """Return an error once a turn if the joint takes so few positions that no harmonics are looked for."""
         return [] if self.slides or self.joint in swept_joints(dataset) else [JointHarmonic(self.joint, (1,))]

@@ -12,7 +12,7 @@ from scalar.data.dataset import Dataset
 from scalar.data.formats import IMPORTED
 from scalar.effects import registry
 from scalar.errors import Undetermined
-from scalar.estimation.design_effect import design_effect
+from scalar.estimation.design_effect import design_effect, standstills
 from scalar.estimation.fixed_parameter import AS_ASKED, NO_LENGTH_KNOWN
 from scalar.estimation.least_squares import Decomposed, Fit
 from scalar.estimation.measured_ranges import MEASURED_COLUMNS, MEASURED_RANGES, ranges_of_columns
@@ -26,6 +26,7 @@ from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration
 from scalar.estimation.scanner_scale import SCANNER_SCALE_SHIFT, unchecked_scale
 from scalar.estimation.settings import DEFAULTS, FitSettings
+from scalar.estimation.setup.copies import LEAST_SHARE
 from scalar.estimation.setup.lengths import LENGTH_UNIT
 from scalar.estimation.setup.plainer_reading import instead, plainer_reading
 from scalar.estimation.setup.plausibility import implausible
@@ -99,11 +100,18 @@ def _covariance_of_noise(model: Model, residuals: Residuals, free: Array) -> Arr
 def _design_effect(
     model: Model, residuals: Residuals, free: Array, lack: Misfit, settings: FitSettings
 ) -> float:
-    """Return the design effect on the covariance; 1 if the noise explains the residual."""
-    if lack.inflation == 1.0:
-        return 1.0
-    ratio = float(np.sqrt(lack.inflation))
-    return design_effect(residuals, model, free, ratio, settings.misfit_p_value)
+    """Return the design effect on the covariance: 1 if the noise explains the residual, unless readings of one standstill share an error.
+
+    Readings of an arm that stands still share the error that its repeatability leaves. It need not make the residual larger than the stated noise
+    does, and yet several readings then determine little more than one.
+    """
+    ratio, found = float(np.sqrt(lack.inflation)), [1.0]
+    standstill = standstills(residuals.poses.q, residuals.poses.order)
+    if len(standstill) - 1 - int(standstill.max(initial=0)) >= LEAST_SHARE * len(standstill):
+        found.append(design_effect(residuals, model, free, ratio, settings.misfit_p_value, standstill))
+    if lack.inflation != 1.0:
+        found.append(design_effect(residuals, model, free, ratio, settings.misfit_p_value))
+    return max(found)
 
 
 def _std(covariance: Array, free: Array) -> Array:

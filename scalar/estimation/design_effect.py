@@ -32,6 +32,7 @@ def design_effect(
     free: Array,
     ratio: float,
     least_p_value: float = DEFAULTS.fit.misfit_p_value,
+    group: Array | None = None,
 ) -> float:
     """Return the design effect, a ratio of variances of at least 1; it is 1 if chance explains it, or if there are too few poses to judge.
 
@@ -41,8 +42,10 @@ def design_effect(
         free: ``(P,)`` bool, the parameters that were fitted.
         ratio: RMS of the whitened residual over that of the noise; the residuals are divided by it.
         least_p_value: The design effect is 1 unless its p-value for independent residuals is smaller than this.
+        group: ``(N,)``, the group of each pose, from 0; groups of similar poses if None.
     """
-    group = similar_poses(residuals.poses.q, GROUPS, LEAST_POSES)
+    if group is None:
+        group = similar_poses(residuals.poses.q, GROUPS, LEAST_POSES)
     n_groups = int(group.max()) + 1
     if n_groups < 2:
         return 1.0
@@ -69,6 +72,20 @@ def design_effect(
     degrees_of_freedom = 2.0 * expected**2 / variance
     p_value = float(chdtrc(degrees_of_freedom, degrees_of_freedom * found / expected))
     return max(found / expected, 1.0) if p_value < least_p_value else 1.0
+
+
+def standstills(q: Array, order: Array) -> Array:
+    """Return the index ``(N,)`` of the standstill in which each row was read, from 0: rows that follow one another with equal joint angles share one.
+
+    Args:
+        q: Joint angles ``(N, n)`` [rad, or m of a joint that slides].
+        order: ``(N,)``, the order of acquisition.
+    """
+    rows = np.argsort(order, kind="stable")
+    moved = np.any(np.diff(q[rows], axis=0) != 0, axis=1)
+    standstill = np.zeros(len(q), dtype=int)
+    standstill[rows[1:]] = np.cumsum(moved)
+    return standstill
 
 
 def _traces(A: Array, inverse: Array) -> tuple[float, float]:

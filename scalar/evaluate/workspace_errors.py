@@ -3,18 +3,20 @@
 At random poses within the joint limits, the position of the sensor's origin by a model is compared with that by the calibration:
 ``e = p_model - p_hat + D z``, where the columns of D are independent deviations of ``p_hat``, of one standard deviation each, and z is
 standard normal. Every workcell measures the place of its base and of the sensor on the flange anew, so the motion of the base and the
-shift of the sensor that fit best are removed from both terms. The remaining errors are those that no such measurement corrects.
+shift of the sensor that fit best are removed from both terms. The remaining errors are those that no such measurement corrects. Where the calibration
+is used in the workcell in which it was measured, the shift of the sensor is known and stays in (``sensor_fitted``).
 
-The band covers the random errors of the measurements, and the error of the scale where no length is known (``unknown_scale``). Its upper end
-allows besides for effects that the model lacks and that the measurements would not show (``hidden``): the size that is most probable does not count
-them, but what is said to be rarely exceeded does. Other errors that the calibration's model lacks enter as a normal shift of every pose, independent
-of the others, whose root mean square is ``excess``.
+The band covers the random errors of the measurements, the error of the scale where no length is known (``unknown_scale``), and effects that the model
+may lack, each as often as it is probable (``possible``). Its upper end allows besides for effects that every arm has, at the size that the
+measurements leave open (``hidden``), and for a residual beyond the noise, as a normal shift of every pose, independent of the others, whose root mean
+square is ``excess``. The latter may as well be noise that is larger than stated, which is no error of the arm: the number does not count it, but what
+is said to be rarely exceeded does.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -56,6 +58,7 @@ class WorkspaceErrors:
         deviations: ``(N, 3, K)`` [m], K independent deviations of these estimates, of one standard deviation each.
         excess: Root mean square distance [m] by which poses are off because of errors that the calibration's model lacks.
         hidden: ``(N, 3, L)`` [m], deviations like the others by effects that the model lacks and the measurements do not show.
+        possible: ``(R, N, 3)`` [m], draws of what effects that the model may lack contribute, or nothing ``()``.
     """
 
     position: Array
@@ -63,16 +66,18 @@ class WorkspaceErrors:
     deviations: Array
     excess: float = 0.0
     hidden: Array | None = None
+    possible: Array = field(default_factory=lambda: np.zeros(()))
 
     @cached_property
     def _chance(self) -> Array:
         """Return R draws of the error of the estimate ``(R, N, 3)`` [m]."""
-        return _drawn(self.deviations, _SEED)
+        return _drawn(self.deviations, _SEED) + self.possible
 
     @cached_property
     def _chance_and_hidden(self) -> Array:
-        """Return R draws of the error of the estimate with the effects that the measurements do not show ``(R, N, 3)`` [m]."""
-        return self._chance if self.hidden is None else self._chance + _drawn(self.hidden, _SEED + 1)
+        """Return R draws of the error of the estimate with what only the upper end of a band allows for ``(R, N, 3)`` [m]."""
+        hidden = np.zeros(()) if self.hidden is None else _drawn(self.hidden, _SEED + 1)
+        return self._chance + hidden + self._lacking
 
     @cached_property
     def _lacking(self) -> Array:
@@ -86,10 +91,14 @@ class WorkspaceErrors:
         """Return draws of the size of a model's error at every pose."""
         error = self.errors[model]
         found, more = (
-            np.linalg.norm(error + chance + self._lacking, axis=2)
-            for chance in (self._chance, self._chance_and_hidden)
+            np.linalg.norm(error + chance, axis=2) for chance in (self._chance, self._chance_and_hidden)
         )
         return Sizes(found, more)
+
+
+def rms_over_poses(draws: Array) -> Array:
+    """Return the root mean square size ``(R,)`` [m] over the poses of each draw ``(R, N)``."""
+    return np.sqrt(np.mean(draws * draws, axis=1))
 
 
 def mean_over_poses(draws: Array) -> Array:
@@ -108,8 +117,8 @@ class Sizes:
     """R draws of the size of an error at N poses.
 
     Attributes:
-        found: ``(R, N)`` [m], they vary as the covariance of the calibration says.
-        with_hidden: ``(R, N)`` [m], the same with effects that the measurements do not show.
+        found: ``(R, N)`` [m], they vary as the covariance of the calibration and the effects that its model may lack say.
+        with_hidden: ``(R, N)`` [m], the same with what only the upper end of a band allows for.
     """
 
     found: Array
@@ -162,6 +171,7 @@ def errors_within_limits(
     seen: Poses,
     excess: float = 0.0,
     hidden: Callable[[Poses], Array] | None = None,
+    possible: Callable[[Poses, int, int], Array] | None = None,
 ) -> WorkspaceErrors | None:
     """Return the position errors of the data sheet and of models at random poses within the joint limits.
 
@@ -174,12 +184,13 @@ def errors_within_limits(
             temperature, take values from them.
         excess: As in ``WorkspaceErrors``.
         hidden: Returns the deviations ``(3 N, L)`` [m] of ``WorkspaceErrors.hidden`` at N poses; None without such effects.
+        possible: Returns R draws ``(3 N, R)`` [m] of ``WorkspaceErrors.possible`` at N poses, from the poses, R and a seed; or None.
     """
     robot = estimate.model.nominal
     count = int(np.clip(_MOST_DERIVATIVES // len(estimate.model.names), _LEAST_POSES, _MOST_POSES))
     poses = poses_within_limits(limits_or_measured_ranges(robot.limits, seen.q), seen, count, _SEED)
     nominal = replace(estimate.model, robot=robot, effects=())
-    return workspace_errors(estimate, {NOMINAL: nominal, **models}, poses, excess, hidden)
+    return workspace_errors(estimate, {NOMINAL: nominal, **models}, poses, excess, hidden, possible)
 
 
 def workspace_errors(
@@ -188,6 +199,9 @@ def workspace_errors(
     poses: Poses,
     excess: float = 0.0,
     hidden: Callable[[Poses], Array] | None = None,
+    possible: Callable[[Poses, int, int], Array] | None = None,
+    *,
+    sensor_fitted: bool = True,
 ) -> WorkspaceErrors | None:
     """Return the position errors of models against a calibration as the best estimate of the arm; None if it has no covariance.
 
@@ -196,7 +210,9 @@ def workspace_errors(
         models: The models to judge, by name.
         poses: The poses at which they are compared.
         excess: As in ``WorkspaceErrors``.
-        hidden: As for ``errors_within_limits``.
+        hidden, possible: As for ``errors_within_limits``.
+        sensor_fitted: Whether the shift of the sensor that fits best is removed besides the motion of the base; the errors of ``models`` are always
+            those with both.
     """
     estimate = kinematics_at(calibration.model, poses)
     of_poses = pose_deviations(calibration.model, estimate, calibration.free, calibration.covariance)
@@ -207,15 +223,23 @@ def workspace_errors(
     if (scale := unknown_scale(calibration)) is not None:
         stretched = scale.relative * (T[:, :3, 3] - calibration.model.nominal.T_base_0[:3, 3])
         of_positions = np.column_stack([of_positions, stretched.ravel()])
-    n_found = of_positions.shape[1]
-    if hidden is not None:
-        of_positions = np.column_stack([of_positions, hidden(poses)])
-    apart = projected_out(base_and_sensor_columns(T), of_positions, _RANK_TOLERANCE).reshape(len(T), 3, -1)
-    deviations, more = apart[:, :, :n_found], None if hidden is None else apart[:, :, n_found:]
+    moved_alike = base_and_sensor_columns(T)[:, : 9 if sensor_fitted else 6]
+
+    def apart(columns: Array) -> Array:
+        """Return displacements ``(N, 3, K)`` less what the place of the base, or of the sensor, takes up of each."""
+        return projected_out(moved_alike, columns, _RANK_TOLERANCE).reshape(len(T), 3, -1)
+
     errors = {
         name: aligned_errors(kinematics_at(model, poses).T_base_sensor, T) for name, model in models.items()
     }
-    return WorkspaceErrors(T[:, :3, 3], errors, deviations, excess, more)
+    return WorkspaceErrors(
+        T[:, :3, 3],
+        errors,
+        apart(of_positions),
+        excess,
+        None if hidden is None else apart(hidden(poses)),
+        np.zeros(()) if possible is None else np.moveaxis(apart(possible(poses, N_DRAWS, _SEED + 3)), 2, 0),
+    )
 
 
 def aligned_errors(T_model: Array, T_hat: Array) -> Array:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.data.io.atomic import plain
-from scalar.diagnosis.nested_models import LIMITS, RANGES
+from scalar.diagnosis.expected_errors import expected_errors
 from scalar.geometry.se3 import Array
 from scalar.planning.left_open import LeftOpen, left_open
 from scalar.report.words import length, listed, quoted
@@ -28,9 +28,8 @@ _SHOWN = 3  # effects in question that are named
 
 def beyond_ranges(diagnosis: Diagnosis) -> list[str]:
     """Return sentences if predictions err much more within the measured ranges of the joints than at the measured poses, or over all limits."""
-    shipped = diagnosis.shipped
-    expected = shipped.choice.expected_errors(without_effects=shipped.without_effects)
-    found, measured = expected[LIMITS], expected[RANGES]
+    shipped, expected = diagnosis.shipped, expected_errors(diagnosis)
+    found, measured = expected.within_limits.value, expected.within_ranges.value
     errors = diagnosis.errors_after
     at_measured = (errors["unseen_rms_mm"] or errors["held_out_rms_mm"] or 0.0) * MM
     sees_position = diagnosis.before.residuals.measurement.equations_per_pose >= _OF_POSITION

@@ -6,14 +6,17 @@ from typing import Any
 
 from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
+from scalar.diagnosis.excess_residual import excess_distance
 from scalar.diagnosis.fitted_state import state_of
 from scalar.diagnosis.hidden_effects import HiddenEffects
+from scalar.diagnosis.possible_effects import possible_effects
 from scalar.estimation.misfit import lacks_something, may_lack_something
 from scalar.estimation.result import Calibration
+from scalar.estimation.usual_noise import exceeds_usual_noise
 from scalar.report.calibration_residual import far_poses_in_words, residual_in_words
-from scalar.report.excess_residual import excess_distance
+from scalar.report.diagnosed_workspace import repeated_in_words
 from scalar.report.parameter_table import convention_in_words, gauge_rows, parameter_tables
-from scalar.report.unstated_noise import exceeds_usual_noise, unstated_noise_in_words
+from scalar.report.unstated_noise import unstated_noise_in_words
 from scalar.report.words import capital
 from scalar.report.workspace_map import workspace_section
 from scalar.sensors import kind_of
@@ -31,7 +34,9 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
     seen = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
     state = state_of(calibration, dataset)
     excess, hidden = excess_distance(calibration, state), HiddenEffects.of(state)
-    workspace = workspace_section(calibration, None, seen, FILE, excess, hidden)
+    workspace = workspace_section(calibration, None, seen, FILE, excess, hidden, possible_effects(state))
+    if workspace is not None:
+        workspace["repeated"] = repeated_in_words(dataset)
     about = [f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints", kind_of(dataset).words]
     return {
         "name": dataset.name,

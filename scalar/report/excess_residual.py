@@ -1,94 +1,13 @@
-"""What a calibration errs by because its model lacks something: the covariance of a calibration does not cover it.
-
-The residual of an incomplete model exceeds the noise. At the measured poses the parameters absorb a part of what the model lacks, so that the excess
-is too small there. Poses in regions of the joint space that are left out of the fit exceed the noise by too much, because they contain errors of the
-parameters, which the covariance counts. The mean of the two variances is counted in every error over the workspace. Where a diagnosis names the
-excess as a random error of whole poses or scans, it is no error of the model: that error is reported on its own.
-"""
+"""Sentences on a residual that exceeds the noise, and on what may cause that."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.hold_out import held_out_regions
-from scalar.diagnosis.shipped_fit import BY_COMPONENT
-from scalar.estimation.misfit import lacks_something, misfit, squares_for_a_shift, unexplained_shift
-from scalar.estimation.result import Calibration
-from scalar.report.unstated_noise import exceeds_usual_noise
+from scalar.estimation.misfit import lacks_something
 
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
-
-
-_EQUATIONS = 1.5  # for each free parameter, that the other regions have to give: with fewer, their fit says nothing of the region left out
-
-
-def excess_distance(calibration: Calibration, state: FittedState) -> float:
-    """Return the root mean square distance [m] by which a calibration errs beyond the noise; zero unless its residual clearly exceeds the noise.
-
-    If the noise is not known and the residual is clearly no noise, it is the whole residual.
-
-    Args:
-        calibration: The calibration.
-        state: Its model and data, at its optimum.
-    """
-    if exceeds_usual_noise(calibration):
-        return _whole_residual(state)
-    return excess_of(state) if lacks_something(calibration.summary) else 0.0
-
-
-def _whole_residual(state: FittedState) -> float:
-    """Return the root mean square shift of the measured point [m] that makes the residuals of the poses; nothing of it is known to be noise."""
-    residual, _ = state.linearised()
-    N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
-    squares = squares_for_a_shift(state.residuals, state.model)
-    return float(np.sqrt(np.sum(residual[: N * m] ** 2) / max(float(squares.sum()), 1e-300)))
-
-
-def excess_of(state: FittedState) -> float:
-    """Return the root mean square distance [m] by which poses are off beyond the noise, at measured poses and in regions that the fit leaves out.
-
-    The variance is the mean of that at the measured poses and of that in the regions. The latter is the median over the regions, and at least the
-    former. If there are too few poses for regions, or if the other regions hardly determine the parameters, it is that at the measured poses alone.
-
-    Args:
-        state: Model and data at the optimum.
-    """
-    residuals, model = state.residuals, state.model
-    at_measured = unexplained_shift(residuals, model, misfit(residuals, model, state.free))
-    regions = held_out_regions(state)
-    measurement = residuals.measurement
-    if regions is None:
-        return at_measured
-    left = measurement.equations.sum() - np.bincount(regions.block, weights=measurement.equations)
-    if left.min() < _EQUATIONS * state.free.sum():
-        return at_measured
-    T = residuals.kinematics(model).T_base_sensor
-    within, _ = measurement.scatter(T, model.target, residuals.point_effects(model))
-    excess, of_a_metre = (
-        np.bincount(regions.block, weights=each)
-        for each in (regions.whitened - within - measurement.equations, squares_for_a_shift(residuals, model))
-    )
-    typical = float(np.median(excess / np.maximum(of_a_metre, 1e-300)))
-    return float(np.sqrt((at_measured**2 + max(typical, at_measured**2)) / 2.0))
-
-
-def excess_distance_after(diagnosis: Diagnosis) -> float:
-    """Return the same distance [m] for ``after.json``; zero if the diagnosis names the excess as a random error.
-
-    If poses are weighted by a variance component, the weighted residual no longer shows the excess. If the component is not confirmed as a random
-    error, or has no name, the excess is taken from the residual with equal weights, even if its p-value alone would not show it.
-    """
-    shipped = diagnosis.shipped
-    named = bool(diagnosis.reported_noise) and not diagnosis.noise_without_a_name
-    if named and not shipped.without_effects:
-        return 0.0
-    if shipped.fit == BY_COMPONENT:
-        return excess_of(shipped.choice.state)
-    return excess_distance(diagnosis.calibration_after, diagnosis.shipped_state)
 
 
 def cause_of_excess(diagnosis: Diagnosis) -> str:

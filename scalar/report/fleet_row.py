@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from scalar.diagnosis.excess_residual import excess_distance_after
 from scalar.diagnosis.finding import UNATTRIBUTED
 from scalar.diagnosis.hidden_effects import hidden_effects
+from scalar.diagnosis.possible_effects import possible_effects
 from scalar.errors import ScalarError, printable
 from scalar.evaluate.workspace_errors import NOMINAL, errors_within_limits, mean_over_poses
-from scalar.report.excess_residual import excess_distance_after
 from scalar.report.pose_numbers import with_pose_numbers
 from scalar.report.words import title
 from scalar.units import MM
@@ -97,8 +98,15 @@ def _over_workspace(diagnosis: Diagnosis) -> dict[str, float]:
     """Return the mean errors [mm] over the workspace of the data sheet and of the shipped model; empty if the fit has no covariance."""
     after = diagnosis.calibration_after
     seen = diagnosis.after.residuals.poses
-    excess, hidden = excess_distance_after(diagnosis), hidden_effects(diagnosis)
-    errors = errors_within_limits(after, {SHIPPED: after.model}, seen, excess, hidden and hidden.deviations)
+    excess, hidden = excess_distance_after(diagnosis), hidden_effects(diagnosis.shipped_state)
+    errors = errors_within_limits(
+        after,
+        {SHIPPED: after.model},
+        seen,
+        excess,
+        hidden and hidden.deviations,
+        possible_effects(diagnosis.shipped_state).draws,
+    )
     if errors is None:
         return {}
     data_sheet, shipped = (errors.sizes(model).banded(mean_over_poses) for model in (NOMINAL, SHIPPED))

@@ -7,16 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.diagnosis.hidden_effects import hidden_effects
 from scalar.diagnosis.partial_residuals import FittedView
 from scalar.diagnosis.shipped_fit import BY_COMPONENT
 from scalar.effects.command_line import named_effects
 from scalar.effects.picture import Map, Profile
-from scalar.evaluate.workspace_errors import MEAN_OVER_RMS
 from scalar.report import further_poses, shipped_words, unseen_words, words
 from scalar.report.advice import advice
-from scalar.report.beyond_ranges import error_left_open
-from scalar.report.excess_residual import excess_beside_findings, excess_distance_after
+from scalar.report.diagnosed_workspace import diagnosed_workspace
+from scalar.report.excess_residual import excess_beside_findings
 from scalar.report.noise_card import noise_card
 from scalar.report.opening import opening, verdict_on_effects
 from scalar.report.own_noise import own_noise
@@ -24,7 +22,6 @@ from scalar.report.parameter_table import convention_in_words, gauge_rows, param
 from scalar.report.pictures import draw
 from scalar.report.residual_pictures import draw_residuals
 from scalar.report.thinning import dots_per_panel
-from scalar.report.workspace_map import SHIPPED, workspace_section
 from scalar.sensors import kind_of
 from scalar.units import MM
 
@@ -75,7 +72,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "unseen": unseen_words.unseen_sentences(diagnosis, mapping),
         "shipped": [*excess_beside_findings(diagnosis), *shipped_words.shipped_sentences(diagnosis)],
         "errors": _errors(mapping, bool(diagnosis.findings)),
-        "workspace": _workspace(diagnosis),
+        "workspace": diagnosed_workspace(diagnosis),
         "file": "after.json",
         "convention": convention_in_words(diagnosis.dataset.robot),
         "parameters": parameter_tables(diagnosis.calibration_after, diagnosis.dataset.sensor.T_flange_sensor),
@@ -138,18 +135,6 @@ def _files(diagnosis: Diagnosis) -> list[str]:
     return [
         f"after.json is the calibration that takes {what} into account; before.json is the one of the geometry alone. {use}"
     ]
-
-
-def _workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
-    """Return the section on errors over the workspace, with the error that the diagnosis left open; None if there is no such section."""
-    before, after = diagnosis.calibration_before.model, diagnosis.calibration_after
-    seen = diagnosis.after.residuals.poses
-    without_effects = before if after.model.effects else None
-    excess, hidden = excess_distance_after(diagnosis), hidden_effects(diagnosis)
-    section = workspace_section(after, without_effects, seen, SHIPPED, excess, hidden)
-    if section is None or diagnosis.shipped.without_effects or (more := error_left_open(diagnosis)) is None:
-        return section
-    return section | {"left_open": words.length(MEAN_OVER_RMS * float(np.hypot(more.error, excess)))}
 
 
 def _errors(mapping: Mapping[str, Any], changed: bool) -> dict[str, Any]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.diagnosis.hidden_effects import HiddenEffects
+from scalar.diagnosis.possible_effects import PossibleEffects
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
@@ -52,6 +53,7 @@ def workspace_section(
     file: str,
     excess: float = 0.0,
     hidden: HiddenEffects | None = None,
+    possible: PossibleEffects | None = None,
 ) -> dict[str, Any] | None:
     """Return the table and the pictures of the errors over the workspace, or None if there is no covariance, or no error.
 
@@ -60,12 +62,15 @@ def workspace_section(
         without_effects: The model without effects, if it is another one; or None.
         seen: The measured poses.
         file: File name of the calibration, for the texts.
-        excess: Root mean square size [m] of the errors that the model lacks, which differ from pose to pose (``excess_residual``).
+        excess: Root mean square size [m] of the residual beyond the noise as an error of the arm (``excess_residual``); the upper ends allow for it.
         hidden: Effects that every arm has and the model lacks, or None; the upper ends of the bands allow for them.
+        possible: Effects that the model may lack, or None; every figure counts each by its probability.
     """
     robot = judged.model.nominal
     models = {**({} if without_effects is None else {WITHOUT_EFFECTS: without_effects}), file: judged.model}
-    errors = errors_within_limits(judged, models, seen, excess, hidden and hidden.deviations)
+    errors = errors_within_limits(
+        judged, models, seen, excess, hidden and hidden.deviations, possible and possible.draws
+    )
     if errors is None:
         return None
     sizes = {model: errors.sizes(model) for model in errors.errors}
@@ -91,6 +96,8 @@ def workspace_section(
         "poses": len(errors.position),
         "excess": f"{number(MEAN_OVER_RMS * excess / MM)} mm" if excess else "",
         "left_open": "",
+        "within_ranges": "",
+        "repeated": "",
         "hidden": ", ".join(hidden.kinds) if hidden else "",
         "scale": scale_in_words(judged),
         "pictures": [*pictures, _draw_reach(side, before, after, file)],

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from scalar.estimation import data_sheet_priors
 from scalar.estimation.calibrate import calibrate
-from scalar.estimation.design_effect import design_effect, similar_poses
+from scalar.estimation.design_effect import design_effect, similar_poses, standstills
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.joint_fit import fit_all
 from scalar.estimation.model import Model
@@ -97,3 +100,37 @@ def test_groups_are_of_similar_poses():
     assert max(np.ptp(q[group == k, 0]) for k in range(8)) < 2.0
     assert len(np.unique(similar_poses(q[:11], 8, 6))) == 1
     assert len(np.unique(similar_poses(np.zeros((50, 3)), 8, 6))) == 1
+
+
+def read_again(seed: int, times: int, in_rounds: bool):
+    """Return a tracked arm that repeats a pose to 1e-4 rad in every joint, each of 60 poses read ``times`` times, and its truth.
+
+    The arm stands still while a pose is read, or it comes back to every pose in rounds.
+    """
+    rng = np.random.default_rng([seed, 7])
+    q = elsewhere(rng, 60)
+    stood = q + 1e-4 * rng.standard_normal(q.shape)
+    q, stood = (np.repeat(each, times, axis=0) for each in (q, stood))
+    if in_rounds:
+        stood = q + 1e-4 * rng.standard_normal(q.shape)
+    dataset, truth = workcell(seed, stood)
+    names = [f"q{j + 1}" for j in range(6)]
+    poses = dataset.poses.assign(**{name: q[:, j] for j, name in enumerate(names)}, order=np.arange(len(q)))
+    if in_rounds:
+        poses["order"] = np.arange(len(q)).reshape(60, times).T.ravel().argsort()
+    return replace(dataset, poses=pd.DataFrame(poses)), truth
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_readings_of_one_standstill_count_as_about_one(seed):
+    """Four readings with a common error that is far above the noise of each determine what one does; four returns determine more."""
+    still, rounds = (calibrate(read_again(seed, 4, in_rounds)[0]).summary for in_rounds in (False, True))
+    assert 2.5 < still["design_effect"] < 5.5
+    assert rounds["design_effect"] == 1.0
+
+
+def test_rows_share_a_standstill_only_if_they_follow_one_another():
+    """A pose to which the arm came back is another standstill, in whatever order the rows stand in the file."""
+    q = np.array([[0.0], [1.0], [1.0], [0.0], [0.0]])
+    assert standstills(q, np.arange(5.0)).tolist() == [0, 1, 1, 2, 2]
+    assert standstills(q, np.array([0.0, 1.0, 4.0, 2.0, 3.0])).tolist() == [0, 1, 3, 2, 2]

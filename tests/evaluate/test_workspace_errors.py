@@ -14,6 +14,7 @@ from scalar.estimation.result import Calibration
 from scalar.evaluate.workspace_errors import (
     aligned_errors,
     mean_over_poses,
+    rms_over_poses,
     workspace_errors,
 )
 from scalar.geometry.robot import Robot
@@ -96,6 +97,55 @@ def test_hidden_effects_raise_the_upper_end_alone():
     without, hidden_too = bands
     assert (hidden_too.low, hidden_too.value) == (without.low, without.value)
     assert hidden_too.high > np.hypot(without.value, np.sqrt(3 * 4) * 3e-4 * 0.9)
+
+
+def test_a_residual_beyond_the_noise_raises_the_upper_end_alone():
+    """It may be noise that is larger than stated, so number and lower end do not count it."""
+    rng = np.random.default_rng(3)
+    calibration = with_covariance(calibrated(ROBOT, rng), 2e-4)
+    poses = Poses(rng.uniform(ROBOT.limits[:, 0], ROBOT.limits[:, 1], (300, 6)), np.zeros(300), {})
+    bands = []
+    for excess in (0.0, 1e-3):
+        found = workspace_errors(calibration, {"same": calibration.model}, poses, excess)
+        assert found is not None
+        bands.append(found.sizes("same").banded(rms_over_poses))
+    without, beyond = bands
+    assert (beyond.low, beyond.value) == (without.low, without.value)
+    assert np.hypot(without.high, 1e-3) * 0.9 < beyond.high < np.hypot(without.high, 1e-3) * 1.1
+
+
+def test_effects_that_may_be_lacking_count_in_every_figure():
+    """Draws of displacements that differ from pose to pose add to the squares of the chance errors, in the number and in both ends."""
+    rng = np.random.default_rng(3)
+    calibration = with_covariance(calibrated(ROBOT, rng), 2e-4)
+    poses = Poses(rng.uniform(ROBOT.limits[:, 0], ROBOT.limits[:, 1], (300, 6)), np.zeros(300), {})
+
+    def independent(at: Poses, count: int, seed: int) -> np.ndarray:
+        return 2e-3 / np.sqrt(3) * np.random.default_rng(seed).standard_normal((3 * len(at), count))
+
+    bands = []
+    for possible in (None, independent):
+        found = workspace_errors(calibration, {"same": calibration.model}, poses, possible=possible)
+        assert found is not None
+        bands.append(found.sizes("same").banded(rms_over_poses))
+    without, counted = bands
+    for name in ("low", "value", "high"):
+        expected = np.hypot(getattr(without, name), 2e-3)
+        assert abs(getattr(counted, name) / expected - 1.0) < 0.05
+
+
+def test_a_shift_of_the_sensor_counts_where_the_tool_is_the_calibrations_own():
+    """A sensor whose place on the flange is uncertain is no error if the tool is fitted anew, and up to its own size if it is not."""
+    rng = np.random.default_rng(3)
+    calibration = replace(calibrated(ROBOT, rng), free=("sensor_x",), covariance=np.array([[1e-8]]))
+    poses = Poses(rng.uniform(ROBOT.limits[:, 0], ROBOT.limits[:, 1], (300, 6)), np.zeros(300), {})
+    sizes = []
+    for fitted in (True, False):
+        found = workspace_errors(calibration, {"same": calibration.model}, poses, sensor_fitted=fitted)
+        assert found is not None
+        sizes.append(np.sqrt(np.sum(found.deviations**2) / len(poses)))
+    assert sizes[0] < 1e-10
+    assert 0.5e-4 < sizes[1] <= 1e-4 * (1 + 1e-9)
 
 
 def test_without_covariance_nothing_is_claimed():

@@ -2,11 +2,14 @@
 
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
+from scalar.diagnosis.expected_errors import ExpectedErrors
 from scalar.diagnosis.focused_choice import FocusedChoice
+from scalar.evaluate.workspace_errors import Banded
 from scalar.geometry.robot import Robot
 from scalar.report.shipped_words import _left_out, _without_effects, shipped_sentences
 from tests.robot_configs import robot_mapping
@@ -47,7 +50,9 @@ def said(
         before=SimpleNamespace(residuals=SimpleNamespace(measurement=sensor)),
         cleaned=SimpleNamespace(dataset=SimpleNamespace(robot=robot, q=measured)),
     )
-    return " ".join(shipped_sentences(diagnosis))
+    stated = ExpectedErrors(*(Banded(error, error / 2, 2 * error) for error in expected[:2]))
+    with patch("scalar.report.beyond_ranges.expected_errors", return_value=stated):
+        return " ".join(shipped_sentences(diagnosis))
 
 
 def test_effects_that_do_not_extrapolate_are_said_to_be_findings_only():

@@ -8,6 +8,7 @@ import numpy as np
 
 from scalar.data.copies import copies_in_words
 from scalar.data.dataset import Dataset
+from scalar.estimation.design_effect import standstills
 
 MOST_COPIES = 0.1  # of the poses of a probe that have the angles of another one; more are contacts that were repeated (chosen)
 LEAST_SHARE = 0.1  # of the rows that repeat the joint angles of the one before; a few are poses taken again as a check (chosen)
@@ -64,13 +65,14 @@ def repeated_readings(dataset: Dataset) -> str:
     """
     if not len(dataset.points) or len(dataset.q) < 2:
         return ""
-    rows = np.argsort(dataset.known_poses.order, kind="stable")
-    again = np.flatnonzero(np.all(np.diff(dataset.q[rows], axis=0) == 0, axis=1)) + 1
+    order = dataset.known_poses.order
+    rows = np.argsort(order, kind="stable")
+    again = np.flatnonzero(np.diff(standstills(dataset.q, order)[rows]) == 0) + 1
     if len(again) < LEAST_SHARE * len(rows):
         return ""
     one, other = (int(dataset.pose_ids[rows[k]]) for k in (again[0] - 1, again[0]))
     return (
         f"{len(again)} of {len(rows)} rows have the joint angles of the row before (first pose {other}, after pose {one}). If the arm stood still in "
-        "between, they are readings of one pose and share its error: errors are stated too small, and structure may be found where there is none. "
+        "between, they are readings of one pose and share its error: the standard errors count that, but structure may be found where there is none. "
         "Keep their mean, or one of them (`first_of_each` of a mapping). If the arm left the pose and came back, all is well"
     )

@@ -1,0 +1,88 @@
+"""How far the positions that ``after.json`` predicts are expected to err: root mean square over random poses, with a 95 % band.
+
+The errors that decide between models (``nested_models``) compare these with one another and leave out what all of them lack. What is stated counts it
+as far as it is known (``workspace_errors``): chance errors, effects that the model may lack by their probability, and, at the upper end of the band,
+effects that every arm has and a residual beyond the noise. Only the place of the base is fitted; the shift of the sensor is that of the calibration.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from scalar.diagnosis.excess_residual import Shipping, excess_distance_after
+from scalar.diagnosis.hidden_effects import hidden_effects
+from scalar.diagnosis.nested_models import LIMITS, RANGES
+from scalar.diagnosis.outer_split import OuterSplit
+from scalar.diagnosis.possible_effects import possible_effects
+from scalar.diagnosis.predicted_displacements import joint_limits, measured_ranges, poses_within
+from scalar.diagnosis.stated_errors import of_halves
+from scalar.evaluate.workspace_errors import Banded, rms_over_poses, workspace_errors
+from scalar.units import MM
+
+_N_POSES = (
+    400  # random poses: their mean square then varies by a few per cent from one choice of them to another
+)
+_SHIPPED = "after.json"
+
+
+@dataclass(frozen=True)
+class ExpectedErrors:
+    """Expected errors of the positions that ``after.json`` predicts [m], root mean square over poses.
+
+    Attributes:
+        within_limits: At random poses within the joint limits.
+        within_ranges: At random poses within the ranges of the joints that were measured.
+        has_bands: Whether they have bands; without a covariance, both ends are the number itself.
+    """
+
+    within_limits: Banded
+    within_ranges: Banded
+    has_bands: bool = True
+
+    def to_mapping(self) -> dict[str, object]:
+        """Return the numbers and their bands as they stand in ``diagnosis.json``."""
+        return {
+            key: value
+            for name, error in (
+                ("as_shipped_within_measured_ranges", self.within_ranges),
+                ("as_shipped_within_joint_limits", self.within_limits),
+            )
+            for key, value in (
+                (name, error.value / MM),
+                (f"{name}_band", [error.low / MM, error.high / MM] if self.has_bands else None),
+            )
+        }
+
+
+@lru_cache(maxsize=1)
+def expected_errors(diagnosis: Shipping) -> ExpectedErrors:
+    """Return how far the positions that ``after.json`` predicts are expected to err."""
+    calibration, state = diagnosis.calibration_after, diagnosis.shipped_state
+    excess, hidden = excess_distance_after(diagnosis), hidden_effects(state)
+    found = []
+    for ranges in (joint_limits(state), measured_ranges(state)):
+        errors = workspace_errors(
+            calibration,
+            {_SHIPPED: calibration.model},
+            poses_within(ranges, state, _N_POSES),
+            excess,
+            hidden and hidden.deviations,
+            possible_effects(state).draws,
+            sensor_fitted=False,
+        )
+        if errors is not None:
+            found.append(errors.sizes(_SHIPPED).banded(rms_over_poses))
+    if len(found) == 2:
+        return ExpectedErrors(*found)
+    compared = diagnosis.shipped.choice.expected_errors(without_effects=diagnosis.shipped.without_effects)
+    within_limits, within_ranges = (Banded(*3 * (compared[k],)) for k in (LIMITS, RANGES))
+    return ExpectedErrors(within_limits, within_ranges, has_bands=False)
+
+
+def shipped_entry(diagnosis: Shipping, halves: OuterSplit | None) -> dict[str, Any]:
+    """Return the entry of ``diagnosis.json`` on the fit that is shipped, on the errors that are expected of it, and on the halves of the poses."""
+    entry: dict[str, Any] = diagnosis.shipped.to_mapping() | {"halves": of_halves(halves)}
+    expected: dict[str, object] = entry["expected_error_mm"]
+    return entry | {"expected_error_mm": expected | expected_errors(diagnosis).to_mapping()}

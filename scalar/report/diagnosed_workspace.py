@@ -1,0 +1,63 @@
+"""The section of a diagnosis on the errors of the arm over its workspace, with what the diagnosis left open."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scalar.diagnosis.excess_residual import excess_distance_after
+from scalar.diagnosis.expected_errors import expected_errors
+from scalar.diagnosis.hidden_effects import hidden_effects
+from scalar.diagnosis.possible_effects import possible_effects
+from scalar.diagnosis.repeated_poses import repeated_poses
+from scalar.evaluate.workspace_errors import MEAN_OVER_RMS
+from scalar.report import words
+from scalar.report.beyond_ranges import error_left_open
+from scalar.report.workspace_map import SHIPPED, workspace_section
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+    from scalar.diagnosis.result import Diagnosis
+
+
+def diagnosed_workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    """Return the section on errors over the workspace, with the error that the diagnosis left open; None if there is no such section."""
+    before, after = diagnosis.calibration_before.model, diagnosis.calibration_after
+    seen = diagnosis.after.residuals.poses
+    without_effects = before if after.model.effects else None
+    excess, hidden = excess_distance_after(diagnosis), hidden_effects(diagnosis.shipped_state)
+    possible = possible_effects(diagnosis.shipped_state)
+    section = workspace_section(after, without_effects, seen, SHIPPED, excess, hidden, possible)
+    if section is None:
+        return None
+    section["within_ranges"] = expected_within_ranges(diagnosis)
+    section["repeated"] = repeated_in_words(diagnosis.cleaned.dataset)
+    if diagnosis.shipped.without_effects or (more := error_left_open(diagnosis)) is None:
+        return section
+    return section | {"left_open": words.length(MEAN_OVER_RMS * float(np.hypot(more.error, excess)))}
+
+
+def expected_within_ranges(diagnosis: Diagnosis) -> str:
+    """Return the sentence on the error that is expected within the ranges of the joints that were measured, with its band if it has one."""
+    expected = expected_errors(diagnosis)
+    error, band = expected.within_ranges, ""
+    if expected.has_bands:
+        band = f", 95 % band {words.length(error.low)} to {words.length(error.high)}"
+    return (
+        f"At random poses within the ranges of the joints that were measured, {SHIPPED} is expected to err by {words.length(error.value)} (root mean "
+        f"square{band}), with its own tool frame and the best base frame."
+    )
+
+
+def repeated_in_words(dataset: Dataset) -> str:
+    """Return the sentence on how far the points of poses scatter to which the arm came back; empty if they do not tell."""
+    found = repeated_poses(dataset)
+    if found is None:
+        return ""
+    poses = "one pose" if found.poses == 1 else f"{found.poses} poses"
+    return (
+        f"Repeated poses scatter by {words.length(found.scatter)} (root mean square; the arm came back {found.returns} times, to {poses}). "
+        "This is the least error of any model of the joint angles: it holds the arm's repeatability, the noise of the tracker, and what changed "
+        "in between."
+    )
