@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
+from scalar.data.formats import TORQUE
 from scalar.data.poses import Poses
 from scalar.effects.command_words import all_turning_named
 from scalar.effects.effect import WEIGHT, Effect
@@ -107,21 +108,24 @@ class JointCompliance(JointEffect):
         """Return the compliance of every revolute joint, that of all of them together, and that of all under the weight of an arm that tapers.
 
         A joint that stands still gives way as well. A joint may move no link whose leverage changes; what then acts on it is constant, and a part of
-        its zero.
+        its zero. Masses are not assumed where the torques of the joints were recorded (``TorqueCompliance``).
         """
         n = dataset.robot.n_joints
         joints = [j for j in range(1, n + 1) if not dataset.robot.slides[j - 1]]
         pairs = tuple((j, f) for j in joints for f in range(j, n + 1))
         if not pairs:
             return []
-        moments = np.concatenate([tapering_moments_about(dataset.robot, j) for j in joints])
-        alone: list[Effect] = [cls(tuple(p for p in pairs if p[0] == j)) for j in joints]
-        return [*alone, cls(pairs), cls(pairs, tuple(moments.tolist()))]
+        found: list[Effect] = [cls(tuple(p for p in pairs if p[0] == j)) for j in joints]
+        found.append(cls(pairs))
+        if f"{TORQUE}1" not in dataset.poses:
+            moments = np.concatenate([tapering_moments_about(dataset.robot, j) for j in joints])
+            found.append(cls(pairs, tuple(moments.tolist())))
+        return found
 
     @classmethod
     def in_every_arm(cls, dataset: Dataset) -> list[Effect]:
         """Return the compliance of all joints together: no gear is rigid."""
-        return cls.candidates(dataset)[-2:-1]
+        return [e for e in cls.candidates(dataset) if isinstance(e, JointCompliance) and not e.moments][-1:]
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:

@@ -1,5 +1,7 @@
 """Unit gravity torques: they span the statics of every arm with these axes, whatever its masses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -234,3 +236,14 @@ def test_assumed_masses_of_two_joints_are_one_effect():
     rival = alone[2].imitators(dataset)[0]
     expected = alone[2].joint_basis(robot, poses)[:, 1] @ alone[2].coefficients
     np.testing.assert_allclose(rival.torque(robot, poses), expected, atol=1e-12)
+
+
+def test_masses_are_assumed_only_where_no_torques_are_recorded():
+    """Measured torques say what acts on each joint, with as few coefficients, and whatever the masses are."""
+    dataset = make_scene(seed=2, poses_per_plane=4).dataset
+    torques = {f"tau{j + 1}": np.zeros(dataset.n_poses) for j in range(dataset.robot.n_joints)}
+    recorded = replace(dataset, poses=dataset.poses.assign(**torques))
+    for given, expected in ((dataset, 1), (recorded, 0)):
+        assert sum(bool(e.moments) for e in JointCompliance.candidates(given)) == expected
+        (alike,) = JointCompliance.in_every_arm(given)
+        assert not alike.moments and alike.target == {"joints": [1, 2, 3, 4, 5, 6]}
