@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis import diagnose
+from scalar.diagnosis.expected_errors import ExpectedErrors
 from scalar.diagnosis.fitted_state import FittedState, refit
 from scalar.diagnosis.focused_choice import FocusedChoice, focused_choice
 from scalar.diagnosis.hold_out import held_out_errors
@@ -17,7 +18,9 @@ from scalar.effects.joint_scale import JointScale
 from scalar.errors import Undetermined
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.evaluate.pose_errors import best_rigid_motion
+from scalar.evaluate.workspace_errors import Banded
 from scalar.geometry.robot import Tolerance
+from scalar.report import beyond_ranges
 from scalar.report.shipped_words import shipped_sentences
 from tests.effects.injected import Flaws, make_cell, on_joint
 from tests.estimation.test_data_sheet_priors import GEAR, as_tracked, grid, rms, stating, workcell
@@ -74,12 +77,14 @@ def test_nothing_is_corrected_where_the_tolerance_stands_in_for_poses(scaled, de
         ),
     ],
 )
-def test_why_nothing_is_corrected_is_said(scaled, decided_by, words):
+def test_why_nothing_is_corrected_is_said(scaled, decided_by, words, monkeypatch):
     """The sentence says that the effects are findings only, why, and which poses would change that."""
     state: Any = None
     choice = FocusedChoice(
         state, (), (), 7.2e-3, (7.2e-3, 1e-4, 1e-4), errors_without=(3e-4,) * 3, std_without=0.0
     )
+    stated = ExpectedErrors(*(Banded(3e-4, 1e-4, 9e-4),) * 2)
+    monkeypatch.setattr(beyond_ranges, "expected_errors", lambda _: stated)
     shipped = SimpleNamespace(
         regions=None,
         without_effects=True,

@@ -243,7 +243,7 @@ def test_masses_are_assumed_only_where_no_torques_are_recorded():
     dataset = make_scene(seed=2, poses_per_plane=4).dataset
     torques = {f"tau{j + 1}": np.zeros(dataset.n_poses) for j in range(dataset.robot.n_joints)}
     recorded = replace(dataset, poses=dataset.poses.assign(**torques))
-    for given, expected in ((dataset, 1), (recorded, 0)):
-        assert sum(bool(e.moments) for e in JointCompliance.candidates(given)) == expected
-        (alike,) = JointCompliance.in_every_arm(given)
+    for each, expected in ((dataset, 1), (recorded, 0)):
+        assert sum(bool(e.moments) for e in JointCompliance.candidates(each)) == expected
+        (alike,) = JointCompliance.in_every_arm(each)
         assert not alike.moments and alike.target == {"joints": [1, 2, 3, 4, 5, 6]}

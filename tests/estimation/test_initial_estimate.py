@@ -10,6 +10,7 @@ import pytest
 from scalar.errors import Undetermined
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.prepare import prepare
+from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.planes import Planes
 from scalar.sensors import measure
 from scalar.sensors.linear_guess import linear_guess
@@ -102,7 +103,7 @@ def test_a_probe_needs_its_nominal_pose():
 def test_an_arm_that_is_ten_times_as_wrong_is_calibrated(robot, times):
     """With errors of 20 mm and 10 degrees and no noise, at least nine workcells of ten end with no residual, and the others are refused.
 
-    Some axes start far from parallel and end parallel.
+    Some axes start far from parallel and end parallel. The true arms are those of the library, so a refusal may name the arm that was measured.
     """
     refused = 0
     for seed in range(10):
@@ -117,7 +118,7 @@ def test_an_arm_that_is_ten_times_as_wrong_is_calibrated(robot, times):
         )
         try:
             found = calibrate(scene.dataset)
-        except Undetermined:
+        except (Undetermined, WrongSetup):
             refused += 1
             continue
         assert found.residual_rms < 1e-12, seed
