@@ -164,12 +164,13 @@ def _replaced(
         None,
     )
     common = next((r for r in ranking if _is_in_every_arm(r, own, others, settings)), None)
+    leaner = next((r for r in ranking if _is_leaner(r, own, margin)), None)
     recorded = next((r for r in ranking if _follows_a_record(r, own, margin)), None)
     sudden = next((r for r in ranking if _is_sudden_form(r, own, margin)), None)
     favoured = own.effect.in_every_setup and best.effect.acts_on_arm
     more = margin + (settings.confounded_margin if favoured else 0.0)
     better = best.effect.label != own.effect.label and best.evidence > own.evidence + more
-    for entry in (best if better else None, recorded, sudden, joining, common):
+    for entry in (best if better else None, recorded, sudden, joining, common, leaner):
         if entry is None:
             continue
         allowance = margin if entry is sudden else 0.0
@@ -185,11 +186,26 @@ def _replaced(
         explains = (
             lost <= allowance + 1e-9
             or entry is recorded
+            or entry is leaner
             or (entry is best and better and entry.dof < own.dof)
         )
         if explains and trial.is_plausible and no_worse(held_out_errors(state), held_out_errors(trial)):
             return trial
     return None
+
+
+def _is_leaner(entry: Scored, own: Scored, margin: float) -> bool:
+    """Return whether a candidate is another form of an effect of a load that has clearly more evidence with fewer coefficients.
+
+    Where one effect becomes of two, one of which assumes the masses of the links, the first moments of all links are fitted. A few of them may do.
+    """
+    return (
+        bool(own.effect.load)
+        and entry.other_parts is None
+        and entry.effect.same_place(own.effect)
+        and entry.dof < own.dof
+        and entry.evidence > own.evidence + margin
+    )
 
 
 def _is_in_every_arm(

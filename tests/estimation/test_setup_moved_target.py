@@ -90,7 +90,7 @@ def test_a_target_that_slipped_on_the_flange_is_no_tracker_that_moved(scene):
 
 @pytest.mark.slow
 def test_another_robot_is_no_tracker_that_moved(scene):
-    """A table of joints that fits no part of the poses is not explained by a place for each part."""
+    """A table of joints that fits no part of the poses is not explained by a place for each part; the arm of the library that was measured is named."""
     other = make_scene("ur10e", "tracker", poses_per_plane=2).dataset.robot
-    with pytest.raises(Undetermined):
+    with pytest.raises(WrongSetup, match="denso_vs060"):
         calibrate(replace(scene.dataset, robot=other))
