@@ -125,7 +125,8 @@ class JointCompliance(JointEffect):
     @classmethod
     def in_every_arm(cls, dataset: Dataset) -> list[Effect]:
         """Return the compliance of all joints together: no gear is rigid."""
-        return [e for e in cls.candidates(dataset) if isinstance(e, JointCompliance) and not e.moments][-1:]
+        found: list[Effect] = [e for e in cls.candidates(dataset) if isinstance(e, cls) and not e.moments]
+        return found[-1:]
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:

@@ -98,6 +98,17 @@ def test_joints_that_give_way_are_likelier_than_a_base(behind, others, takes_its
     assert not forward_selection._is_in_every_arm(base, joint, (), DEFAULTS.selection)
 
 
+@pytest.mark.parametrize(
+    ("more", "dof", "takes_its_place"), [(5.0, 2, True), (2.0, 2, False), (5.0, 4, False)]
+)
+def test_a_compliance_keeps_only_the_moments_that_it_needs(more, dof, takes_its_place):
+    """Another form of the same compliance replaces it with five nats more and fewer coefficients; not with two nats more, or as many coefficients."""
+    own = replace(scored(JointCompliance(((2, 2), (2, 3))), 100.0), dof=4)
+    leaner = replace(scored(JointCompliance(((2, 3),)), 100.0 + more), dof=dof)
+    with pytest.raises(Tried) if takes_its_place else nullcontext():
+        assert forward_selection._replaced(state(), (), own, [own, leaner]) is None
+
+
 @pytest.mark.parametrize(("more", "enough"), [(40.0, False), (70.0, True)])
 def test_held_out_poses_need_not_confirm_what_is_overwhelming(more, enough, monkeypatch):
     """A set that improves held-out errors by one standard error is taken with seventy nats more evidence, and not with forty. In the same way, a part

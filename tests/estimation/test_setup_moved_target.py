@@ -10,7 +10,6 @@ import pandas as pd
 import pytest
 
 from scalar.data.dataset import Dataset
-from scalar.errors import Undetermined
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.se3 import exp_so3
@@ -90,7 +89,7 @@ def test_a_target_that_slipped_on_the_flange_is_no_tracker_that_moved(scene):
 
 @pytest.mark.slow
 def test_another_robot_is_no_tracker_that_moved(scene):
-    """A table of joints that fits no part of the poses is not explained by a place for each part; the arm of the library that was measured is named."""
+    """A table of joints that fits no part of the poses is not explained by a place for each part; the arm that was measured is named."""
     other = make_scene("ur10e", "tracker", poses_per_plane=2).dataset.robot
     with pytest.raises(WrongSetup, match="denso_vs060"):
         calibrate(replace(scene.dataset, robot=other))
