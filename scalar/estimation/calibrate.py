@@ -176,7 +176,8 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
     typical = (
         None if away is None else float(np.median(away[np.isin(dataset.pose_ids, cleaned.dataset.pose_ids)]))
     )
-    if typical is not None and typical > MOST_LEFT:
+    found = unstated_session(dataset, cleaned.outlier_poses)
+    if found is None and typical is not None and typical > MOST_LEFT:
         return
     faults = [
         Fault(
@@ -189,7 +190,7 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
         for pose, plane in cleaned.mislabelled_poses
     ]
     alone = cleaned.outlier_poses
-    if (found := unstated_session(dataset, alone)) is not None:
+    if found is not None:
         suspicion, moved = found
         faults.append(Fault("poses.csv", suspicion.sentence, None, "session"))
         alone = tuple(pose for pose in alone if not moved[rows[pose]])
