@@ -46,7 +46,7 @@ def test_a_rival_is_compared_under_the_same_whitening(seed, monkeypatch):
 
 @pytest.mark.parametrize("seed", [13, 15, 16])
 def test_what_a_further_term_explains_as_well_is_no_further_cause(seed):
-    """Joints 2 and 3 have a compliance. A scale error of joint 2 explains its share as well, but it would be a second cause; the compliance of joint 2
+    """Joints 2 and 3 have a compliance. A scale error of joint 2 explains its share as well, but would be a second cause; the compliance of joint 2
     is chosen instead.
     """
     truth = make_cell(seed=seed, poses_per_plane=3).scene.truth
