@@ -163,19 +163,15 @@ def _replaced(
         ),
         None,
     )
-    common = next((r for r in ranking if _is_in_every_arm(r, own, others, settings)), None)
-    leaner = next((r for r in ranking if _is_leaner(r, own, margin)), None)
     recorded = next((r for r in ranking if _follows_a_record(r, own, margin)), None)
     sudden = next((r for r in ranking if _is_sudden_form(r, own, margin)), None)
     favoured = own.effect.in_every_setup and best.effect.acts_on_arm
     more = margin + (settings.confounded_margin if favoured else 0.0)
     better = best.effect.label != own.effect.label and best.evidence > own.evidence + more
-    for entry in (best if better else None, recorded, sudden, joining, common, leaner):
+    for entry in (best if better else None, recorded, sudden, joining):
         if entry is None:
             continue
         allowance = margin if entry is sudden else 0.0
-        if entry is common:
-            allowance = settings.same_load_margin
         if entry is joining and entry is not sudden:
             allowance = _joining_margin(own, entry, settings)
         kept = others if entry.other_parts is None else (*others, entry.other_parts)
@@ -186,45 +182,11 @@ def _replaced(
         explains = (
             lost <= allowance + 1e-9
             or entry is recorded
-            or entry is leaner
             or (entry is best and better and entry.dof < own.dof)
         )
         if explains and trial.is_plausible and no_worse(held_out_errors(state), held_out_errors(trial)):
             return trial
     return None
-
-
-def _is_leaner(entry: Scored, own: Scored, margin: float) -> bool:
-    """Return whether a candidate is another form of an effect of a load that has clearly more evidence with fewer coefficients.
-
-    Where one effect becomes of two, one of which assumes the masses of the links, the first moments of all links are fitted. A few of them may do.
-    """
-    return (
-        bool(own.effect.load)
-        and entry.other_parts is None
-        and entry.effect.same_place(own.effect)
-        and entry.dof < own.dof
-        and entry.evidence > own.evidence + margin
-    )
-
-
-def _is_in_every_arm(
-    entry: Scored, own: Scored, others: Sequence[Effect], settings: SelectionSettings
-) -> bool:
-    """Return whether a candidate that acts in every arm explains little less than an effect of the same load that few arms have.
-
-    No gear is rigid, and few bases give way; under the weight of the arm both do much the same. This decides only where no other effect of the load
-    is in the model.
-    """
-    return (
-        entry.other_parts is None
-        and entry.effect.likely_of_load
-        and not own.effect.likely_of_load
-        and bool(own.effect.load)
-        and entry.effect.load == own.effect.load
-        and not any(effect.load == own.effect.load for effect in others)
-        and entry.evidence > own.evidence - settings.same_load_margin
-    )
 
 
 def _follows_a_record(entry: Scored, own: Scored, margin: float) -> bool:

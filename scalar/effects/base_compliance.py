@@ -12,7 +12,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.effect import WEIGHT, Effect, Table
 from scalar.effects.flexible.tilt import tilts
-from scalar.effects.gravity import AXES, tapering_moments, unit_moments_at
+from scalar.effects.gravity import AXES, unit_moments_at
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import BaseEffect
 from scalar.geometry.planes import tangent_basis
@@ -39,14 +39,10 @@ class BaseCompliance(BaseEffect):
         frames: The frames, from 1, whose first moments of mass act.
         alike: Whether the base is equally stiff about every horizontal axis. Each frame then has two coefficients, one for each component of its
             first moment; else it has four, because each component tilts the base about two axes by different amounts.
-        moments: Assumed first moments of mass, x and y of each frame in turn, in units of the largest moment about the origin of the base; empty
-            where they are not assumed. With them, the one coefficient is the tilt under that moment. It shows a base that gives way too little for
-            the data to determine the first moments of all frames as well.
     """
 
     frames: tuple[int, ...]
     alike: bool = False
-    moments: tuple[float, ...] = ()
 
     name: ClassVar[str] = "base_compliance"
     imitators_are_as_likely: ClassVar[bool] = True
@@ -67,9 +63,7 @@ class BaseCompliance(BaseEffect):
 
     @property
     def coefficient_names(self) -> list[str]:
-        """``frame3_x_rad``, ``tilt_u_frame3_x_rad``: tilt (about u) at full leverage of a first moment along x of frame 3; or ``weight_rad``."""
-        if self.moments:
-            return ["weight_rad"]
+        """``frame3_x_rad``, ``tilt_u_frame3_x_rad``: tilt (about u) at full leverage of a first moment along x of frame 3."""
         if self.alike:
             return [f"frame{f}_{axis}_rad" for f in self.frames for axis in AXES]
         return [
@@ -79,7 +73,7 @@ class BaseCompliance(BaseEffect):
     @property
     def coefficient_units(self) -> list[str]:
         """Radians."""
-        return ["rad"] * len(self.coefficient_names)
+        return ["rad"] * ((2 if self.alike else 4) * len(self.frames))
 
     @property
     def plausible_std(self) -> Array:
@@ -92,34 +86,26 @@ class BaseCompliance(BaseEffect):
         index = np.array(self.frames) - 1
         across = tangent_basis(robot.down[None])[0]
         if self.alike:
-            w = moments[:, index].reshape(len(poses), 2 * len(self.frames), 3)
-            if self.moments:
-                w = np.einsum("nkx,k->nx", w, self.moments)[:, None]
+            w = moments[:, index].reshape(len(poses), len(self.coefficient_units), 3)
             return _about_carriage(robot, poses, w)
         by_axis = np.einsum("nfax,tx->nfat", moments[:, index], across)
         w = (by_axis[..., None] * across).reshape(len(poses), len(self.coefficient_units), 3)
         return _about_carriage(robot, poses, w)
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return the frames, and the first moments that are assumed."""
-        assumed = {"moments": list(self.moments)} if self.moments else {}
-        return {"frames": list(self.frames), "alike": self.alike} | assumed
+        """Return the frames."""
+        return {"frames": list(self.frames), "alike": self.alike}
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the effect of ``to_mapping``."""
-        moments = tuple(float(x) for x in mapping.get("moments", ()))
-        return cls(tuple(int(f) for f in mapping["frames"]), bool(mapping["alike"]), moments)
+        return cls(tuple(int(f) for f in mapping["frames"]), bool(mapping["alike"]))
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return a base that is equally stiff about every horizontal axis, one that is not, and one under the weight of an arm that tapers."""
+        """Return a base that is equally stiff about every horizontal axis, and one that is not."""
         frames = _frames_that_load(dataset.robot)
-        if not frames:
-            return []
-        of_frames = tapering_moments(dataset.robot).reshape(-1, 2)[np.array(frames) - 1]
-        moments = tuple(float(x) for x in of_frames.ravel())
-        return [cls(frames, True), cls(frames), cls(frames, True, moments)]
+        return [cls(frames, alike) for alike in (True, False)] if frames else []
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return tilts of the joints' axes, and of the base, under the weight that they bear."""
@@ -137,21 +123,17 @@ class BaseCompliance(BaseEffect):
 
     @property
     def n_terms(self) -> int:
-        """Return the number of frames; the weight of the whole arm is one term."""
-        return 1 if self.moments else len(self.frames)
+        """Return the number of frames."""
+        return len(self.frames)
 
     def with_terms(self, chosen: Sequence[int]) -> Effect:
         """Return the tilt under the weight of some frames only."""
-        if self.moments:
-            return BaseCompliance(self.frames, self.alike, self.moments)
         return BaseCompliance(tuple(self.frames[i] for i in sorted(chosen)), self.alike)
 
     def merged_with(self, other: Effect) -> Effect | None:
-        """Return the frames of both: there is one base. First moments are assumed only if both assume them."""
+        """Return the frames of both: there is one base."""
         if not isinstance(other, BaseCompliance):
             return None
-        if self.moments and other.moments:
-            return self
         frames = tuple(sorted({*self.frames, *other.frames}))
         return BaseCompliance(frames, self.alike and other.alike).with_coefficients_of(self)
 
@@ -174,8 +156,6 @@ class BaseCompliance(BaseEffect):
         table = super().table(std)
         assert table is not None
         head, rows = table
-        if self.moments:
-            return head, [("tilt under the largest moment of the arm's weight", *row[1:]) for row in rows]
         places = [(frame, axis) for frame in self.frames for axis in AXES]
         titles = [
             f"tilt {about}by the masses along {axis} of frame {frame}"
@@ -214,9 +194,7 @@ class BaseCompliance(BaseEffect):
             Axis("tilt of the base", "rad"),
         )
         note = (
-            "The masses of the links are not known; each is assumed to weigh a little less than the one before."
-            if self.moments
-            else "How the moment depends on the pose is fitted too, since the masses of the links are not known."
+            "How the moment depends on the pose is fitted too, since the masses of the links are not known."
         )
         return [Profile(x_axis, y_axis, size / largest, size + rest, rest, std, size, curve, note=note)]
 

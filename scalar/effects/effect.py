@@ -49,7 +49,6 @@ class Effect(Described):
         False  # whether it is an error of the measuring instrument, and not of the arm
     )
     load: ClassVar[str] = ""  # under which something gives way; effects of one load imitate one another
-    likely_of_load: ClassVar[bool] = False  # whether every arm has it under that load, as no gear is rigid
     acts_by_joint_angles: ClassVar[bool] = True  # whether its predictions depend on joint angles alone
     # Whether every set-up has effects of this kind to a small degree (nuisances). They do not count as a choice among the candidates: a diagnosis
     # prefers them to an effect of the arm that explains little more, and the model that judges corrections contains all of them.

@@ -18,8 +18,6 @@ from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array, cross
 
 AXES = ("x", "y")
-TAPER = 0.7  # mass of a link over that of the one before; 0.65 on average in the URDFs of the iiwa 7 and the Panda, 0.55 in that of the xArm 6
-RANDOM_POSES = 200  # many more than the first moments of an arm, which are determined by them
 
 
 def unit_moments(robot: Robot, q: Array) -> tuple[Array, Array]:
@@ -144,45 +142,6 @@ def typical_masses(robot: Robot, q: Array, joint: int) -> Array:
     B = _torques(robot, q, joint)
     found = np.linalg.lstsq(B, typical_torque(robot, q, joint), rcond=1e-8)[0]
     return found / max(float(np.linalg.norm(found)), 1e-300)
-
-
-def tapering_moments(robot: Robot) -> Array:
-    """Return the first moments of mass ``(2 n,)`` of an arm each of whose links weighs a share of the one before (``TAPER``), at its far end.
-
-    They are in the frames of all joints, x and y of each in turn, in the unit in which the largest moment of the weight about the origin of the base
-    is 1.
-
-    Args:
-        robot: Nominal.
-    """
-    q = _random_poses(robot)
-    moments = TAPER ** np.arange(robot.n_joints) @ moments_of_ends(robot, robot.frames(q), 1, robot.down)
-    units = np.moveaxis(unit_moments(robot, q)[0].reshape(len(q), -1, 3), 1, 2)
-    found = np.linalg.lstsq(units.reshape(-1, units.shape[2]), moments.ravel(), rcond=1e-8)[0]
-    return found / max(float(np.linalg.norm(units @ found, axis=1).max()), 1e-300)
-
-
-def tapering_moments_about(robot: Robot, joint: int) -> Array:
-    """Return the first moments ``(2 (n - joint + 1),)`` of the same arm in the frames from a joint (from 1) on, in units of the largest torque there.
-
-    Args:
-        robot: Nominal.
-        joint: From 1.
-    """
-    q = _random_poses(robot)
-    frames = robot.frames(q)
-    masses = TAPER ** np.arange(robot.n_joints - joint + 1)
-    moments = masses @ moments_of_ends(robot, frames, joint, robot.down)
-    torques = np.einsum("nx,nx->n", moments, frames[:, joint, :3, 2])
-    units = _torques(robot, q, joint)
-    found = np.linalg.lstsq(units, torques, rcond=1e-8)[0]
-    return found / max(float(np.abs(units @ found).max()), 1e-300)
-
-
-def _random_poses(robot: Robot) -> Array:
-    """Return the same random poses ``(RANDOM_POSES, n)`` within the joint limits at each call."""
-    low, high = robot.limits.T
-    return np.random.default_rng(0).uniform(low, high, (RANDOM_POSES, robot.n_joints))
 
 
 def _torques(robot: Robot, q: Array, joint: int) -> Array:

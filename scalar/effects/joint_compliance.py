@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from scalar.data.formats import TORQUE
 from scalar.data.poses import Poses
 from scalar.effects.command_words import all_turning_named
 from scalar.effects.effect import WEIGHT, Effect
 from scalar.effects.flexible.yielding import yielding_rivals
-from scalar.effects.gravity import AXES, tapering_moments_about, torque_about, unit_moments_at
+from scalar.effects.gravity import AXES, torque_about, unit_moments_at
 from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import JointEffect
@@ -31,17 +30,12 @@ class JointCompliance(JointEffect):
 
     Attributes:
         terms: (joint, frame) pairs, from 1: the frame's first moment of mass acts on the joint. Two coefficients a pair.
-        moments: Assumed first moments of mass, x and y of each pair in turn, in units of the largest torque on the joint; empty where they are not
-            assumed. With them, each joint has one coefficient, its deflection under that torque. It shows joints that give way too little for the
-            data to determine the first moments of all frames as well.
     """
 
     terms: tuple[tuple[int, int], ...]
-    moments: tuple[float, ...] = ()
 
     name: ClassVar[str] = "joint_compliance"
     load: ClassVar[str] = WEIGHT
-    likely_of_load: ClassVar[bool] = True
     kind: ClassVar[str] = "compliance"
     most_words: ClassVar[int] = 100  # as many joints as an arm may have
     sentence: ClassVar[str] = "the joints give way under the weight of the arm"
@@ -63,15 +57,13 @@ class JointCompliance(JointEffect):
 
     @property
     def coefficient_names(self) -> list[str]:
-        """``joint2_frame3_x_rad``: deflection of joint 2 at full leverage of a first moment of mass along x of frame 3; or ``joint2_weight_rad``."""
-        if self.moments:
-            return [f"joint{j}_weight_rad" for j in self.target["joints"]]
+        """``joint2_frame3_x_rad``: deflection of joint 2 at full leverage of a first moment of mass along x of frame 3."""
         return [f"joint{j}_frame{f}_{axis}_rad" for j, f in self.terms for axis in AXES]
 
     @property
     def coefficient_units(self) -> list[str]:
         """Radians."""
-        return ["rad"] * len(self.coefficient_names)
+        return ["rad"] * (2 * len(self.terms))
 
     @property
     def plausible_std(self) -> Array:
@@ -84,49 +76,33 @@ class JointCompliance(JointEffect):
         moments, axes = unit_moments_at(robot, poses)
         for k, (joint, frame) in enumerate(self.terms):
             B[:, joint - 1, 2 * k : 2 * k + 2] = torque_about(moments, axes, joint, frame)
-        return B @ self._of_joints if self.moments else B
-
-    @property
-    def _of_joints(self) -> Array:
-        """Return the assumed first moments ``(2 len(terms), joints)``, those of each joint in a column of their own."""
-        joint = np.repeat([joint for joint, _ in self.terms], len(AXES))
-        return np.array(self.moments)[:, None] * (joint[:, None] == np.array(self.target["joints"]))
+        return B
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return the terms, and the first moments that are assumed."""
-        assumed = {"moments": list(self.moments)} if self.moments else {}
-        return {"terms": [list(term) for term in self.terms]} | assumed
+        """Return the terms."""
+        return {"terms": [list(term) for term in self.terms]}
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the effect of ``to_mapping``."""
-        terms = tuple((int(j), int(f)) for j, f in mapping["terms"])
-        return cls(terms, tuple(float(x) for x in mapping.get("moments", ())))
+        return cls(tuple((int(j), int(f)) for j, f in mapping["terms"]))
 
     @classmethod
     def candidates(cls, dataset: Dataset) -> list[Effect]:
-        """Return the compliance of every revolute joint, that of all of them together, and that of all under the weight of an arm that tapers.
+        """Return the compliance of every revolute joint, and that of all of them together; a joint that stands still gives way as well.
 
-        A joint that stands still gives way as well. A joint may move no link whose leverage changes; what then acts on it is constant, and a part of
-        its zero. Masses are not assumed where the torques of the joints were recorded (``TorqueCompliance``).
+        A joint may move no link whose leverage changes; what then acts on it is constant, and a part of its zero.
         """
         n = dataset.robot.n_joints
         joints = [j for j in range(1, n + 1) if not dataset.robot.slides[j - 1]]
-        pairs = tuple((j, f) for j in joints for f in range(j, n + 1))
-        if not pairs:
-            return []
-        found: list[Effect] = [cls(tuple(p for p in pairs if p[0] == j)) for j in joints]
-        found.append(cls(pairs))
-        if f"{TORQUE}1" not in dataset.poses:
-            moments = np.concatenate([tapering_moments_about(dataset.robot, j) for j in joints])
-            found.append(cls(pairs, tuple(moments.tolist())))
-        return found
+        pairs = [(j, f) for j in joints for f in range(j, n + 1)]
+        alone: list[Effect] = [cls(tuple(p for p in pairs if p[0] == j)) for j in joints]
+        return [*alone, cls(tuple(pairs))] if pairs else []
 
     @classmethod
     def in_every_arm(cls, dataset: Dataset) -> list[Effect]:
         """Return the compliance of all joints together: no gear is rigid."""
-        found: list[Effect] = [e for e in cls.candidates(dataset) if isinstance(e, cls) and not e.moments]
-        return found[-1:]
+        return cls.candidates(dataset)[-1:]
 
     @classmethod
     def parsed(cls, dataset: Dataset, words: Sequence[str]) -> list[Effect]:
@@ -136,31 +112,17 @@ class JointCompliance(JointEffect):
 
     @property
     def n_terms(self) -> int:
-        """Return the number of pairs, or of joints if first moments are assumed."""
-        return len(self.target["joints"]) if self.moments else len(self.terms)
+        """Return the number of pairs."""
+        return len(self.terms)
 
     def with_terms(self, chosen: Sequence[int]) -> Effect:
-        """Return the compliance of some pairs only, or of some joints."""
-        if self.moments:
-            joints = {self.target["joints"][i] for i in chosen}
-            kept = [k for k, (joint, _) in enumerate(self.terms) if joint in joints]
-            return JointCompliance(
-                tuple(self.terms[k] for k in kept),
-                tuple(x for k in kept for x in self.moments[2 * k : 2 * k + 2]),
-            )
+        """Return the compliance of some pairs only."""
         return JointCompliance(tuple(self.terms[i] for i in sorted(chosen)))
 
     def merged_with(self, other: Effect) -> Effect | None:
-        """Return the pairs of both: all joints carry the same arm. First moments are assumed only if both assume them."""
+        """Return the pairs of both: all joints carry the same arm."""
         if not isinstance(other, JointCompliance):
             return None
-        if self.moments and other.moments:
-            of_each = {
-                term: e.moments[2 * k : 2 * k + 2] for e in (self, other) for k, term in enumerate(e.terms)
-            }
-            terms = tuple(sorted(of_each))
-            moments = tuple(x for term in terms for x in of_each[term])
-            return JointCompliance(terms, moments).with_coefficients_of(self)
         return JointCompliance(tuple(sorted({*self.terms, *other.terms}))).with_coefficients_of(self)
 
     @property
@@ -174,10 +136,7 @@ class JointCompliance(JointEffect):
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return changes of the stiffness of each joint at a torque, if the compliance has been fitted: gears are softer under small torques."""
-        if not self.coefficients.any():
-            return []
-        weights = self._of_joints @ self.coefficients if self.moments else self.coefficients
-        return [*yielding_rivals(dataset, self.terms, weights)]
+        return [*yielding_rivals(dataset, self.terms, self.coefficients)] if self.coefficients.any() else []
 
     @property
     def clause(self) -> str:
@@ -221,13 +180,8 @@ class JointCompliance(JointEffect):
         axis = Axis(f"gravity torque on joint {joint}, relative to the largest", "1")
         ends = np.array([float(fitted.min()), float(fitted.max())])
         curve = np.stack([ends / largest, ends, np.zeros(2)])
-        shape = (
-            "The masses of the links are not known; each is assumed to weigh a little less than the one before."
-            if self.moments
-            else "The torque's shape is fitted too, since the masses of the links are not known."
-        )
         note = (
-            f"{shape} So no stiffness in N m/rad follows: that needs the joints' torques, or a payload that differs from pose to pose, recorded in "
-            "poses.csv."
+            "The torque's shape is fitted too, since the masses of the links are not known. So no stiffness in N m/rad follows: that needs the "
+            "joints' torques, or a payload that differs from pose to pose, recorded in poses.csv."
         )
         return joint_profile(view, self, joint, axis, fitted / largest, curve=curve, note=note)

@@ -80,35 +80,6 @@ def test_a_further_joint_of_one_load_takes_the_place_of_a_second_effect(behind, 
         assert forward_selection._replaced(state(), others, ranking[0], ranking) is None
 
 
-@pytest.mark.parametrize(
-    ("behind", "others", "takes_its_place"),
-    [(5.0, (), True), (10.0, (), False), (5.0, (JointCompliance(((3, 3),)),), False)],
-)
-def test_joints_that_give_way_are_likelier_than_a_base(behind, others, takes_its_place):
-    """A compliance of joint 2 replaces one of the base if it explains five nats less, and not if it explains ten less.
-
-    Where another joint gives way already, this rule does not apply.
-    """
-    base, joint = scored(BaseCompliance((3,)), 100.0), scored(JointCompliance(((2, 3),)), 100.0 - behind)
-    found = forward_selection._is_in_every_arm(joint, base, others, DEFAULTS.selection)
-    assert found == takes_its_place
-    if not others:
-        with pytest.raises(Tried) if takes_its_place else nullcontext():
-            assert forward_selection._replaced(state(), (), base, [base, joint]) is None
-    assert not forward_selection._is_in_every_arm(base, joint, (), DEFAULTS.selection)
-
-
-@pytest.mark.parametrize(
-    ("more", "dof", "takes_its_place"), [(5.0, 2, True), (2.0, 2, False), (5.0, 4, False)]
-)
-def test_a_compliance_keeps_only_the_moments_that_it_needs(more, dof, takes_its_place):
-    """Another form of the same compliance replaces it with five nats more and fewer coefficients; not with two nats more, or as many coefficients."""
-    own = replace(scored(JointCompliance(((2, 2), (2, 3))), 100.0), dof=4)
-    leaner = replace(scored(JointCompliance(((2, 3),)), 100.0 + more), dof=dof)
-    with pytest.raises(Tried) if takes_its_place else nullcontext():
-        assert forward_selection._replaced(state(), (), own, [own, leaner]) is None
-
-
 @pytest.mark.parametrize(("more", "enough"), [(40.0, False), (70.0, True)])
 def test_held_out_poses_need_not_confirm_what_is_overwhelming(more, enough, monkeypatch):
     """A set that improves held-out errors by one standard error is taken with seventy nats more evidence, and not with forty. In the same way, a part

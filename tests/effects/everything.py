@@ -141,8 +141,6 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         UnattributedWindUp(3, 0.8),
         UnattributedWindUp(2, 0.5, (0.9, 0.1, 0.4, -0.2, 0.1, 0.0, 0.1, 0.0, 0.05, 0.0)),
         *errors_of_instrument(dataset),
-        JointCompliance(((2, 2), (2, 3), (5, 6)), (0.5, 0.1, 0.3, -0.1, 0.8, 0.2)),
-        BaseCompliance((2, 3), True, (0.6, 0.1, 0.3, -0.2)),
     ]
     return [with_random_coefficients(effect, rng) for effect in effects]
 

@@ -1,29 +1,17 @@
 """Unit gravity torques: they span the statics of every arm with these axes, whatever its masses."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scalar.data.poses import Poses
-from scalar.effects.base_compliance import BaseCompliance
-from scalar.effects.gravity import (
-    TAPER,
-    tapering_moments,
-    tapering_moments_about,
-    torque_basis,
-    torque_of,
-    typical_masses,
-    typical_torque,
-    unit_moments,
-)
+from scalar.effects.gravity import torque_basis, torque_of, typical_masses, typical_torque, unit_moments
 from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.geometry.robot import Robot
 from tests import kinematics
-from tests.effects.injected import ALPHA, BETA, THETA, A, D, gravity_torques
+from tests.effects.injected import gravity_torques
 from tests.random_scene import make_scene
 
 ROBOTS = ("vs060", "ur10e", "puma560", "panda")
@@ -166,84 +154,3 @@ def test_a_play_is_against_its_load_if_the_joint_rests_on_the_upper_side(name, t
         effect = JointBacklash(2, "torque", masses).with_coefficients([size])
         assert effect.against_its_load(robot, poses) == (turned * size < 0)
         assert not JointBacklash(2, "approach").with_coefficients([size]).against_its_load(robot, poses)
-
-
-def tapering_arm(robot, truth):
-    """Return the masses ``(n,)`` of links that weigh ``TAPER`` of the one before, and their far ends ``(n, 3)`` in their own frames [m]."""
-    alpha, a, d, beta = (truth.geometry[k] for k in (ALPHA, A, D, BETA))
-    ends = [
-        (
-            kinematics.rotation(0, alpha[i])
-            @ kinematics.translation(0, a[i])
-            @ kinematics.rotation(1, beta[i])
-        )[:3]
-        @ np.array([0.0, 0.0, d[i], 1.0])
-        for i in range(1, robot.n_joints)
-    ]
-    return TAPER ** np.arange(robot.n_joints), np.array([*ends, truth.T_n_flange[:3, 3]])
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_assumed_moments_are_those_of_an_arm_that_tapers(name):
-    """Torques and moments of the assumed first moments are, up to a factor, those of links of these masses at these places.
-
-    The torques are minus the gradient of the potential energy; the moment about the base follows from the places in other kinematics.
-    """
-    robot, truth, q = arm(name, 5)
-    masses, ends = tapering_arm(robot, truth)
-    torques = gravity_torques(truth, q, masses, ends)
-    for joint in range(1, robot.n_joints + 1):
-        basis = [torque_basis(robot, q, joint, frame) for frame in range(joint, robot.n_joints + 1)]
-        assumed, true = np.hstack(basis) @ tapering_moments_about(robot, joint), torques[:, joint - 1]
-        if np.abs(true).max() > 1e-6:
-            np.testing.assert_allclose(assumed * (true @ assumed) / (assumed @ assumed), true, atol=1e-6)
-    T, moment = np.broadcast_to(truth.T_base_0, (len(q), 4, 4)), np.zeros((len(q), 3))
-    for i in range(robot.n_joints):
-        g = truth.geometry[:, i]
-        T = (
-            T
-            @ kinematics.rotation(0, g[ALPHA])
-            @ kinematics.translation(0, g[A])
-            @ kinematics.rotation(1, g[BETA])
-        )
-        T = T @ kinematics.rotation(2, q[:, i] + g[THETA]) @ kinematics.translation(2, g[D])
-        moment += masses[i] * np.cross(T[:, :3, :3] @ ends[i] + T[:, :3, 3], [0.0, 0.0, -1.0])
-    frames = tuple(range(1, robot.n_joints + 1))
-    tilt = BaseCompliance(frames, True, tuple(tapering_moments(robot)))
-    w = tilt.base_screws(robot, Poses.from_arrays(q, {}, robot.n_joints))[:, :3, 0]
-    np.testing.assert_allclose(w * np.sum(w * moment) / np.sum(w * w), moment, atol=1e-9)
-
-
-def test_assumed_masses_of_two_joints_are_one_effect():
-    """Compliances of two joints with assumed masses become one with a coefficient for each; with fitted masses beside, none are assumed."""
-    robot, _, q = arm("vs060", 6)
-    pairs = {j: tuple((j, f) for f in range(j, 7)) for j in (2, 3)}
-    alone = {
-        j: JointCompliance(pairs[j], tuple(tapering_moments_about(robot, j))).with_coefficients([j * 1e-4])
-        for j in (2, 3)
-    }
-    both = alone[2].merged_with(alone[3])
-    assert both.coefficient_names == ["joint2_weight_rad", "joint3_weight_rad"]
-    assert list(both.coefficients) == [2e-4, 0.0]
-    poses = Poses.from_arrays(q, {}, 6)
-    np.testing.assert_array_equal(
-        both.with_terms([1]).joint_basis(robot, poses), alone[3].joint_basis(robot, poses)
-    )
-    fitted = both.merged_with(JointCompliance(((5, 6),)))
-    assert not fitted.moments and fitted.terms == (*pairs[2], *pairs[3], (5, 6))
-    # Rivals take the torque of the whole arm over from the compliance.
-    dataset = make_scene(seed=2, poses_per_plane=4).dataset
-    rival = alone[2].imitators(dataset)[0]
-    expected = alone[2].joint_basis(robot, poses)[:, 1] @ alone[2].coefficients
-    np.testing.assert_allclose(rival.torque(robot, poses), expected, atol=1e-12)
-
-
-def test_masses_are_assumed_only_where_no_torques_are_recorded():
-    """Measured torques say what acts on each joint, with as few coefficients, and whatever the masses are."""
-    dataset = make_scene(seed=2, poses_per_plane=4).dataset
-    torques = {f"tau{j + 1}": np.zeros(dataset.n_poses) for j in range(dataset.robot.n_joints)}
-    recorded = replace(dataset, poses=dataset.poses.assign(**torques))
-    for each, expected in ((dataset, 1), (recorded, 0)):
-        assert sum(bool(e.moments) for e in JointCompliance.candidates(each)) == expected
-        (alike,) = JointCompliance.in_every_arm(each)
-        assert not alike.moments and alike.target == {"joints": [1, 2, 3, 4, 5, 6]}

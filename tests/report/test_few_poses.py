@@ -30,16 +30,16 @@ def sagging(poses_per_plane: int) -> Diagnosis:
 
 @pytest.fixture(scope="module")
 def few() -> Diagnosis:
-    """Return that of 30 scans."""
-    return sagging(10)
+    """Return that of 36 scans."""
+    return sagging(12)
 
 
 def test_too_few_poses_are_said_with_how_many_more(few: Diagnosis) -> None:
-    """In 30 scans nothing certain is found: terminal and report say that they are too few, and the second sentence of the report leads to plan."""
+    """In 36 scans nothing certain is found: terminal and report say that they are too few, and the second sentence of the report leads to plan."""
     assert not few.findings
     (sentence,) = few_poses(few)
     more = int(re.search(r"Measure at least (\d+) more", sentence)[1])
-    assert 20 <= more <= 60 and f"--poses {more}" in sentence and "30 give 60 equations" in sentence
+    assert 20 <= more <= 60 and f"--poses {more}" in sentence and "36 give 72 equations" in sentence
     assert sentence in describe_diagnosis(few)
     lead = re.findall(r'<p class="lead">(.*?)</p>', render_report(few))
     assert "Too few poses" in lead[1]
@@ -49,7 +49,7 @@ def test_too_few_poses_are_said_with_how_many_more(few: Diagnosis) -> None:
 def test_with_as_many_more_the_effect_is_named(few: Diagnosis) -> None:
     """With the poses that were asked for the compliance is named, and the report explains its confidence and no longer speaks of few poses."""
     more = int(re.search(r"Measure at least (\d+) more", few_poses(few)[0])[1])
-    found = sagging(10 + -(-more // 3))
+    found = sagging(12 + -(-more // 3))
     assert [finding.effect.name for finding in found.findings] == ["joint_compliance"]
     assert few_poses(found) == []
     page, said = render_report(found), describe_diagnosis(found)
