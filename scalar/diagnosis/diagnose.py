@@ -26,6 +26,7 @@ from scalar.diagnosis.shipped_fit import ShippedFit, shipped_fit, unconfirmed_ef
 from scalar.diagnosis.two_halves import limited_by_halves, two_halves
 from scalar.diagnosis.unstated_order import limited_by_order, unstated_order
 from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
+from scalar.effects.acquisition import numbered
 from scalar.estimation.conclude import with_plainer_reading, with_suspicions
 from scalar.estimation.measured_effects import with_target_motion
 from scalar.estimation.motion import refuse_without_motion
@@ -69,7 +70,8 @@ def diagnose(
         ('effect', ['joint_scale'])
     """
     refuse_without_motion(dataset)
-    dataset = with_target_motion(dataset)
+    given = dataset
+    dataset = numbered(with_target_motion(dataset))
     refuse_wrong_orientations(dataset)
     run = explained(dataset, settings, progress)
     final_residuals = FinalResiduals.of(run.after)
@@ -80,7 +82,7 @@ def diagnose(
     halves = two_halves(dataset, run, answer_without, of_parts, cores)
     found = limited_by_halves(found, halves, settings.naming.least_confidence)
     found = limited_by_rounding(found, run.before, settings.naming.least_confidence)
-    found = limited_by_order(found, dataset, settings.naming.least_confidence)
+    found = limited_by_order(found, given, settings.naming.least_confidence)
     run, found, refused = _confirmed(run, found, outer)
     if refused:
         final_residuals = FinalResiduals.of(run.after)
@@ -92,7 +94,7 @@ def diagnose(
         run, noise, None if judged is None else judged.errors, _unsure(found, settings)
     )
     calibration_before, calibration_found, calibration_after = _with_boundaries(
-        dataset, run, found, final.calibrated(shipped, component)
+        given, run, found, final.calibrated(shipped, component)
     )
     return Diagnosis(
         dataset=dataset,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -102,3 +103,13 @@ def range_middle(dataset: Dataset) -> float:
 def missing_column(dataset: Dataset, name: str) -> str | None:
     """Return a clause that poses.csv lacks a column, or None if the dataset has it."""
     return None if name in dataset.poses else f"poses.csv has no column '{name}'"
+
+
+def numbered(dataset: Dataset) -> Dataset:
+    """Return a dataset with its rows counted from 0 in a column ``order``, or itself if it has that column.
+
+    A pose then keeps its number where others are set aside.
+    """
+    if "order" in dataset.poses:
+        return dataset
+    return replace(dataset, poses=dataset.poses.assign(order=np.arange(dataset.n_poses)))
