@@ -23,7 +23,7 @@ from scalar.data.covariates import covariate_names
 from scalar.data.dataset_writer import write_dataset
 from scalar.data.declared import PlaneGuess, Sensor, declared_parts, description, unit_plane
 from scalar.data.folder import Content, examine_folder, read_folder
-from scalar.data.formats import COMMANDED
+from scalar.data.formats import COMMANDED, IMPORTED
 from scalar.data.moves import joint_angles, move_columns, rows_with_moves
 from scalar.data.point_tables import group_points, point_table
 from scalar.data.poses import Poses, session_codes
@@ -282,7 +282,7 @@ def _build(content: Content) -> Dataset:
     return Dataset(
         name=mapping["name"],
         source=mapping.get("source") or "",
-        imported=mapping.get("imported", {}),
+        imported=mapping.get(IMPORTED, {}),
         robot=robot,
         sensor=sensor,
         planes=planes,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from scalar.data.formats import DATASET_FORMAT
+from scalar.data.formats import DATASET_FORMAT, IMPORTED
 from scalar.data.sensor_formats import sensor_formats
 from scalar.geometry.robot import Robot, fixed_transform_mapping
 from scalar.geometry.se3 import transform_from_rotation_vector
@@ -124,7 +124,7 @@ def description(
     if source:
         mapping["source"] = source
     if imported:
-        mapping["imported"] = dict(imported)
+        mapping[IMPORTED] = dict(imported)
     mapping |= {"robot": robot.to_mapping(), "sensor": sensor.to_mapping()}
     if planes:
         mapping["planes"] = [plane.to_mapping() for plane in planes]

@@ -125,10 +125,12 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
     kept = tuple(i for i in kept if i not in doubtful or not _is_late(effects[i], after))
     in_time = [i for i in doubtful if _changes_in_time(effects[i])]
     shipping = after.settings.shipped_fit
-    kept = _without_doubtful(wide, kept, in_time, shipping.worth_doubtful)
-    kept = _without_doubtful(wide, kept, doubtful, shipping.worth_correcting)
-    if all(effects[i].in_every_setup for i in kept if i in found and i not in doubtful):
-        kept = _without_weak(wide, kept, doubtful, after)
+    for which, worth in ((in_time, shipping.worth_doubtful), (doubtful, shipping.worth_correcting)):
+        if not _is_worth_correcting(wide, kept, which, worth):
+            kept = _without(kept, which)
+    none_is_sure = all(effects[i].in_every_setup for i in kept if i in found and i not in doubtful)
+    if none_is_sure and not _explain_much(wide, kept, doubtful, after):
+        kept = _without(kept, doubtful)
     errors, worth = wide.errors(kept), shipping.worth_correcting
     if not set(kept) & set(found) or all(errors[k] > worth * without[k] for k in (LIMITS, MEASURED)):
         kept, errors = (), without
@@ -182,42 +184,38 @@ def _with_least_error(
     return kept if smaller else found
 
 
-def _without_doubtful(
+def _without(kept: tuple[int, ...], doubtful: list[int]) -> tuple[int, ...]:
+    """Return the indices of the effects that were chosen but for the doubtful ones."""
+    return tuple(i for i in kept if i not in doubtful)
+
+
+def _is_worth_correcting(
     wide: NestedModels, kept: tuple[int, ...], doubtful: list[int], worth: float
-) -> tuple[int, ...]:
-    """Return all effects that were chosen if the doubtful ones are worth correcting, else those that are not doubtful.
+) -> bool:
+    """Return whether so much is expected of correcting for doubtful effects that it is done.
 
     Args:
         wide: The wide model and the models nested in it.
         kept: Indices of the effects that were chosen.
-        doubtful: Indices of effects without a sure name.
+        doubtful: Indices of the doubtful ones.
         worth: Largest share of the expected error within the joint limits that doubtful effects may leave. They are kept as well if at most the
             square of this share remains of the expected error without any effects: predictions can then hardly become worse than those.
     """
-    sure = tuple(i for i in kept if i not in doubtful)
-    error = wide.errors(kept)[LIMITS]
-    if error <= worth * wide.errors(sure)[LIMITS] or error <= worth**2 * wide.errors(())[LIMITS]:
-        return kept
-    return sure
+    error, without = (wide.errors(which)[LIMITS] for which in (kept, _without(kept, doubtful)))
+    return error <= worth * without or error <= worth**2 * wide.errors(())[LIMITS]
 
 
-def _without_weak(
-    wide: NestedModels, kept: tuple[int, ...], doubtful: list[int], after: FittedState
-) -> tuple[int, ...]:
-    """Return all effects that were chosen if the doubtful ones explain much or many equations are measured, else those that are not doubtful.
+def _explain_much(wide: NestedModels, kept: tuple[int, ...], doubtful: list[int], after: FittedState) -> bool:
+    """Return whether doubtful effects explain much of the residual, or many equations are measured; also if none of them was chosen.
 
     Args:
-        wide: The wide model and the models nested in it.
-        kept: Indices of the effects that were chosen.
-        doubtful: Indices of effects without a sure name.
+        wide, kept, doubtful: As for ``_is_worth_correcting``.
         after: The state with all effects that were found.
     """
     settings, chosen = after.settings.shipped_fit, tuple(i for i in kept if i in doubtful)
     if not chosen or equations_per_parameter(after) >= settings.few_equations:
-        return kept
-    if wide.f_statistic(chosen, kept) >= settings.least_f_statistic:
-        return kept
-    return tuple(i for i in kept if i not in chosen)
+        return True
+    return wide.f_statistic(chosen, kept) >= settings.least_f_statistic
 
 
 def _changes_in_time(effect: Effect) -> bool:

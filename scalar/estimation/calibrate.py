@@ -173,11 +173,8 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
     rows = {int(pose): row for row, pose in enumerate(dataset.pose_ids)}
     set_aside = bool(cleaned.outlier_poses or cleaned.mislabelled_poses)
     away = _distances_by_the_others(dataset, cleaned, settings) if set_aside else None
-    typical = (
-        None if away is None else float(np.median(away[np.isin(dataset.pose_ids, cleaned.dataset.pose_ids)]))
-    )
     found = unstated_session(dataset, cleaned.outlier_poses)
-    if found is None and typical is not None and typical > MOST_LEFT:
+    if found is None and away is not None and away[1] > MOST_LEFT:
         return
     faults = [
         Fault(
@@ -196,9 +193,10 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
         alone = tuple(pose for pose in alone if not moved[rows[pose]])
     for pose in alone:
         how_far = ""
-        if away is not None and typical is not None:
+        if away is not None:
+            distances, typical = away
             how_far = (
-                f": it lies {away[rows[pose]] / MM:.3g} mm from where a fit to the others has it, and these "
+                f": it lies {distances[rows[pose]] / MM:.3g} mm from where a fit to the others has it, and these "
                 f"lie {typical / MM:.2g} mm from it in the median"
             )
         message = (
@@ -222,8 +220,9 @@ def _angles_of_another(dataset: Dataset, row: int) -> str:
 
 def _distances_by_the_others(
     dataset: Dataset, cleaned: Cleaned, settings: EstimationSettings
-) -> Array | None:
-    """Return the distance of every pose ``(N,)`` [m] by a fit to those that were not set aside; None if that fit fails."""
+) -> tuple[Array, float] | None:
+    """Return the distance of every pose ``(N,)`` [m] by a fit to those that were not set aside, and the median of these; None if that fit fails."""
     with suppress(InvalidInput, Undetermined):
-        return distances_under(dataset, geometry_fit(cleaned.dataset, settings)[0])
+        distances = distances_under(dataset, geometry_fit(cleaned.dataset, settings)[0])
+        return distances, float(np.median(distances[np.isin(dataset.pose_ids, cleaned.dataset.pose_ids)]))
     return None

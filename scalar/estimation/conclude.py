@@ -26,7 +26,7 @@ from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration
 from scalar.estimation.scanner_scale import SCANNER_SCALE_SHIFT, unchecked_scale
 from scalar.estimation.settings import DEFAULTS, FitSettings
-from scalar.estimation.setup.copies import LEAST_SHARE
+from scalar.estimation.setup.copies import reads_again
 from scalar.estimation.setup.lengths import LENGTH_UNIT
 from scalar.estimation.setup.plainer_reading import instead, plainer_reading
 from scalar.estimation.setup.plausibility import implausible
@@ -107,7 +107,7 @@ def _design_effect(
     """
     ratio, found = float(np.sqrt(lack.inflation)), [1.0]
     standstill = standstills(residuals.poses.q, residuals.poses.order)
-    if len(standstill) - 1 - int(standstill.max(initial=0)) >= LEAST_SHARE * len(standstill):
+    if reads_again(standstill):
         found.append(design_effect(residuals, model, free, ratio, settings.misfit_p_value, standstill))
     if lack.inflation != 1.0:
         found.append(design_effect(residuals, model, free, ratio, settings.misfit_p_value))

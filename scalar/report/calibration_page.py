@@ -8,7 +8,7 @@ from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
 from scalar.diagnosis.excess_residual import excess_distance
 from scalar.diagnosis.fitted_state import state_of
-from scalar.diagnosis.hidden_effects import HiddenEffects
+from scalar.diagnosis.hidden_effects import hidden_effects
 from scalar.diagnosis.possible_effects import possible_effects
 from scalar.estimation.misfit import lacks_something, may_lack_something
 from scalar.estimation.result import Calibration
@@ -33,7 +33,7 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
     """
     seen = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
     state = state_of(calibration, dataset)
-    excess, hidden = excess_distance(calibration, state), HiddenEffects.of(state)
+    excess, hidden = excess_distance(calibration, state), hidden_effects(state)
     workspace = workspace_section(calibration, None, seen, FILE, excess, hidden, possible_effects(state))
     if workspace is not None:
         workspace["repeated"] = repeated_in_words(dataset)

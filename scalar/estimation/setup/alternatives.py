@@ -15,6 +15,7 @@ import pandas as pd
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.setup.mirror_image import or_wrong_signs
+from scalar.geometry.angles import within_half_turn
 from scalar.geometry.robot import GEOMETRY, Robot, link_end
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import read_as_modified, read_as_standard
@@ -107,15 +108,15 @@ def with_sign_changed(robot: Robot, joint: int) -> Robot:
     Hayati's angle beta lies between the two rotations about x, so its sign changes as well: ``Ry(beta) Rx(pi) = Rx(pi) Ry(-beta)``.
     """
     geometry = robot.geometry.copy()
-    geometry[ALPHA, joint] = _wrapped(geometry[ALPHA, joint] + np.pi)
+    geometry[ALPHA, joint] = within_half_turn(geometry[ALPHA, joint] + np.pi)
     for kind in (D, THETA, BETA):
         geometry[kind, joint] = -geometry[kind, joint]
     T_n_flange, end = robot.T_n_flange, robot.standard_end
     if joint + 1 < robot.n_joints:
-        geometry[ALPHA, joint + 1] = _wrapped(geometry[ALPHA, joint + 1] - np.pi)
+        geometry[ALPHA, joint + 1] = within_half_turn(geometry[ALPHA, joint + 1] - np.pi)
     else:
         T_n_flange = link_end(0.0, -np.pi) @ T_n_flange
-        end = None if end is None else (end[0], _wrapped(end[1] - np.pi))
+        end = None if end is None else (end[0], float(within_half_turn(end[1] - np.pi)))
     return replace(robot, geometry=geometry, T_n_flange=T_n_flange, standard_end=end)
 
 
@@ -131,7 +132,7 @@ def with_limits_counted_back(robot: Robot, q: Array) -> Robot:
 def with_zero_moved(robot: Robot, joint: int, angle: float) -> Robot:
     """Return the arm whose joint (from 0) has its zero elsewhere: ``angle`` [rad] is added to its theta."""
     geometry = robot.geometry.copy()
-    geometry[THETA, joint] = _wrapped(geometry[THETA, joint] + angle)
+    geometry[THETA, joint] = within_half_turn(geometry[THETA, joint] + angle)
     return robot.with_geometry(geometry)
 
 
@@ -150,7 +151,7 @@ def _convention(dataset: Dataset) -> Iterator[Alternative]:
 
 def _zeros(dataset: Dataset, joint: int) -> Iterator[Alternative]:
     for k in range(1, round(2 * np.pi / ZERO_STEP)):
-        angle = _wrapped(k * ZERO_STEP)
+        angle = float(within_half_turn(k * ZERO_STEP))
         yield replace(
             with_robot(
                 dataset,
@@ -286,7 +287,3 @@ def with_angles_of(dataset: Dataset, others: pd.DataFrame, labels_go_along: bool
     """Return the dataset with the angles of other poses, as many as it has, and their labels of the plane as well if these stand with the angles."""
     columns = [f"q{j + 1}" for j in range(dataset.robot.n_joints)] + (["plane"] if labels_go_along else [])
     return replace(dataset, poses=dataset.poses.assign(**{name: others[name].to_numpy() for name in columns}))
-
-
-def _wrapped(angle: float) -> float:
-    return float(np.arctan2(np.sin(angle), np.cos(angle)))

@@ -9,6 +9,7 @@ import numpy as np
 from scalar.data.copies import copies_in_words
 from scalar.data.dataset import Dataset
 from scalar.estimation.design_effect import standstills
+from scalar.geometry.se3 import Array
 
 MOST_COPIES = 0.1  # of the poses of a probe that have the angles of another one; more are contacts that were repeated (chosen)
 LEAST_SHARE = 0.1  # of the rows that repeat the joint angles of the one before; a few are poses taken again as a check (chosen)
@@ -55,6 +56,11 @@ def _touched_twice(dataset: Dataset, angles: Sequence[bytes]) -> str:
     )
 
 
+def reads_again(standstill: Array) -> bool:
+    """Return whether more than a few rows are further readings of a standstill; ``standstill`` ``(N,)`` is that of each row (``standstills``)."""
+    return len(standstill) - len(np.unique(standstill)) >= LEAST_SHARE * len(standstill)
+
+
 def repeated_readings(dataset: Dataset) -> str:
     """Return a sentence on rows whose joint angles are those of the row before; empty if fewer than ``LEAST_SHARE`` of the rows are such.
 
@@ -67,9 +73,10 @@ def repeated_readings(dataset: Dataset) -> str:
         return ""
     order = dataset.known_poses.order
     rows = np.argsort(order, kind="stable")
-    again = np.flatnonzero(np.diff(standstills(dataset.q, order)[rows]) == 0) + 1
-    if len(again) < LEAST_SHARE * len(rows):
+    standstill = standstills(dataset.q, order)
+    if not reads_again(standstill):
         return ""
+    again = np.flatnonzero(np.diff(standstill[rows]) == 0) + 1
     one, other = (int(dataset.pose_ids[rows[k]]) for k in (again[0] - 1, again[0]))
     return (
         f"{len(again)} of {len(rows)} rows have the joint angles of the row before (first pose {other}, after pose {one}). If the arm stood still in "

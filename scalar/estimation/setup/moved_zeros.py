@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import THETA, ZERO_STEP, Alternative, with_zero_moved
 from scalar.estimation.setup.trial import quick_fit
+from scalar.geometry.angles import within_half_turn
 from scalar.geometry.robot import Robot
 from scalar.units import DEG
 
@@ -49,7 +48,7 @@ def zeros_moved(alternative: Alternative, fitted: Robot) -> list[float]:
     """
     nominal = alternative.dataset.robot.geometry[THETA]
     angles = [fitted.geometry[THETA, j - 1] - (nominal[j - 1] - added) for j, added in alternative.zeros]
-    return [float(np.arctan2(np.sin(angle), np.cos(angle))) for angle in angles]
+    return [float(within_half_turn(angle)) for angle in angles]
 
 
 def as_described(alternative: Alternative, fitted: Robot) -> bool:

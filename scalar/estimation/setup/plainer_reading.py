@@ -28,6 +28,7 @@ from scalar.estimation.setup.lengths import ROBOT
 from scalar.estimation.setup.plausibility import SENSOR_SHIFT, ZERO
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.estimation.setup.trial import full_fit
+from scalar.geometry.angles import within_half_turn
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.units import DEG, MM
 
@@ -108,7 +109,7 @@ def _is_plain(model: Model, dataset: Dataset) -> bool:
     lengths = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
     change = np.abs(fitted - nominal)
     change[:, dataset.robot.slides] = 0.0
-    turned = np.abs(np.arctan2(np.sin(fitted - nominal), np.cos(fitted - nominal)))[THETA]
+    turned = np.abs(within_half_turn(fitted - nominal))[THETA]
     turned[dataset.robot.slides] = 0.0
     T = dataset.sensor.T_flange_sensor
     shift = 0.0 if T is None else float(np.linalg.norm(model.T_flange_sensor[:3, 3] - T[:3, 3]))
@@ -126,4 +127,4 @@ def _in_words(joint: int, angle: float | None, model: Model, robot: Robot) -> st
     if np.isnan(angle):
         return f"the columns q{joint + 1} and q{joint + 2} of poses.csv are swapped"
     off = angle + model.robot.geometry[THETA, joint] - robot.geometry[THETA, joint]
-    return f"the zero of joint {joint + 1} is off by {np.arctan2(np.sin(off), np.cos(off)) / DEG:.0f} degrees"
+    return f"the zero of joint {joint + 1} is off by {within_half_turn(off) / DEG:.0f} degrees"

@@ -17,6 +17,7 @@ from scalar.estimation.setup.lengths import ROBOT, SIGMAS, lengths_off
 from scalar.estimation.setup.plane_guesses import far_guesses
 from scalar.estimation.setup.scan_axes import misread_axes
 from scalar.estimation.setup.suspicion import Suspicion
+from scalar.geometry.angles import within_half_turn
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array, log_so3
 from scalar.robots import doubt_of_name, largest_payload
@@ -206,7 +207,7 @@ def _zeros(dataset: Dataset, model: Model, std: Array) -> list[Suspicion]:
     errors = std[model.blocks["geometry"]].reshape(dataset.robot.geometry.shape)[k]
     change = model.robot.geometry[k] - dataset.robot.geometry[k]
     errors = np.where(dataset.robot.slides, np.nan, errors)  # theta of a joint that slides is no zero
-    change = np.where(np.isfinite(errors), np.arctan2(np.sin(change), np.cos(change)), 0.0)
+    change = np.where(np.isfinite(errors), within_half_turn(change), 0.0)
     return [
         Suspicion(
             "joint_zero",
@@ -271,7 +272,7 @@ def _turned_about_last_axis(dataset: Dataset, model: Model) -> float:
     if min(np.linalg.norm(stated), np.linalg.norm(found)) < OFF_AXIS:
         return 0.0
     angle = np.arctan2(found[1], found[0]) - np.arctan2(stated[1], stated[0])
-    return float(abs(np.arctan2(np.sin(angle), np.cos(angle))))
+    return float(abs(within_half_turn(angle)))
 
 
 def _sensor_suspicion(sentence: str) -> Suspicion:
