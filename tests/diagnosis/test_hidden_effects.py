@@ -7,31 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scalar.data.poses import Poses
-from scalar.diagnosis.explained import explained
 from scalar.diagnosis.fitted_state import FittedState, state_of
 from scalar.diagnosis.hidden_effects import PRIOR_SHARE, HiddenEffects
-from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.displacement import displacement_columns
-from tests.estimation.test_data_sheet_priors import workcell
-
-LIMITS = np.array([2.5, 1.2, 1.2, 2.5, 1.6, 2.5])  # rad
+from tests.diagnosis.tracked_arm import fitted_arm, others
 
 
 @pytest.fixture(scope="module")
 def state() -> FittedState:
     """Return the fit of a tracked arm of 40 poses, without effects."""
-    dataset, _ = workcell(2, np.random.default_rng(2).uniform(-1, 1, (40, 6)) * LIMITS)
-    return explained(dataset, DEFAULTS, lambda stage: None).near_data_sheet().before
-
-
-def others(count: int = 30) -> Poses:
-    """Return poses that were not measured."""
-    q = np.random.default_rng(9).uniform(-1, 1, (count, 6)) * LIMITS
-    return Poses(q, np.arange(count, dtype=float), {})
+    return fitted_arm()
 
 
 def test_every_arm_gives_way_and_has_tilted_axes(state: FittedState):

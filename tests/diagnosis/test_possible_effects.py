@@ -9,31 +9,21 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from scalar.data.poses import Poses
-from scalar.diagnosis.explained import explained
 from scalar.diagnosis.fitted_state import FittedState, state_of
 from scalar.diagnosis.possible_effects import NONE_LACKS, SHARES, PossibleEffects
-from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.displacement import displacement_columns
 from scalar.evaluate.workspace_errors import aligned_errors, rms_over_poses, workspace_errors
+from tests.diagnosis.tracked_arm import LIMITS, fitted_arm, others
 from tests.effects.injected import Flaws, PoseData, make_cell, on_joint
 from tests.estimation.test_data_sheet_priors import workcell
-
-LIMITS = np.array([2.5, 1.2, 1.2, 2.5, 1.6, 2.5])  # rad
 
 
 @pytest.fixture(scope="module")
 def state() -> FittedState:
     """Return the fit of a tracked arm of 40 poses, without effects."""
-    dataset, _ = workcell(2, np.random.default_rng(2).uniform(-1, 1, (40, 6)) * LIMITS)
-    return explained(dataset, DEFAULTS, lambda stage: None).near_data_sheet().before
-
-
-def others(count: int = 30) -> Poses:
-    """Return poses that were not measured."""
-    q = np.random.default_rng(9).uniform(-1, 1, (count, 6)) * LIMITS
-    return Poses(q, np.arange(count, dtype=float), {})
+    return fitted_arm()
 
 
 def test_the_probability_of_an_effect_is_that_of_the_residual_with_it(state: FittedState) -> None:
