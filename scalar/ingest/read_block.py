@@ -1,7 +1,7 @@
 """Read the table that a block of a mapping describes (poses, points or nests) from its foreign files, in SI."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -46,54 +46,86 @@ def read_block(
     Returns:
         Both tables; None for both if there are faults, and for the second if rows are not points.
     """
-    parts: list[ImportedTable] = []
-    points: list[ImportedTable] = []
-    read: list[FileRead] = []
-    faulty: dict[bytes, str] = {}
-    n_poses, next_id, next_scan = 0, 0, 0
+    files = _Files()
     for path, rule in chosen:
-        n_before = len(faults)
-        if faulty and (same := faulty.get(digest_of(path))) is not None:
-            message = f"has the same bytes as {same}, which is at fault; leave one of them out"
-            faults.append(Fault(rule.name, message))
-            continue
-        try:
-            raw, whole = _read_file(mapping, block, path, rule, faults, left_out, next_scan)
-            next_scan += len(raw.lines) + 1
-            keep, owner = _first_rows(raw, whole, block, faults)
-        except InvalidInput as error:
-            faults += error.faults
-            if len(faults) > n_before:
-                faulty.setdefault(digest_of(path), rule.name)
-            continue
-        table = select_rows(whole, keep)
-        next_id = _number_poses(table, rule, next_id)
-        read.append(FileRead(rule, whole, table.columns["pose"]))
-        if rows_are_points:
-            coordinates = {name: whole.columns[name] for name in mapping.measured_columns}
-            for name in coordinates:
-                del table.columns[name]
-            coordinates["_row"] = owner + float(n_poses)
-            points.append(replace(whole, columns=coordinates, bad={}))
-        n_poses += table.n_rows
-        parts.append(table)
+        _read_into(files, mapping, block, path, rule, faults, left_out, rows_are_points)
     before = len(faults)
-    report_copies(read, block, mapping.measured_in(block), faults)
-    if (
-        len(faults) == before and block is not mapping.nests
-    ):  # nests may be measured once, and written to every pose
-        report_overlaps([one.rows for one in read], mapping.measured_in(block), faults)
-    if faults or not parts:
+    report_copies(files.read, block, mapping.measured_in(block), faults)
+    # Nests may be measured once, and written to every pose.
+    if len(faults) == before and block is not mapping.nests:
+        report_overlaps([one.rows for one in files.read], mapping.measured_in(block), faults)
+    if faults or not files.parts:
         return None, None
     try:
-        table, all_points = joined(parts), joined(points) if points else None
+        table, points = joined(files.parts), joined(files.points) if files.points else None
     except InvalidInput as error:
         faults += error.faults
         return None, None
     if mapping.table is not None and mapping.table.several_rows and block is mapping.points:
         report_merged(table, block, faults)
     table.columns.pop(SCAN, None)
-    return table, all_points
+    return table, points
+
+
+@dataclass
+class _Files:
+    """What the files of a block that were read so far give.
+
+    Attributes:
+        parts: The table of each file, with one row for each pose.
+        points: The coordinates of the points of each file, if rows are points.
+        read: Each file as it was read, for the search for copies.
+        faulty: ``{digest of a file that is at fault: its name}``.
+        n_poses: Number of poses that were read.
+        next_id: The number from which the poses of the next file are counted.
+        next_scan: The number from which its scans are counted.
+    """
+
+    parts: list[ImportedTable] = field(default_factory=list)
+    points: list[ImportedTable] = field(default_factory=list)
+    read: list[FileRead] = field(default_factory=list)
+    faulty: dict[bytes, str] = field(default_factory=dict)
+    n_poses: int = 0
+    next_id: int = 0
+    next_scan: int = 0
+
+
+def _read_into(
+    files: _Files,
+    mapping: MappingFile,
+    block: Block,
+    path: Path,
+    rule: FileRule,
+    faults: list[Fault],
+    left_out: list[LeftOut],
+    rows_are_points: bool,
+) -> None:
+    """Add what a file gives to ``files``, or its faults to ``faults``; arguments as for ``read_block`` and ``_read_file``."""
+    n_before = len(faults)
+    if files.faulty and (same := files.faulty.get(digest_of(path))) is not None:
+        message = f"has the same bytes as {same}, which is at fault; leave one of them out"
+        faults.append(Fault(rule.name, message))
+        return
+    try:
+        raw, whole = _read_file(mapping, block, path, rule, faults, left_out, files.next_scan)
+        files.next_scan += len(raw.lines) + 1
+        keep, owner = _first_rows(raw, whole, block, faults)
+    except InvalidInput as error:
+        faults += error.faults
+        if len(faults) > n_before:
+            files.faulty.setdefault(digest_of(path), rule.name)
+        return
+    table = select_rows(whole, keep)
+    files.next_id = _number_poses(table, rule, files.next_id)
+    files.read.append(FileRead(rule, whole, table.columns["pose"]))
+    if rows_are_points:
+        coordinates = {name: whole.columns[name] for name in mapping.measured_columns}
+        for name in coordinates:
+            del table.columns[name]
+        coordinates["_row"] = owner + float(files.n_poses)
+        files.points.append(replace(whole, columns=coordinates, bad={}))
+    files.n_poses += table.n_rows
+    files.parts.append(table)
 
 
 def _number_poses(table: ImportedTable, rule: FileRule, next_id: int) -> int:
