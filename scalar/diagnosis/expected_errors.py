@@ -1,8 +1,8 @@
 """How far the positions that ``after.json`` predicts are expected to err: root mean square over random poses, with a 95 % band.
 
-The errors that decide between models (``nested_models``) compare these with one another and leave out what all of them lack. What is stated counts it
-as far as it is known (``workspace_errors``): chance errors, effects that the model may lack by their probability, and, at the upper end of the band,
-effects that every arm has and a residual beyond the noise. Only the place of the base is fitted; the shift of the sensor is that of the calibration.
+The errors by which models are chosen (``nested_models``) leave out what all models lack, because it does not distinguish them. The errors that are
+stated here count it as far as it is known (``discrepancy_of_fit``), besides the chance errors of the fit. Only the place of the base is fitted to
+the predictions; the shift of the sensor is that of the calibration.
 """
 
 from __future__ import annotations

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.predicted_displacements import displacement_columns
 from scalar.effects import Effect
-from scalar.estimation.displacement import displacement_columns
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -59,8 +59,8 @@ class MissingEffects:
 
     def prediction_errors(self, poses: Poses) -> Array:
         """Return by how much predicted positions are off at N poses ``(3 N, K)`` [m], for a unit of each coefficient (``C - D A``)."""
-        model, free = self.state.model, self.state.free
-        columns = displacement_columns(replace(model, effects=(*model.effects, *self.effects)), poses)
+        free = self.state.free
+        columns = displacement_columns(self.state, poses, self.effects)
         by_parameters, by_effects = np.split(columns, [len(free)], axis=1)
         return by_effects - by_parameters[:, free] @ self.absorbed
 
