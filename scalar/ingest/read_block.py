@@ -46,9 +46,9 @@ def read_block(
     Returns:
         Both tables; None for both if there are faults, and for the second if rows are not points.
     """
-    files = _Files()
+    files = _Files(mapping, block, faults, left_out, rows_are_points)
     for path, rule in chosen:
-        _read_into(files, mapping, block, path, rule, faults, left_out, rows_are_points)
+        files.add(path, rule)
     before = len(faults)
     report_copies(files.read, block, mapping.measured_in(block), faults)
     # Nests may be measured once, and written to every pose.
@@ -69,9 +69,10 @@ def read_block(
 
 @dataclass
 class _Files:
-    """What the files of a block that were read so far give.
+    """The files of a block that were read so far, and what they give.
 
     Attributes:
+        mapping, block, faults, left_out, rows_are_points: As for ``read_block``.
         parts: The table of each file, with one row for each pose.
         points: The coordinates of the points of each file, if rows are points.
         read: Each file as it was read, for the search for copies.
@@ -81,6 +82,11 @@ class _Files:
         next_scan: The number from which its scans are counted.
     """
 
+    mapping: MappingFile
+    block: Block
+    faults: list[Fault]
+    left_out: list[LeftOut]
+    rows_are_points: bool
     parts: list[ImportedTable] = field(default_factory=list)
     points: list[ImportedTable] = field(default_factory=list)
     read: list[FileRead] = field(default_factory=list)
@@ -89,43 +95,35 @@ class _Files:
     next_id: int = 0
     next_scan: int = 0
 
-
-def _read_into(
-    files: _Files,
-    mapping: MappingFile,
-    block: Block,
-    path: Path,
-    rule: FileRule,
-    faults: list[Fault],
-    left_out: list[LeftOut],
-    rows_are_points: bool,
-) -> None:
-    """Add what a file gives to ``files``, or its faults to ``faults``; arguments as for ``read_block`` and ``_read_file``."""
-    n_before = len(faults)
-    if files.faulty and (same := files.faulty.get(digest_of(path))) is not None:
-        message = f"has the same bytes as {same}, which is at fault; leave one of them out"
-        faults.append(Fault(rule.name, message))
-        return
-    try:
-        raw, whole = _read_file(mapping, block, path, rule, faults, left_out, files.next_scan)
-        files.next_scan += len(raw.lines) + 1
-        keep, owner = _first_rows(raw, whole, block, faults)
-    except InvalidInput as error:
-        faults += error.faults
-        if len(faults) > n_before:
-            files.faulty.setdefault(digest_of(path), rule.name)
-        return
-    table = select_rows(whole, keep)
-    files.next_id = _number_poses(table, rule, files.next_id)
-    files.read.append(FileRead(rule, whole, table.columns["pose"]))
-    if rows_are_points:
-        coordinates = {name: whole.columns[name] for name in mapping.measured_columns}
-        for name in coordinates:
-            del table.columns[name]
-        coordinates["_row"] = owner + float(files.n_poses)
-        files.points.append(replace(whole, columns=coordinates, bad={}))
-    files.n_poses += table.n_rows
-    files.parts.append(table)
+    def add(self, path: Path, rule: FileRule) -> None:
+        """Read a file, and add what it gives; or add its faults to ``faults``."""
+        n_before = len(self.faults)
+        if self.faulty and (same := self.faulty.get(digest_of(path))) is not None:
+            message = f"has the same bytes as {same}, which is at fault; leave one of them out"
+            self.faults.append(Fault(rule.name, message))
+            return
+        try:
+            raw, whole = _read_file(
+                self.mapping, self.block, path, rule, self.faults, self.left_out, self.next_scan
+            )
+            self.next_scan += len(raw.lines) + 1
+            keep, owner = _first_rows(raw, whole, self.block, self.faults)
+        except InvalidInput as error:
+            self.faults += error.faults
+            if len(self.faults) > n_before:
+                self.faulty.setdefault(digest_of(path), rule.name)
+            return
+        table = select_rows(whole, keep)
+        self.next_id = _number_poses(table, rule, self.next_id)
+        self.read.append(FileRead(rule, whole, table.columns["pose"]))
+        if self.rows_are_points:
+            coordinates = {name: whole.columns[name] for name in self.mapping.measured_columns}
+            for name in coordinates:
+                del table.columns[name]
+            coordinates["_row"] = owner + float(self.n_poses)
+            self.points.append(replace(whole, columns=coordinates, bad={}))
+        self.n_poses += table.n_rows
+        self.parts.append(table)
 
 
 def _number_poses(table: ImportedTable, rule: FileRule, next_id: int) -> int:
