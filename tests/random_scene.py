@@ -93,26 +93,14 @@ def make_scene(
     counts = rng.integers(low, high + 1, size=3 * poses_per_plane)
     index = np.tile(np.arange(3), poses_per_plane)
     still = None if still_joint is None else (still_joint - 1, float(limits[still_joint - 1] @ [0.4, 0.6]))
-    if kind == "line-laser":
-        q = scanning_poses(rng, truth, index, still)
-        clean, starts = scan(rng, truth, q, index, counts)
-    elif kind == "probe":
-        q = touching_poses(rng, truth, index, noise * rng.standard_normal(len(index)), still)
-        clean, starts = np.empty((0, 2)), np.zeros(len(index) + 1, dtype=np.int64)
-    else:
-        q = random_poses(rng, limits, len(index), still)
-        o = truth.sensor(q)[:, :3, 3]
-        clean = o @ truth.T_tracker_base[:3, :3].T + truth.T_tracker_base[:3, 3]
-        starts = np.arange(len(index) + 1, dtype=np.int64)
+    q, clean, starts = _measured(rng, truth, kind, index, counts, still, noise)
 
     if exact is None:
         exact = FIXED_WITH_PLANES[robot]
         if kind == "probe":
             exact = (*exact, FIXED_WITH_PROBE[robot])
     nominal = geometry + _errors(rng, geometry, length_error, angle_error, uniform_error, exact)
-    T_nominal = None
-    if nominal_pose:
-        T_nominal = T_flange_sensor @ random_transform(rng, *pose_offset)
+    T_nominal = T_flange_sensor @ random_transform(rng, *pose_offset) if nominal_pose else None
     sensor = Sensor(
         kind, T_nominal, noise if stated_noise is not None and stated_noise < 0 else stated_noise, error_axis
     )
@@ -135,6 +123,38 @@ def make_scene(
         starts=starts,
     )
     return Scene(dataset, truth, clean, noise)
+
+
+def _measured(
+    rng: np.random.Generator,
+    truth: Truth,
+    kind: str,
+    index: np.ndarray,
+    counts: np.ndarray,
+    still: tuple[int, float] | None,
+    noise: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return joint angles ``(N, n)`` [rad], what a sensor would measure there without noise [m], and where the points of each pose start.
+
+    Args:
+        rng: Draws the poses.
+        truth: The workcell.
+        kind: Of the sensor.
+        index: ``(N,)``, the target plane of each pose.
+        counts: ``(N,)``, the number of points of each scan.
+        still: A joint that never moves, with its angle [rad]; or None.
+        noise: Of a contact, along the normal [m].
+    """
+    one_each = np.arange(len(index) + 1, dtype=np.int64)
+    if kind == "line-laser":
+        q = scanning_poses(rng, truth, index, still)
+        return q, *scan(rng, truth, q, index, counts)
+    if kind == "probe":
+        q = touching_poses(rng, truth, index, noise * rng.standard_normal(len(index)), still)
+        return q, np.empty((0, 2)), np.zeros_like(one_each)
+    q = random_poses(rng, truth.limits, len(index), still)
+    o = truth.sensor(q)[:, :3, 3]
+    return q, o @ truth.T_tracker_base[:3, :3].T + truth.T_tracker_base[:3, 3], one_each
 
 
 def _target_planes(rng: np.random.Generator, reach: float, upright: bool) -> tuple[np.ndarray, np.ndarray]:

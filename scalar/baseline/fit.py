@@ -98,11 +98,8 @@ def calibrate_baseline(
     how = Parameterisation(dataset.robot, measurement.initial_target(dataset))
     gauge: tuple[dict[str, Any], ...] = ()
     if fixed is None:
-        identifiability = prepare(dataset).identifiability
-        check_determined(identifiability)
-        found = identifiability.fixed
-        fixed = [h.name for h in found]
-        gauge = tuple({"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with)} for h in found)
+        gauge = _gauge(dataset)
+        fixed = [entry["held"] for entry in gauge]
     _check_fixed(how, fixed)
     T_start, origin = first_guess(dataset, measurement, how.planes)
     parameters = how.lmfit_parameters(how.values(T_start), fixed, reading)
@@ -110,16 +107,12 @@ def calibrate_baseline(
 
     model = how.model(_values(end.parameters))
     free = candidate_mask(model, fixed)
-    covariance = np.full((int(free.sum()),) * 2, np.nan)
-    if end.covariance is not None:
-        rows_to_points = max(end.rows - end.varying, 1) / max(len(dataset.points) - end.varying, 1)
-        covariance = _reported(how, end.parameters, free, end.covariance * rows_to_points)
     names = model.names
     return Calibration(
         model=model,
         sensor=sensor_mapping(dataset),
         free=tuple(name for name, is_free in zip(names, free, strict=True) if is_free),
-        covariance=covariance,
+        covariance=_covariance(how, end, free, len(dataset.points)),
         fixed={name: "fixed, as published" for name, is_free in zip(names, free, strict=True) if not is_free},
         gauge=gauge,
         residual_rms=Residuals.of(dataset, model).rms(model),
@@ -138,6 +131,20 @@ def calibrate_baseline(
             "points": len(dataset.points),
             MEASURED_RANGES: ranges_of_joints(dataset.q).tolist(),
         },
+    )
+
+
+def _gauge(dataset: Dataset) -> tuple[dict[str, Any], ...]:
+    """Return the parameters that the proposed method fixes for the same poses, as ``Calibration.gauge`` lists them.
+
+    Raises:
+        Undetermined: The data do not determine the model.
+    """
+    identifiability = prepare(dataset).identifiability
+    check_determined(identifiability)
+    return tuple(
+        {"held": one.name, "reason": one.reason, "moves_with": list(one.moves_with)}
+        for one in identifiability.fixed
     )
 
 
@@ -208,6 +215,14 @@ def _check_fixed(how: Parameterisation, fixed: Sequence[str]) -> None:
         raise Undetermined(
             [f"{name} would have to be fixed, and the baseline has no such parameter" for name in without]
         )
+
+
+def _covariance(how: Parameterisation, end: _End, free: Array, points: int) -> Array:
+    """Return the covariance ``(F, F)`` of the F free coordinates after a fit to a number of points; NaN where lmfit computed none."""
+    if end.covariance is None:
+        return np.full((int(free.sum()),) * 2, np.nan)
+    rows_to_points = max(end.rows - end.varying, 1) / max(points - end.varying, 1)
+    return _reported(how, end.parameters, free, end.covariance * rows_to_points)
 
 
 def _reported(how: Parameterisation, parameters: lmfit.Parameters, free: Array, covariance: Array) -> Array:

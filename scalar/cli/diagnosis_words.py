@@ -13,7 +13,7 @@ from scalar.effects.command_line import named_effects
 from scalar.effects.registry import module_of
 from scalar.estimation.misfit import lacks_something
 from scalar.report import words
-from scalar.report.excess_residual import cause_of_excess, excess_beside_findings
+from scalar.report.excess_words import cause_of_excess, excess_beside_findings
 from scalar.report.few_poses import few_poses
 from scalar.report.opening import verdict_on_effects
 from scalar.report.pose_numbers import with_pose_numbers

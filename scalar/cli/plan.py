@@ -124,7 +124,7 @@ def plan(
 
     from scalar.cli.plan_after import check_belongs, plan_after
     from scalar.cli.plan_by_error import plan_by_error
-    from scalar.cli.plan_files import ChosenPoses, write_plan
+    from scalar.cli.plan_files import write_plan
     from scalar.data.folder import POSES
     from scalar.planning.candidates import draw_candidates
     from scalar.planning.workcell import View, Workcell
@@ -154,24 +154,20 @@ def plan(
         found = draw_candidates(
             workcell, candidates, np.random.default_rng(seed), measurable, one_turn=after is None
         )
-        if after is not None:
-            assert dataset is not None and calibration is not None
-            indices, lines, content = plan_after(workcell, found, dataset, calibration, after, poses)
-            if not indices:
-                _refuse_earlier_plan(output, after)
-                say("\n".join(lines))
-                return
-            chosen = ChosenPoses(indices, content, lines, [], None)
-        else:
+        if after is None:
             chosen = plan_by_error(workcell, found, dataset, poses, accuracy, criterion, seed)
+        else:
+            assert dataset is not None and calibration is not None
+            chosen = plan_after(workcell, found, dataset, calibration, after, poses)
+            if not chosen.indices:
+                _refuse_earlier_plan(output, after)
+                say("\n".join(chosen.lines))
+                return
         lines = [*chosen.lines, *write_plan(output, workcell, found, chosen, allowed, dataset, convention)]
     imported = imported_of(robot) or ({} if calibration is None else calibration.summary.get(IMPORTED, {}))
     lines += lines_on_convention(convention, "poses_deg.csv has", imported, arm.name)
     if dataset is not None:
-        lines.append(
-            f"  measure them, append the rows to the tables of {robot} (pose numbers and order continue from there; give them a session of their "
-            "own if base, planes or tracker were set up anew), and diagnose again"
-        )
+        lines.append(_line_on_measuring(robot))
     elif near is None:
         lines += lines_on_poses_not_counted(robot)
     say(f"{arm.name}, {sensor.kind}: {len(chosen.indices)} poses of {len(found.q)} candidates")
@@ -179,6 +175,14 @@ def plan(
     if no_collisions:
         say("  not tested for collisions: check every pose and move before you run them")
     say(f"written: {output / 'poses.csv'}, poses_deg.csv, plan.json, plan.png")
+
+
+def _line_on_measuring(dataset: str) -> str:
+    """Return the line on what is done with poses that are planned for a dataset with measured poses."""
+    return (
+        f"  measure them, append the rows to the tables of {dataset} (pose numbers and order continue from there; give them a session of their "
+        "own if base, planes or tracker were set up anew), and diagnose again"
+    )
 
 
 def _lines_on_ends(workcell: Workcell) -> list[str]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scalar.cli.plan_files import ChosenPoses
 from scalar.errors import Fault, InvalidInput, Undetermined
 from scalar.report.pose_numbers import with_pose_numbers
 
@@ -31,8 +32,8 @@ def plan_after(
     calibration: Calibration,
     path: Path,
     poses: int | None,
-) -> tuple[list[int], list[str], dict[str, Any]]:
-    """Return the indices of the chosen candidates, lines on the questions that they answer, and the same for ``plan.json``.
+) -> ChosenPoses:
+    """Return the poses that separate the effects which a diagnosis could not distinguish, and what is told of them.
 
     No candidates are chosen if the diagnosis leaves nothing open that other poses would answer.
 
@@ -50,24 +51,15 @@ def plan_after(
     """
     from scalar.planning.after import outcome, poses_after
     from scalar.planning.defaults import FURTHER_POSES
-    from scalar.planning.separation import ANSWERED
 
     left_open = read_questions(path, calibration.model.effects, dataset)
     after = poses_after(workcell, found, dataset, calibration, left_open, poses or FURTHER_POSES)
     answers, not_by_poses = after.answers, after.not_by_poses
     lines = [f"  no poses answer this: {text}" for text in not_by_poses]
     if not after.pairs:
-        return [], [*lines, *_nothing_left_open(path)], {}
+        return ChosenPoses([], {}, [*lines, *_nothing_left_open(path)], [], None)
     if not any(answer.separable for answer in answers):
-        near = any(_noise_to_separate(answer) <= _FAR or answer.alone < ANSWERED for answer in answers)
-        remedy = f"{_LESS_NOISE}; {_otherwise(dataset)}" if near else _otherwise(dataset)
-        raise Undetermined(
-            [
-                *(_not_separable(*each, len(found.q)) for each in zip(after.pairs, answers, strict=True)),
-                _NOTHING + remedy,
-                _more_poses(path),
-            ]
-        )
+        raise _nothing_separable(after.pairs, answers, found, dataset, path)
     content = {
         "questions": [
             {
@@ -84,7 +76,24 @@ def plan_after(
         "poses": len(after.chosen),
     }
     told = [f"  {with_pose_numbers(answer.question.title, dataset)}: {outcome(answer)}" for answer in answers]
-    return after.chosen, [*told, *lines], content
+    return ChosenPoses(after.chosen, content, [*told, *lines], [], None)
+
+
+def _nothing_separable(
+    pairs: Sequence[Pair], answers: Sequence[Answer], found: Candidates, dataset: Dataset, path: Path
+) -> Undetermined:
+    """Return the refusal if the candidates separate none of the pairs, each with its answer, that the diagnosis in the file ``path`` leaves open."""
+    from scalar.planning.separation import ANSWERED
+
+    near = any(_noise_to_separate(answer) <= _FAR or answer.alone < ANSWERED for answer in answers)
+    remedy = f"{_LESS_NOISE}; {_otherwise(dataset)}" if near else _otherwise(dataset)
+    return Undetermined(
+        [
+            *(_not_separable(*each, len(found.q)) for each in zip(pairs, answers, strict=True)),
+            _NOTHING + remedy,
+            _more_poses(path),
+        ]
+    )
 
 
 def _nothing_left_open(path: Path) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -51,23 +52,64 @@ def plan_by_error(
     candidates = workcell.dataset(found.q, found.plane)
     info = information(workcell.model, candidates, workcell.repeatability, measured)
     least = least_poses(info, workcell.equations_per_pose)
-    more = "more " if info.measured else ""
     lines: list[str] = []
     if accuracy is not None:
-        now = error_of(info, []) if info.measured else np.inf
-        if now <= accuracy * MM and poses is None:
-            message = f"the {info.measured} measured poses are expected to leave {now / MM:.4f} mm already; for more poses nevertheless, give --poses"
-            raise InvalidInput(Fault("--accuracy", message))
-        enough, (most, left) = poses_for_error(info, accuracy * MM, least, criterion)
-        if enough is None:
-            lines.append(
-                f"  an error of {accuracy:g} mm takes more than {most} {more}poses; with {most} the expected error is {left / MM:.4f} mm. "
-                "A better sensor or a more repeatable arm would help"
-            )
-        else:
-            lines.append(f"  an error of {accuracy:g} mm takes {enough} {more}poses")
+        enough, lines = _poses_for_accuracy(info, accuracy, poses, least, criterion)
         poses = poses or enough
     count = poses or PLANNED_POSES
+    _check_count(info, count, least)
+    rng = np.random.default_rng(seed)
+    result = choose_poses(info, count, criterion, rng, tuple(n for n in _CURVE if n >= least))
+    parts = _errors_of_parts(workcell, info, result)
+    lines = [
+        *_lines_on_error(workcell, info, result, parts),
+        *lines,
+        _line_on_other_counts(info, result, count),
+        *_line_on_diagnosis(info, count, workcell.equations_per_pose),
+    ]
+    content = {**result.to_mapping(), **parts, "not_determined": list(info.fixed)}
+    return ChosenPoses(result.chosen, content, lines, result.curve, (len(result.chosen), result.random_error))
+
+
+def _more(info: Information) -> str:
+    """Return the word before "poses" if poses were measured already."""
+    return "more " if info.measured else ""
+
+
+def _poses_for_accuracy(
+    info: Information, accuracy: float, poses: int | None, least: int, criterion: str
+) -> tuple[int | None, list[str]]:
+    """Return how many poses a wanted error takes (None if it takes too many), and the line that says so.
+
+    Args:
+        info: What the candidates tell.
+        accuracy: The wanted error [mm].
+        poses: Number of poses that is planned in any case, or None.
+        least: Least number of poses of a calibration.
+        criterion: As in ``choose_poses``.
+
+    Raises:
+        InvalidInput: The measured poses reach the wanted error already.
+    """
+    now = error_of(info, []) if info.measured else np.inf
+    if now <= accuracy * MM and poses is None:
+        message = f"the {info.measured} measured poses are expected to leave {now / MM:.4f} mm already; for more poses nevertheless, give --poses"
+        raise InvalidInput(Fault("--accuracy", message))
+    enough, (most, left) = poses_for_error(info, accuracy * MM, least, criterion)
+    if enough is not None:
+        return enough, [f"  an error of {accuracy:g} mm takes {enough} {_more(info)}poses"]
+    return None, [
+        f"  an error of {accuracy:g} mm takes more than {most} {_more(info)}poses; with {most} the expected error is {left / MM:.4f} mm. "
+        "A better sensor or a more repeatable arm would help"
+    ]
+
+
+def _check_count(info: Information, count: int, least: int) -> None:
+    """Refuse a number of poses that cannot be planned.
+
+    Raises:
+        InvalidInput: They are fewer than ``least``, or more than the candidates.
+    """
     if count < least:
         together = f" together with the {info.measured} measured ones" if info.measured else ""
         message = (
@@ -78,16 +120,17 @@ def plan_by_error(
         raise InvalidInput(
             Fault("--poses", f"more than the {len(info.rows)} candidates; give more --candidates")
         )
-    rng = np.random.default_rng(seed)
-    result = choose_poses(info, count, criterion, rng, tuple(n for n in _CURVE if n >= least))
+
+
+def _lines_on_error(
+    workcell: Workcell, info: Information, result: Plan, parts: Mapping[str, Any]
+) -> list[str]:
+    """Return the lines on the expected error: of the plan, of its parts (as ``_errors_of_parts`` returns them), and of random poses."""
     together = f" together with the {info.measured} measured poses," if info.measured else ""
-    lines.insert(
-        0,
+    lines = [
         f"  expected error of predicted positions:{together} {result.error / MM:.4f} mm RMS within the joint limits, "
-        f"from noise of {workcell.noise / MM:.3g} mm and repeatability of {workcell.repeatability / MM:g} mm alone",
-    )
-    lines.insert(1, f"  as many {more}poses drawn at random: {result.random_error / MM:.4f} mm")
-    parts = _errors_of_parts(workcell, info, result)
+        f"from noise of {workcell.noise / MM:.3g} mm and repeatability of {workcell.repeatability / MM:g} mm alone"
+    ]
     if parts:
         planned = parts["expected_error_of_planned_poses_alone_mm"]
         alone = (
@@ -95,16 +138,17 @@ def plan_by_error(
             if planned is None
             else f"the planned ones alone {planned:.4f} mm"
         )
-        lines.insert(
-            1,
+        lines.append(
             f"  the measured poses alone: {parts['expected_error_of_measured_poses_mm']:.4f} mm; {alone}. "
-            "The error of both together holds only if base, sensor and target have not moved since",
+            "The error of both together holds only if base, sensor and target have not moved since"
         )
+    return [*lines, f"  as many {_more(info)}poses drawn at random: {result.random_error / MM:.4f} mm"]
+
+
+def _line_on_other_counts(info: Information, result: Plan, count: int) -> str:
+    """Return the line on the errors that are expected with other numbers of poses than ``count``."""
     others = ", ".join(f"{n}: {e / MM:.4f}" for n, e in result.curve if n != count)
-    lines.append(f"  expected error with other numbers of {more}poses, at most [mm]: {others}")
-    lines += _line_on_diagnosis(info, count, workcell.equations_per_pose)
-    content = {**result.to_mapping(), **parts, "not_determined": list(info.fixed)}
-    return ChosenPoses(result.chosen, content, lines, result.curve, (len(result.chosen), result.random_error))
+    return f"  expected error with other numbers of {_more(info)}poses, at most [mm]: {others}"
 
 
 def _line_on_diagnosis(info: Information, count: int, equations_per_pose: int) -> list[str]:

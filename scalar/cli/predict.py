@@ -136,13 +136,12 @@ def predict(
     )
     say_written(output, len(table), "pose", written_in.in_words)
     imported = calibrated.summary.get(IMPORTED, {})
-    for line in lines_on_convention(convention, f"{joints.name} has", imported, robot.name):
+    for line in (
+        *lines_on_convention(convention, f"{joints.name} has", imported, robot.name),
+        *_lines_on_table(calibrated, table, columns, read_in, written_in, convention),
+        *(_lines_on_std(calibrated) if with_std else ()),
+    ):
         say(line)
-    for line in _lines_on_table(calibrated, table, columns, read_in, written_in, convention):
-        say(line)
-    if with_std:
-        for line in _lines_on_std(calibrated):
-            say(line)
 
 
 def _lines_on_table(

@@ -149,13 +149,7 @@ def _poses(
         if column.shape != (len(q),):
             wrong.append(Fault("poses", f"of shape {column.shape}; write ({len(q)},)", None, name))
         columns[name] = column
-    wrong += header_faults("poses", list(columns), layout, None)
-    faults += wrong
-    if wrong:
-        return None
-    table = _table("poses", columns)
-    check_cells(table, layout, faults)
-    return table
+    return _checked_table("poses", columns, layout, wrong, faults)
 
 
 def _points(
@@ -200,10 +194,25 @@ def _points(
             faults.append(Fault("points", f"of shape {column.shape}; write ({len(owner)},)", None, name))
             return None
         columns[name] = column
-    wrong = header_faults("points", list(columns), layout, None)
+    return _checked_table("points", columns, layout, [], faults)
+
+
+def _checked_table(
+    name: str, columns: dict[str, np.ndarray], layout: Layout, wrong: list[Fault], faults: list[Fault]
+) -> Table | None:
+    """Return the table of checked columns; None if columns are missing, or if some were at fault already.
+
+    Args:
+        name: What messages call the table.
+        columns: Its columns.
+        layout: What they have to be.
+        wrong: Faults of columns that were found before.
+        faults: Every fault is added here.
+    """
+    wrong = [*wrong, *header_faults(name, list(columns), layout, None)]
     faults += wrong
     if wrong:
         return None
-    table = _table("points", columns)
+    table = _table(name, columns)
     check_cells(table, layout, faults)
     return table

@@ -21,6 +21,17 @@ from scalar.units import DEG, MM
 README = "README.txt"
 _POSES = "poses.csv"
 _REMEDY = "a dataset is begun in a new or an empty folder only; give another place"
+_PLANES = (
+    "",
+    "# Guesses of the planes in the base frame: normal . p = distance [m]. 30 degrees and 10 cm off is near enough.",
+    "# Three planes or more, of different directions. `scalar plan` takes them to have no end; where a plate is small, say which circle it",
+    "# covers: extent: {centre: [0.8, 0.2, 0.5], radius: 0.25} after its distance [m]. Take away the [] and the #, and put in your own:",
+    "planes: []",
+    "#  - {name: floor, normal: [0.0, 0.0, 1.0], distance: 0.0}",
+    "#  - {name: wall_x, normal: [1.0, 0.0, 0.0], distance: 0.8}",
+    "#  - {name: wall_y, normal: [0.0, 1.0, 0.0], distance: 0.8}",
+)
+"""The lines on planes."""
 
 
 def write_blank_dataset(
@@ -72,6 +83,17 @@ def _description(
         f"name: {_quoted(name)}",
         f"source: {_quoted(about_robot[0] if about_robot else '')}  # free text: add who measured, when, with what",
         "",
+        *_robot_block(robot, about_robot),
+        "",
+        *_sensor_block(format),
+        *(_PLANES if format.on_planes else ()),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _robot_block(robot: Mapping[str, Any], about_robot: Sequence[str]) -> list[str]:
+    """Return the lines of the block ``robot:``."""
+    lines = [
         "robot:",
         *(f"  # {printable(line)}" for line in about_robot),
         f"  name: {_quoted(robot['name'])}",
@@ -97,7 +119,11 @@ def _description(
         lines.append(
             "  # tolerance: {length: 3.0e-4, angle: 3.0e-4}  # of the maker's geometry, if stated: one standard deviation [m, rad]"
         )
-    lines += ["", "sensor:", f"  kind: {format.kind}"]
+    return lines
+
+
+def _sensor_block(format: SensorFormat) -> list[str]:
+    """Return the lines of the block ``sensor:``."""
     pose = (
         "nominal_pose: {translation: [0.0, 0.0, 0.1], rotation_vector: [0.0, 0.0, 0.0]}  # flange to sensor"
     )
@@ -106,23 +132,13 @@ def _description(
         if format.needs_nominal_pose
         else "needed by `scalar plan` and `scalar import-bag`, not by `scalar calibrate`: take away the #, and put in your own numbers"
     )
-    lines += [
+    return [
+        "sensor:",
+        f"  kind: {format.kind}",
         f"  # {pose} [m, rad], rough; {needed}",
         "  # noise: 1.0e-4  # one standard deviation of a measurement [m]; if it is left out, it is estimated",
+        *(f"  # {key}: {spec.get('description', 'see the help')}" for key, spec in format.options.items()),
     ]
-    lines += [f"  # {key}: {spec.get('description', 'see the help')}" for key, spec in format.options.items()]
-    if format.on_planes:
-        lines += [
-            "",
-            "# Guesses of the planes in the base frame: normal . p = distance [m]. 30 degrees and 10 cm off is near enough.",
-            "# Three planes or more, of different directions. `scalar plan` takes them to have no end; where a plate is small, say which circle it",
-            "# covers: extent: {centre: [0.8, 0.2, 0.5], radius: 0.25} after its distance [m]. Take away the [] and the #, and put in your own:",
-            "planes: []",
-            "#  - {name: floor, normal: [0.0, 0.0, 1.0], distance: 0.0}",
-            "#  - {name: wall_x, normal: [1.0, 0.0, 0.0], distance: 0.8}",
-            "#  - {name: wall_y, normal: [0.0, 1.0, 0.0], distance: 0.8}",
-        ]
-    return "\n".join(lines) + "\n"
 
 
 def _quoted(text: str) -> str:

@@ -1,4 +1,4 @@
-"""Compare an effect with those that imitate it by nature by Akaike's information criterion.
+"""Compare effects that by their nature imitate one another by Akaike's information criterion.
 
 The evidence of the diagnosis is half the drop of the Bayesian information criterion, less the logarithm of the number of candidates of the effect's
 kind (``score_test.evidence``). Between two kinds of effects it is not fair to the data if one imitates the other:

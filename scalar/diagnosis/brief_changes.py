@@ -1,7 +1,7 @@
-"""Poses between two changes of one kind that follow each other within a few poses: gross errors, and no two changes.
+"""Find poses between two changes of one kind that follow each other within a few poses: these are gross errors rather than two changes.
 
-A tracker that is knocked and knocked back two poses later describes two wrong poses as well as a gross error of each does, and every right pose
-between them is then corrected by what never was.
+Two wrong poses in a row look like a tracker that was knocked before the first and knocked back after the second. The two changes explain the poses as
+well as two gross errors do, but any right pose between them would be corrected for a shift that never happened.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
-"""What a calibration errs by because its model lacks something: the covariance of a calibration does not cover it.
+"""By how much a calibration errs because its model lacks something: the residual beyond the noise, which the covariance of the parameters leaves out.
 
-The residual of an incomplete model exceeds the noise. At the measured poses the parameters absorb a part of what the model lacks, so that the excess
-is too small there. Poses in regions of the joint space that are left out of the fit exceed the noise by too much, because they contain errors of the
-parameters, which the covariance counts. The upper end of the band of every error over the workspace counts the mean of the two variances; noise that
-is larger than stated leaves such an excess as well, so that the number itself does not count it. Where a diagnosis names the
-excess as a random error of whole poses or scans, it is no error of the model: that error is reported on its own.
+The excess is measured in two ways. At the measured poses it is too small, because the parameters absorb a part of what the model lacks. In regions of
+the joint space that are left out of the fit it is too large, because it also contains the errors of the parameters, which the covariance counts
+already. The mean of the two variances is used.
+
+Noise that is larger than stated leaves such an excess as well. Errors over the workspace therefore count it at the upper end of their bands alone. If
+a diagnosis names the excess as a random error of whole poses or scans, it is no error of the model, and is reported on its own.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """How far the positions that ``after.json`` predicts are expected to err: root mean square over random poses, with a 95 % band.
 
-The errors that decide between models (``nested_models``) compare these with one another and leave out what all of them lack. What is stated counts it
-as far as it is known (``workspace_errors``): chance errors, effects that the model may lack by their probability, and, at the upper end of the band,
-effects that every arm has and a residual beyond the noise. Only the place of the base is fitted; the shift of the sensor is that of the calibration.
+The errors by which models are chosen (``nested_models``) leave out what all models lack, because it does not distinguish them. The errors that are
+stated here count it as far as it is known (``discrepancy_of_fit``), besides the chance errors of the fit. Only the place of the base is fitted to
+the predictions; the shift of the sensor is that of the calibration.
 """
 
 from __future__ import annotations
@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from scalar.diagnosis.excess_residual import Shipping, excess_distance_after
-from scalar.diagnosis.hidden_effects import hidden_effects
+from scalar.diagnosis.discrepancy_of_fit import discrepancy_of_shipped
+from scalar.diagnosis.excess_residual import Shipping
 from scalar.diagnosis.nested_models import LIMITS, RANGES
 from scalar.diagnosis.outer_split import OuterSplit
-from scalar.diagnosis.possible_effects import possible_effects
 from scalar.diagnosis.predicted_displacements import joint_limits, measured_ranges, poses_within
 from scalar.diagnosis.stated_errors import of_halves
 from scalar.evaluate.workspace_errors import Banded, rms_over_poses, workspace_errors
@@ -60,16 +59,14 @@ class ExpectedErrors:
 def expected_errors(diagnosis: Shipping) -> ExpectedErrors:
     """Return how far the positions that ``after.json`` predicts are expected to err."""
     calibration, state = diagnosis.calibration_after, diagnosis.shipped_state
-    excess, hidden = excess_distance_after(diagnosis), hidden_effects(state)
+    discrepancy = discrepancy_of_shipped(diagnosis)
     found = []
     for ranges in (joint_limits(state), measured_ranges(state)):
         errors = workspace_errors(
             calibration,
             {_SHIPPED: calibration.model},
             poses_within(ranges, state, _N_POSES),
-            excess,
-            hidden and hidden.deviations,
-            possible_effects(state).draws,
+            discrepancy,
             sensor_fitted=False,
         )
         if errors is not None:

@@ -8,43 +8,34 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from scalar.data.dataset import Dataset
-from scalar.diagnosis.beside_nuisances import explained_by_nuisances
-from scalar.diagnosis.brief_changes import between_brief_changes
 from scalar.diagnosis.candidate_columns import CandidateSet, named_candidates
-from scalar.diagnosis.common_causes import with_common_causes
-from scalar.diagnosis.evidence_of_states import evidence_of
+from scalar.diagnosis.cleaning import (
+    cleaned_given,
+    cleaned_or_refused,
+    refuse_gross_errors_left,
+    refuse_misfit,
+)
 from scalar.diagnosis.fitted_state import FittedState, refit
-from scalar.diagnosis.forward_selection import select_forward
 from scalar.diagnosis.harmonic_spectrum import priors_for_whitened_rows, with_spectrum
-from scalar.diagnosis.hold_out import held_out_errors, improvement
 from scalar.diagnosis.instrument_errors import leads, with_error_of_instrument
-from scalar.diagnosis.joint_selection import select_jointly
 from scalar.diagnosis.measured_rows import rows_given_own_noise
 from scalar.diagnosis.near_data_sheet import near_data_sheet
 from scalar.diagnosis.ranked_terms import flexible_candidate_sets
+from scalar.diagnosis.selected_effects import with_selected_effects
 from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.shipped_fit import BY_COMPONENT, ShippedFit
-from scalar.diagnosis.terms_of_loads import with_terms_of_loads
 from scalar.diagnosis.unmodelled_structure import with_flexible_terms
-from scalar.diagnosis.variance_components import JITTER, VarianceComponent, whitening_for
+from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
 from scalar.diagnosis.whitened_measurement import WhitenedMeasurement
-from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.conclude import conclude
 from scalar.estimation.geometry_fit import geometry_fit
-from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, clean_given_effects
+from scalar.estimation.gross_errors import Cleaned
 from scalar.estimation.joint_fit import fit_from
 from scalar.estimation.least_squares import Fit
 from scalar.estimation.prepare import Prepared
-from scalar.estimation.ran_away import ran_away
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.estimation.result import Calibration
-from scalar.estimation.setup.known_planes import refuse_contradicted_planes
-from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
-from scalar.estimation.setup.suspicion import MOST_LEFT
-from scalar.estimation.sufficiency import TooManyUnknowns
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,11 +108,11 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
         Undetermined: The data cannot determine even the geometry.
     """
     progress("cleaning")
-    cleaned = _cleaned(dataset, settings)
+    cleaned = cleaned_or_refused(dataset, settings)
     cleanings = settings.selection.max_cleanings
     while True:
         named = _with_named_effects(dataset, cleaned, settings, progress)
-        if cleanings and (again := _cleaned_given(cleaned, named.after)) is not cleaned:
+        if cleanings and (again := cleaned_given(cleaned, named.after)) is not cleaned:
             cleaned, cleanings = again, cleanings - 1
             continue
         progress("looking for unmodelled structure")
@@ -131,79 +122,13 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
         after = with_flexible_terms(leading, named.candidates, flexible_candidates)
         progress("fitting joints that need many orders")
         after = with_spectrum(after, named.candidates)
-        if not cleanings or (again := _cleaned_given(cleaned, after)) is cleaned:
+        if not cleanings or (again := cleaned_given(cleaned, after)) is cleaned:
             break
         cleaned, cleanings = again, cleanings - 1
     if not after.is_plausible:  # each step looks at its own change; this is the last look at all of them
         after = named.after if named.after.is_plausible else named.before
-    _refuse_gross_errors_left(dataset, after)
+    refuse_gross_errors_left(dataset, after)
     return replace(named, after=after, flexible_candidates=flexible_candidates, rival=rival)
-
-
-def _cleaned_given(cleaned: Cleaned, state: FittedState) -> Cleaned:
-    """Return the cleaned dataset without the poses that prove to be gross errors given the effects of a state; the same object if there are none."""
-    return clean_given_effects(
-        cleaned,
-        state.residuals.pose_distances(state.model),
-        between_brief_changes(state),
-        state.settings.estimation.gross_errors,
-    )
-
-
-def _cleaned(dataset: Dataset, settings: Settings) -> Cleaned:
-    """Return the dataset without gross errors, or refuse it if its set-up is described wrongly.
-
-    Raises:
-        InvalidInput: A corrected description of the set-up explains the data.
-        Undetermined: Most scans have lost their line to stray points, or the poses contradict one another and no corrected description explains them.
-    """
-    try:
-        return clean(dataset, settings.estimation)
-    except (TooManyStrayPoints, TooManyUnknowns):
-        raise
-    except (InvalidInput, Undetermined):
-        refuse_wrong_setup(dataset)
-        raise
-
-
-def _refuse_misfit(dataset: Dataset, state: FittedState) -> None:
-    """Refuse data if the residual of most poses is larger than any effect can make it, or the fitted geometry is far from the nominal arm.
-
-    Args:
-        dataset: As it was given, before cleaning.
-        state: The fit of the cleaned dataset without effects.
-
-    Raises:
-        InvalidInput: A corrected description of the set-up explains the data.
-        Undetermined: No corrected description explains them.
-    """
-    distances = state.residuals.pose_distances(state.model)
-    median_distance = float(np.median(distances))  # [m]
-    if median_distance > MOST_LEFT or ran_away(state.model):
-        refuse_wrong_setup(dataset)
-    refuse_contradicted_planes(dataset, state.model)
-    if median_distance > state.settings.estimation.sufficiency.gross_error:
-        raise misfit_refused(state.dataset, distances, state.settings.estimation)
-
-
-def _refuse_gross_errors_left(dataset: Dataset, state: FittedState) -> None:
-    """Refuse data if the residual of a pose is larger than any effect can make it although all that was found is in the model.
-
-    Cleaning sets a pose aside if its residual exceeds a multiple of the usual residual of the poses. So many gross errors that they distort the fit
-    also raise this limit, and then none is set aside. The residuals that remain are then larger than the error of any arm.
-
-    Args:
-        dataset: As it was given, before cleaning.
-        state: The fit of the cleaned dataset with all that was found.
-
-    Raises:
-        InvalidInput: A corrected description of the set-up explains the data.
-        Undetermined: No corrected description explains them.
-    """
-    distances = state.residuals.pose_distances(state.model)
-    if distances.max() > state.settings.estimation.sufficiency.gross_error:
-        refuse_wrong_setup(dataset)
-        raise misfit_refused(state.dataset, distances, state.settings.estimation)
 
 
 def _with_named_effects(
@@ -220,51 +145,17 @@ def _with_named_effects(
     model, prepared = geometry_fit(cleaned.dataset, settings.estimation, effects_follow=True)
     rows = rows_given_own_noise(cleaned.dataset, model, settings.estimation.within_scan_noise)
     before = refit(cleaned.dataset, model, prepared.free, (), settings, rows)
-    _refuse_misfit(dataset, before)
+    refuse_misfit(dataset, before)
     candidates = named_candidates(cleaned.dataset)
     progress("selecting effects")
-    after = _selected(before, candidates)
+    after = with_selected_effects(before, candidates)
     # Noise that is estimated from the residual of a model without the effects is too large. The weights are therefore estimated again with the
     # effects that were found, and the selection is repeated.
     reweighted = rows.reweighted(after.residuals, after.model)
     if reweighted is not None:
         before = refit(cleaned.dataset, model, prepared.free, (), settings, reweighted)
-        after = _selected(before, candidates)
+        after = with_selected_effects(before, candidates)
     return Explained(cleaned, prepared, before, after, candidates)
-
-
-def _selected(before: FittedState, candidates: CandidateSet) -> FittedState:
-    """Return the state with the named effects that are selected: one after the other, as a whole set, and those of common causes."""
-    selected = select_jointly(before, select_forward(before, candidates), candidates)
-    if _jitter_may_hide_effects(selected):
-        equally = select_forward(before.with_equal_weights(), candidates)
-        afresh = select_jointly(before, before.refitted(equally.effects, equally.model), candidates)
-        if afresh.effects and _explains_more(afresh, selected, candidates):
-            selected = afresh
-    complete = with_common_causes(with_terms_of_loads(selected, candidates), candidates)
-    return explained_by_nuisances(complete, candidates)
-
-
-def _jitter_may_hide_effects(state: FittedState) -> bool:
-    """Return whether the likeliest variance component of a state is a jitter larger than half of what the worst arms have.
-
-    It may then stand for something that the model lacks. Poses that are weighted by it hide this: with several targets on the flange, a coupling of
-    0.25 mm was taken for a jitter of 32 mrad, and nothing was found.
-    """
-    worst = state.settings.variance_components.worst_repeatability
-    return any(c.name == JITTER and c.repeatability > worst / 2 for c in state.variance_components[:1])
-
-
-def _explains_more(state: FittedState, other: FittedState, candidates: CandidateSet) -> bool:
-    """Return whether a state has overwhelmingly more evidence than another, or clearly more and predicts held-out poses better."""
-    settings = state.settings
-    gain = evidence_of(state, candidates) - evidence_of(other, candidates)
-    if gain > settings.selection.overwhelming_evidence:
-        return True
-    if gain <= settings.flexible_terms.replacement_margin:
-        return False
-    better = improvement(held_out_errors(other), held_out_errors(state))
-    return better >= settings.selection.least_improvement
 
 
 def _final_fit(state: FittedState, component: VarianceComponent | None) -> tuple[Fit, Residuals]:

@@ -93,17 +93,9 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
     alone are not enough for it: poses that press a tool on target planes, for example, fill a small part of the ranges, and predictions for the rest
     are not determined.
 
-    A change that begins among the last few poses (``LATE``) and has no sure name is not shipped: it would be applied to every later pose. Changes in
-    time without a sure name are shipped only if the expected error without them, or without any effects, is far larger
-    (``settings.shipped_fit.worth_doubtful``): their form is a guess, and the arm itself need not have changed. Other effects without a sure name have
-    to remove as much within the joint limits as all effects together have to (``settings.shipped_fit.worth_correcting``).
-
-    Effects without a sure name may have been selected by chance from many. If few equations are measured for each parameter of the geometry
-    (``settings.shipped_fit.few_equations``), and no effect with a sure name is shipped but nuisances, they are therefore shipped only if the F
-    statistic of their reduction of the sum of squares is large (``settings.shipped_fit.least_f_statistic``).
-
-    Nuisances are shipped beside effects that were found, never alone. Finally, no effect is shipped if the error remains above
-    ``settings.shipped_fit.worth_correcting`` times that of the model without effects, both within the joint limits and at the measured poses.
+    Effects without a sure name have to pass further tests (``_with_doubtful_that_help``). Nuisances are shipped beside effects that were found, never
+    alone. Finally, no effect is shipped if the error remains above ``settings.shipped_fit.worth_correcting`` times that of the model without effects,
+    both within the joint limits and at the measured poses.
 
     Args:
         after: The state with all effects that were found.
@@ -122,16 +114,8 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
     doubtful = [i for i in found if effects[i].flexible or effects[i].key in unsure]
     sure, others = tuple(i for i in found if i not in doubtful), tuple(range(len(found), len(everything)))
     kept = _with_least_error(wide, (found, sure), others, len(nuisances), after.settings)
-    kept = tuple(i for i in kept if i not in doubtful or not _is_late(effects[i], after))
-    in_time = [i for i in doubtful if _changes_in_time(effects[i])]
-    shipping = after.settings.shipped_fit
-    for which, worth in ((in_time, shipping.worth_doubtful), (doubtful, shipping.worth_correcting)):
-        if not _is_worth_correcting(wide, kept, which, worth):
-            kept = _without(kept, which)
-    none_is_sure = all(effects[i].in_every_setup for i in kept if i in found and i not in doubtful)
-    if none_is_sure and not _explain_much(wide, kept, doubtful, after):
-        kept = _without(kept, doubtful)
-    errors, worth = wide.errors(kept), shipping.worth_correcting
+    kept = _with_doubtful_that_help(wide, kept, doubtful, after)
+    errors, worth = wide.errors(kept), after.settings.shipped_fit.worth_correcting
     if not set(kept) & set(found) or all(errors[k] > worth * without[k] for k in (LIMITS, MEASURED)):
         kept, errors = (), without
     chosen = after if kept == found else plausibly_refitted(after, [everything[i] for i in kept])
@@ -147,6 +131,39 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
         without,
         wide.std(()),
     )
+
+
+def _with_doubtful_that_help(
+    wide: NestedModels, kept: tuple[int, ...], doubtful: list[int], after: FittedState
+) -> tuple[int, ...]:
+    """Return the effects that are kept, without those among them that have no sure name and do not help clearly.
+
+    A change that begins among the last few poses (``LATE``) and has no sure name is not shipped: it would be applied to every later pose. Changes in
+    time without a sure name are shipped only if the expected error without them, or without any effects, is far larger
+    (``settings.shipped_fit.worth_doubtful``): their form is a guess, and the arm itself need not have changed. Other effects without a sure name have
+    to remove as much within the joint limits as all effects together have to (``settings.shipped_fit.worth_correcting``).
+
+    Effects without a sure name may have been selected by chance from many. If few equations are measured for each parameter of the geometry
+    (``settings.shipped_fit.few_equations``), and no effect with a sure name is shipped but nuisances, they are therefore shipped only if the F
+    statistic of their reduction of the sum of squares is large (``settings.shipped_fit.least_f_statistic``).
+
+    Args:
+        wide: The nested models.
+        kept: Indices of the effects that are kept so far; those that were found come before all others.
+        doubtful: Indices of the effects that were found and have no sure name.
+        after: The state with all effects that were found.
+    """
+    effects, shipping = after.effects, after.settings.shipped_fit
+    kept = tuple(i for i in kept if i not in doubtful or not _is_late(effects[i], after))
+    in_time = [i for i in doubtful if _changes_in_time(effects[i])]
+    for which, worth in ((in_time, shipping.worth_doubtful), (doubtful, shipping.worth_correcting)):
+        if not _is_worth_correcting(wide, kept, which, worth):
+            kept = _without(kept, which)
+    sure = [effects[i] for i in kept if i < len(effects) and i not in doubtful]
+    none_is_sure = all(effect.in_every_setup for effect in sure)
+    if none_is_sure and not _explain_much(wide, kept, doubtful, after):
+        kept = _without(kept, doubtful)
+    return kept
 
 
 def equations_per_parameter(state: FittedState) -> float:

@@ -1,4 +1,4 @@
-"""By how much a flexible term explains more than a group of named effects together, or than the one that it imitates."""
+"""By how much more log evidence a flexible term has than the named effects in whose place it would stand: a group of effects, or a single one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The residual that noise alone would leave, and the scatter of whole scans beyond the noise of their points.
+"""The residual that noise alone would leave, and how far whole scans scatter beyond the noise of their points.
 
 If the noise is neither stated nor observable within a pose (a tracker measures one point), it is estimated from the residual of the model.
 """

@@ -2,17 +2,15 @@
 
 Most arms have effects that are too small to be found, or whose shape no name fits. Their covariance does not cover them: the parameters absorb a part
 of each, and the rest is hidden in the noise. Here the fit may lack none of the effects that many arms have (``Effect.in_many_arms``), or one of them,
-with coefficients ``c ~ N(0, (s n)^2)``; n are their natural sizes and s is one of several shares. With r the whitened residual and E' the columns of
-an effect, both with what the parameters absorb taken off, the evidence is the density of ``r ~ N(0, v I + s^2 E' diag(n^2) E'^T)`` with the variance
+with coefficients ``c ~ N(0, (s n)^2)``; n are their natural sizes and s is one of several shares. With r and E' the residual and the columns of an
+effect beside the fitted parameters (``missing_effects``), the evidence is the density of ``r ~ N(0, v I + s^2 E' diag(n^2) E'^T)`` with the variance
 v at its most likely value, so that a noise that is stated wrongly counts for no effect. Predictions are averaged over these models with their
-posterior probabilities (Hoeting, Madigan, Raftery and Volinsky, Statistical Science 14, 1999). A model is drawn, and from its posterior the
-coefficients; with derivatives D by the parameters and C by the coefficients, and the parameters' change A for a unit of each coefficient, a
-prediction is off by ``(C - D A) c``.
+posterior probabilities (Hoeting, Madigan, Raftery and Volinsky, Statistical Science 14, 1999): a model is drawn, and from its posterior the
+coefficients.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,10 +18,8 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.hidden_effects import left_by_fit
-from scalar.effects import Effect
+from scalar.diagnosis.missing_effects import MissingEffects, without_absorbed
 from scalar.effects.registry import known
-from scalar.estimation.displacement import displacement_columns
 from scalar.geometry.se3 import Array
 
 # Chosen: the prior probability that the model lacks none of the effects; the others share the rest alike.
@@ -37,23 +33,17 @@ _LEAST_VALUE = 1e-12  # smaller eigenvalues of an effect's information, over the
 
 @dataclass(frozen=True, eq=False)
 class PossibleEffects:
-    """The effects that a fit of F parameters may lack, with K coefficients in all, and what the data say of them.
+    """The effects that a fit may lack, with K coefficients in all, and what the data say of them.
 
     Attributes:
-        state: The fit.
-        effects: The effects, their coefficients zero.
-        owner: ``(K,)``, the index of the effect that each coefficient belongs to.
-        absorbed: ``(F, K)``, by how much the parameters change for a unit of each coefficient when the fit adapts to it (the matrix A).
+        missing: The effects, beside the fit.
         information: ``(K, K)``, ``S E'^T E' S`` with the natural sizes S on a diagonal.
         gradient: ``(K,)``, ``S E'^T r``.
         squares: Sum of squares of the residual r.
         degrees_of_freedom: Of that sum.
     """
 
-    state: FittedState
-    effects: tuple[Effect, ...]
-    owner: Array
-    absorbed: Array
+    missing: MissingEffects
     information: Array
     gradient: Array
     squares: float
@@ -63,24 +53,19 @@ class PossibleEffects:
     def of(cls, state: FittedState) -> PossibleEffects:
         """Return the effects that a fit may lack."""
         effects = [effect for kind in known().values() for effect in kind.in_many_arms(state.dataset)]
-        sizes = np.array([len(effect.coefficients) for effect in effects], dtype=int)
-        owner = np.repeat(np.arange(len(effects)), sizes)
-        absorbed, left, rest = left_by_fit(state, effects)
-        scaled = left * _natural(effects)
-        freedom = max(len(rest) - len(absorbed), 1)
-        squares = float(rest @ rest)
-        return cls(
-            state, tuple(effects), owner, absorbed, scaled.T @ scaled, scaled.T @ rest, squares, freedom
-        )
+        missing, left, rest = without_absorbed(state, effects)
+        scaled = left * missing.natural_sizes
+        freedom = max(len(rest) - len(missing.absorbed), 1)
+        return cls(missing, scaled.T @ scaled, scaled.T @ rest, float(rest @ rest), freedom)
 
     @cached_property
     def models(self) -> list[_Model]:
         """Return the models with their probabilities, that without any effect first."""
         without = _Model(np.zeros(0, dtype=int), 0.0, 1.0, np.log(NONE_LACKS))
-        share = np.log((1.0 - NONE_LACKS) / max(len(self.effects) * len(SHARES), 1))
+        share = np.log((1.0 - NONE_LACKS) / max(len(self.missing.effects) * len(SHARES), 1))
         models = [without]
-        for i in range(len(self.effects)) if self.squares > 0 else ():
-            own = np.flatnonzero(self.owner == i)
+        for i in range(len(self.missing.effects)) if self.squares > 0 else ():
+            own = np.flatnonzero(self.missing.owner == i)
             evidence, variance = self._evidence(own)
             models += [
                 _Model(own, s, v, share + of_share)
@@ -118,25 +103,21 @@ class PossibleEffects:
             seed: Of the draws.
         """
         rng = np.random.default_rng(seed)
-        coefficients = np.zeros((len(self.owner), count))
+        owner = self.missing.owner
+        coefficients = np.zeros((len(owner), count))
         weights = [model.probability for model in self.models]
         drawn = rng.choice(len(self.models), count, p=weights)
         for k in np.unique(drawn):
             which = np.flatnonzero(drawn == k)
             own = self.models[k].own
             coefficients[np.ix_(own, which)] = self._coefficients(self.models[k], rng, len(which))
-        used = np.unique(self.owner[coefficients.any(axis=1)]).astype(int)
-        chosen = np.isin(self.owner, used)
-        model, free = self.state.model, self.state.free
-        effects = tuple(self.effects[i] for i in used)
-        columns = displacement_columns(replace(model, effects=(*model.effects, *effects)), poses)
-        by_parameters, by_effects = np.split(columns, [len(free)], axis=1)
-        return (by_effects - by_parameters[:, free] @ self.absorbed[:, chosen]) @ coefficients[chosen]
+        used = np.unique(owner[coefficients.any(axis=1)]).astype(int)
+        return self.missing.only(used).prediction_errors(poses) @ coefficients[np.isin(owner, used)]
 
     def _coefficients(self, model: _Model, rng: np.random.Generator, count: int) -> Array:
         """Return draws ``(k, count)`` of an effect's coefficients from their posterior in a model."""
         values, axes = _eigen(self.information[np.ix_(model.own, model.own)])
-        natural = _natural(self.effects)[model.own]
+        natural = self.missing.natural_sizes[model.own]
         total = model.variance + model.share**2 * values
         mean = -axes @ (model.share**2 * (axes.T @ self.gradient[model.own]) / total)
         # The root of the posterior covariance ``s^2 (1 - axes diag(s^2 values / total) axes')``: what no measurement shows keeps its prior.
@@ -165,11 +146,6 @@ class _Model:
 def possible_effects(state: FittedState) -> PossibleEffects:
     """Return the effects that a fit may lack; they are computed once."""
     return state.once(("possible effects",), lambda: PossibleEffects.of(state))
-
-
-def _natural(effects: Sequence[Effect]) -> Array:
-    """Return the natural sizes of all coefficients of effects ``(K,)``."""
-    return np.concatenate([np.zeros(0), *(effect.natural_sizes for effect in effects)])
 
 
 def _eigen(information: Array) -> tuple[Array, Array]:

@@ -13,7 +13,7 @@ compared are those of held-out poses, of held-out regions of the joint space (ef
 extrapolate), and of unseen poses where they are known. If the effects are expected to reduce the errors to half, the loss at a single block of
 held-out poses does not count, unless the whole error grows to twice its size with it. The model without effects is shipped as well if the fit with
 effects is expected to err far more within the joint limits than the model without effects errs at held-out poses, unless that model is itself as
-uncertain: what few joints show does not extrapolate then.
+uncertain. If only a few joints moved, for example, their effects do not extrapolate to poses of the others.
 
 A test of whether the fits with and without weights differ (Hausman, Econometrica 46, 1978) is only reported: wrong weights lose efficiency but cause
 no bias, so the test does not protect against them.
@@ -168,52 +168,84 @@ def shipped_fit(
             are not shipped: held-out poses among those that were measured cannot show how they extrapolate.
         unsure: Keys of effects whose names are doubtful.
     """
-    settings = after.settings.shipped_fit
     choice = focused_choice(after, unsure)
     after = choice.state
     without, equal = held_out_errors(before), held_out_errors(after)
     fit, held_out, decided_by, found = EQUAL, equal, "only_one", None
     if whitening is not None:
-        weighted = held_out_errors(priors_for_whitened_rows(after), whitening)
-        of_equal, of_weighted = prediction_changes(after, None), prediction_changes(after, whitening)
-        difference, error = of_weighted.difference_from(of_equal)
-        beyond_chance = difference > settings.beyond_chance * error
-        found = Disagreement(
-            difference,
-            error,
-            (equal.rms, weighted.rms),
-            (of_equal.std, of_weighted.std),
-            beyond_chance,
-            weighted.rms > (settings.clearly_larger_error if beyond_chance else TWICE) * equal.rms,
-        )
-        decided_by = "predicted_std"
-        if of_weighted.std < settings.clearly_smaller_std * of_equal.std:
-            if found.weights_mislead:
-                decided_by = "held_out"
-            else:
-                fit, held_out = BY_COMPONENT, weighted
+        fit, held_out, decided_by, found = _weights(after, whitening, equal)
     effects_fit, effects_held_out = fit, held_out
-    regions = None
-    against = "expected_error" if choice.left_out and not after.effects else None
-    if after.effects:
-        regions = _regions(before, after)
-        bearable = equal.rms <= TWICE * without.rms
-        confirmed = bearable and _promises_much(choice) and improves_with_limited_blocks(without, equal)
-        judged = {"held_out": None if confirmed else (without, equal), "regions": regions, "unseen": unseen}
-        against = next((name for name, errors in judged.items() if errors and not no_worse(*errors)), None)
-        # With so few equations, flexible terms may follow the noise of single poses.
-        few = equations_per_parameter(after) < settings.least_equations
-        if few and all(effect.flexible for effect in after.effects):
-            against = "few_poses"
-        if against is None and choice.errors_as_chosen[LIMITS] > settings.most_extrapolated * max(
-            without.rms, choice.std_without
-        ):
-            against = "extrapolation"
+    regions = _regions(before, after) if after.effects else None
+    against = _against_effects(choice, without, equal, regions, unseen)
     if not geometry_determined and (after.effects or choice.left_out):
         against = "undetermined_geometry"
     if against is not None:
         fit, held_out, decided_by = BEFORE, without, against
     return ShippedFit(fit, effects_fit, held_out, effects_held_out, regions, decided_by, found, choice)
+
+
+def _weights(
+    after: FittedState, whitening: Array, equal: HeldOutErrors
+) -> tuple[str, HeldOutErrors, str, Disagreement]:
+    """Return the fit with effects whose weights are better, its held-out errors, what decided that, and how the two fits compare.
+
+    Args:
+        after: The state with the chosen effects.
+        whitening: As for ``shipped_fit``.
+        equal: Its held-out errors with equal weights.
+    """
+    settings = after.settings.shipped_fit
+    weighted = held_out_errors(priors_for_whitened_rows(after), whitening)
+    of_equal, of_weighted = prediction_changes(after, None), prediction_changes(after, whitening)
+    difference, error = of_weighted.difference_from(of_equal)
+    beyond_chance = difference > settings.beyond_chance * error
+    found = Disagreement(
+        difference,
+        error,
+        (equal.rms, weighted.rms),
+        (of_equal.std, of_weighted.std),
+        beyond_chance,
+        weighted.rms > (settings.clearly_larger_error if beyond_chance else TWICE) * equal.rms,
+    )
+    if of_weighted.std >= settings.clearly_smaller_std * of_equal.std:
+        return EQUAL, equal, "predicted_std", found
+    if found.weights_mislead:
+        return EQUAL, equal, "held_out", found
+    return BY_COMPONENT, weighted, "predicted_std", found
+
+
+def _against_effects(
+    choice: FocusedChoice,
+    without: HeldOutErrors,
+    equal: HeldOutErrors,
+    regions: tuple[HeldOutErrors, HeldOutErrors] | None,
+    unseen: tuple[HeldOutErrors, HeldOutErrors] | None,
+) -> str | None:
+    """Return what decides that the model without effects is shipped; None if the chosen effects are.
+
+    Args:
+        choice: The effects.
+        without: Held-out errors of the model without effects.
+        equal: Those with the effects and equal weights.
+        regions: Errors without and with effects in held-out regions, or None.
+        unseen: Those on unseen poses, or None.
+    """
+    after = choice.state
+    if not after.effects:
+        return "expected_error" if choice.left_out else None
+    settings = after.settings.shipped_fit
+    # With so few equations, flexible terms may follow the noise of single poses.
+    few = equations_per_parameter(after) < settings.least_equations
+    if few and all(effect.flexible for effect in after.effects):
+        return "few_poses"
+    bearable = equal.rms <= TWICE * without.rms
+    confirmed = bearable and _promises_much(choice) and improves_with_limited_blocks(without, equal)
+    judged = {"held_out": None if confirmed else (without, equal), "regions": regions, "unseen": unseen}
+    for name, errors in judged.items():
+        if errors and not no_worse(*errors):
+            return name
+    most = settings.most_extrapolated * max(without.rms, choice.std_without)
+    return "extrapolation" if choice.errors_as_chosen[LIMITS] > most else None
 
 
 def unconfirmed_effects_help(confirmed: FittedState, all_found: FittedState) -> bool:

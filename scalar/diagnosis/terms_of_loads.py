@@ -1,8 +1,8 @@
-"""Parts of an effect that the data do not distinguish from a term that the effect of a load lacks, although this load acts at the same joint.
+"""Replace a part of another effect by a further term of a compliance where both explain the same: the load is known to act, the other cause is not.
 
-About a horizontal axis the torque of a link's weight is a sinusoid of the joint's own angle, as the first order of an eccentric gear is. A search
-over whole sets of effects may find this order of the joint in place of that term of its compliance, since both explain the same. Where the compliance
-of the joint is in the model, the weight acts in any case, and the order is no second fault.
+About a horizontal axis the torque of a link's weight is a sinusoid of the joint's own angle, and so is the first order of an eccentric gear. A search
+over whole sets of effects may therefore choose this order where the compliance of the joint lacks a term. If the compliance of that joint is in the
+model, the weight acts on it in any case, and the order is no second fault.
 """
 
 from __future__ import annotations

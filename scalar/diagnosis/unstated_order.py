@@ -1,9 +1,9 @@
-"""Lower the confidence in names that rest on the order of the poses where an import found nobody to have stated it.
+"""Lower the confidence in names that rest on the order of the poses if the table was imported and nobody stated its order.
 
 Without a column ``order`` or ``time`` the rows of poses.csv are in the order of acquisition, by the format of datasets. A table that is imported
-may be in another order: sorted, or averaged over several runs. Where its mapping states no order, the import records that (``Dataset.imported``). An
-error that depends on the column by which a table was sorted then follows the rows, as a drift does: the means of ten readings of a FANUC, in another
-order than that of acquisition, had given a thermal drift with a confidence of 1.00.
+may be in another order: sorted, or averaged over several runs. If its mapping states no order, the import records that (``Dataset.imported``). An
+error that depends on the column by which a table was sorted follows the rows, as a drift does: from a table of a FANUC's poses, each the mean of ten
+readings and not in the order of acquisition, the diagnosis named a thermal drift with a confidence of 1.00.
 """
 
 from __future__ import annotations

@@ -28,6 +28,7 @@ from scalar.estimation.prediction_covariance import pose_deviations
 from scalar.estimation.random_poses import limits_or_measured_ranges, poses_within_limits
 from scalar.estimation.result import Calibration
 from scalar.estimation.unknown_scale import unknown_scale
+from scalar.evaluate.model_discrepancy import NOTHING_LACKS, ModelDiscrepancy
 from scalar.evaluate.pose_errors import best_rigid_motion
 from scalar.geometry.se3 import Array
 
@@ -169,9 +170,7 @@ def errors_within_limits(
     estimate: Calibration,
     models: Mapping[str, Model],
     seen: Poses,
-    excess: float = 0.0,
-    hidden: Callable[[Poses], Array] | None = None,
-    possible: Callable[[Poses, int, int], Array] | None = None,
+    discrepancy: ModelDiscrepancy = NOTHING_LACKS,
 ) -> WorkspaceErrors | None:
     """Return the position errors of the data sheet and of models at random poses within the joint limits.
 
@@ -182,24 +181,20 @@ def errors_within_limits(
         models: The models that are judged in addition to the data sheet, by name.
         seen: The measured poses. A joint without limits keeps to the range that it has in them; other columns, such as the
             temperature, take values from them.
-        excess: As in ``WorkspaceErrors``.
-        hidden: Returns the deviations ``(3 N, L)`` [m] of ``WorkspaceErrors.hidden`` at N poses; None without such effects.
-        possible: Returns R draws ``(3 N, R)`` [m] of ``WorkspaceErrors.possible`` at N poses, from the poses, R and a seed; or None.
+        discrepancy: What the model of ``estimate`` may lack.
     """
     robot = estimate.model.nominal
     count = int(np.clip(_MOST_DERIVATIVES // len(estimate.model.names), _LEAST_POSES, _MOST_POSES))
     poses = poses_within_limits(limits_or_measured_ranges(robot.limits, seen.q), seen, count, _SEED)
     nominal = replace(estimate.model, robot=robot, effects=())
-    return workspace_errors(estimate, {NOMINAL: nominal, **models}, poses, excess, hidden, possible)
+    return workspace_errors(estimate, {NOMINAL: nominal, **models}, poses, discrepancy)
 
 
 def workspace_errors(
     calibration: Calibration,
     models: Mapping[str, Model],
     poses: Poses,
-    excess: float = 0.0,
-    hidden: Callable[[Poses], Array] | None = None,
-    possible: Callable[[Poses, int, int], Array] | None = None,
+    discrepancy: ModelDiscrepancy = NOTHING_LACKS,
     *,
     sensor_fitted: bool = True,
 ) -> WorkspaceErrors | None:
@@ -209,8 +204,7 @@ def workspace_errors(
         calibration: The estimate, with its covariance.
         models: The models to judge, by name.
         poses: The poses at which they are compared.
-        excess: As in ``WorkspaceErrors``.
-        hidden, possible: As for ``errors_within_limits``.
+        discrepancy: What the model of ``calibration`` may lack.
         sensor_fitted: Whether the shift of the sensor that fits best is removed besides the motion of the base; the errors of ``models`` are always
             those with both.
     """
@@ -232,11 +226,12 @@ def workspace_errors(
     errors = {
         name: aligned_errors(kinematics_at(model, poses).T_base_sensor, T) for name, model in models.items()
     }
+    hidden, possible = discrepancy.hidden, discrepancy.possible
     return WorkspaceErrors(
         T[:, :3, 3],
         errors,
         apart(of_positions),
-        excess,
+        discrepancy.excess,
         None if hidden is None else apart(hidden(poses)),
         np.zeros(()) if possible is None else np.moveaxis(apart(possible(poses, N_DRAWS, _SEED + 3)), 2, 0),
     )

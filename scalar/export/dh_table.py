@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from scalar.estimation.result import Calibration
@@ -62,6 +64,7 @@ def dh_markdown(calibration: Calibration, rigid: RigidPart, *, standard: bool = 
     if standard:
         table = standard_table(robot)
         T_base_0, T_n_flange = table.T_base_0, table.T_n_flange
+    change = found - stated
     lines = [
         f"# {nominal.name}, calibrated",
         "",
@@ -72,26 +75,11 @@ def dh_markdown(calibration: Calibration, rigid: RigidPart, *, standard: bool = 
             for i in robot.prismatic
         ),
         "",
-        _row("joint", "a [mm]", "alpha [deg]", "d [mm]", "theta [deg]", "beta [deg]"),
-        _rule(6),
-    ]
-    lines += [_row(str(i + 1), *_cells(found[:, i], "+.5f")) for i in range(robot.n_joints)]
-    lines += [
+        *_joint_rows([_cells(found[:, i], "+.5f") for i in range(robot.n_joints)]),
         "",
         "Change from the nominal table (± one standard deviation where it was estimated):",
         "",
-        _row("joint", "a [mm]", "alpha [deg]", "d [mm]", "theta [deg]", "beta [deg]"),
-        _rule(6),
-    ]
-    change = found - stated
-    for i in range(robot.n_joints):
-        errors = _cells(std[:, i], ".5f")
-        cells = [
-            value if np.isnan(s) else f"{value} ± {error}"
-            for value, error, s in zip(_cells(change[:, i], "+.5f"), errors, std[:, i], strict=True)
-        ]
-        lines.append(_row(str(i + 1), *cells))
-    lines += [
+        *_joint_rows([_cells_of_change(change[:, i], std[:, i]) for i in range(robot.n_joints)]),
         "",
         "Fixed transforms (translation; rotation vector rx, ry, rz, and the same rotation as roll, pitch, yaw: Rz(yaw) Ry(pitch) Rx(roll)):",
         "",
@@ -110,6 +98,23 @@ def dh_markdown(calibration: Calibration, rigid: RigidPart, *, standard: bool = 
         numbers = [*(T[:3, 3] / MM), *(log_so3(R) / DEG), *(rpy_from_rotation(R) / DEG)]
         lines.append(_row(start, end, *(f"{x + 0.0:+.9f}" for x in numbers)))
     return "\n".join([*lines, ""])
+
+
+def _joint_rows(cells: Sequence[Sequence[str]]) -> list[str]:
+    """Return the lines of a table with a row for each joint, from the five cells of each."""
+    return [
+        _row("joint", "a [mm]", "alpha [deg]", "d [mm]", "theta [deg]", "beta [deg]"),
+        _rule(6),
+        *(_row(str(i), *of_joint) for i, of_joint in enumerate(cells, start=1)),
+    ]
+
+
+def _cells_of_change(change: Array, std: Array) -> list[str]:
+    """Return the changes of the five parameters of a joint, each with its standard deviation unless that is NaN."""
+    return [
+        value if np.isnan(s) else f"{value} ± {error}"
+        for value, error, s in zip(_cells(change, "+.5f"), _cells(std, ".5f"), std, strict=True)
+    ]
 
 
 def beyond_standard_dh(robot: Robot) -> str:

@@ -1,7 +1,7 @@
 """Read the table that a block of a mapping describes (poses, points or nests) from its foreign files, in SI."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -46,54 +46,84 @@ def read_block(
     Returns:
         Both tables; None for both if there are faults, and for the second if rows are not points.
     """
-    parts: list[ImportedTable] = []
-    points: list[ImportedTable] = []
-    read: list[FileRead] = []
-    faulty: dict[bytes, str] = {}
-    n_poses, next_id, next_scan = 0, 0, 0
+    files = _Files(mapping, block, faults, left_out, rows_are_points)
     for path, rule in chosen:
-        n_before = len(faults)
-        if faulty and (same := faulty.get(digest_of(path))) is not None:
-            message = f"has the same bytes as {same}, which is at fault; leave one of them out"
-            faults.append(Fault(rule.name, message))
-            continue
-        try:
-            raw, whole = _read_file(mapping, block, path, rule, faults, left_out, next_scan)
-            next_scan += len(raw.lines) + 1
-            keep, owner = _first_rows(raw, whole, block, faults)
-        except InvalidInput as error:
-            faults += error.faults
-            if len(faults) > n_before:
-                faulty.setdefault(digest_of(path), rule.name)
-            continue
-        table = select_rows(whole, keep)
-        next_id = _number_poses(table, rule, next_id)
-        read.append(FileRead(rule, whole, table.columns["pose"]))
-        if rows_are_points:
-            coordinates = {name: whole.columns[name] for name in mapping.measured_columns}
-            for name in coordinates:
-                del table.columns[name]
-            coordinates["_row"] = owner + float(n_poses)
-            points.append(replace(whole, columns=coordinates, bad={}))
-        n_poses += table.n_rows
-        parts.append(table)
+        files.add(path, rule)
     before = len(faults)
-    report_copies(read, block, mapping.measured_in(block), faults)
-    if (
-        len(faults) == before and block is not mapping.nests
-    ):  # nests may be measured once, and written to every pose
-        report_overlaps([one.rows for one in read], mapping.measured_in(block), faults)
-    if faults or not parts:
+    report_copies(files.read, block, mapping.measured_in(block), faults)
+    # Nests may be measured once, and written to every pose.
+    if len(faults) == before and block is not mapping.nests:
+        report_overlaps([one.rows for one in files.read], mapping.measured_in(block), faults)
+    if faults or not files.parts:
         return None, None
     try:
-        table, all_points = joined(parts), joined(points) if points else None
+        table, points = joined(files.parts), joined(files.points) if files.points else None
     except InvalidInput as error:
         faults += error.faults
         return None, None
     if mapping.table is not None and mapping.table.several_rows and block is mapping.points:
         report_merged(table, block, faults)
     table.columns.pop(SCAN, None)
-    return table, all_points
+    return table, points
+
+
+@dataclass
+class _Files:
+    """The files of a block that were read so far, and what they give.
+
+    Attributes:
+        mapping, block, faults, left_out, rows_are_points: As for ``read_block``.
+        parts: The table of each file, with one row for each pose.
+        points: The coordinates of the points of each file, if rows are points.
+        read: Each file as it was read, for the search for copies.
+        faulty: ``{digest of a file that is at fault: its name}``.
+        n_poses: Number of poses that were read.
+        next_id: The number from which the poses of the next file are counted.
+        next_scan: The number from which its scans are counted.
+    """
+
+    mapping: MappingFile
+    block: Block
+    faults: list[Fault]
+    left_out: list[LeftOut]
+    rows_are_points: bool
+    parts: list[ImportedTable] = field(default_factory=list)
+    points: list[ImportedTable] = field(default_factory=list)
+    read: list[FileRead] = field(default_factory=list)
+    faulty: dict[bytes, str] = field(default_factory=dict)
+    n_poses: int = 0
+    next_id: int = 0
+    next_scan: int = 0
+
+    def add(self, path: Path, rule: FileRule) -> None:
+        """Read a file, and add what it gives; or add its faults to ``faults``."""
+        n_before = len(self.faults)
+        if self.faulty and (same := self.faulty.get(digest_of(path))) is not None:
+            message = f"has the same bytes as {same}, which is at fault; leave one of them out"
+            self.faults.append(Fault(rule.name, message))
+            return
+        try:
+            raw, whole = _read_file(
+                self.mapping, self.block, path, rule, self.faults, self.left_out, self.next_scan
+            )
+            self.next_scan += len(raw.lines) + 1
+            keep, owner = _first_rows(raw, whole, self.block, self.faults)
+        except InvalidInput as error:
+            self.faults += error.faults
+            if len(self.faults) > n_before:
+                self.faulty.setdefault(digest_of(path), rule.name)
+            return
+        table = select_rows(whole, keep)
+        self.next_id = _number_poses(table, rule, self.next_id)
+        self.read.append(FileRead(rule, whole, table.columns["pose"]))
+        if self.rows_are_points:
+            coordinates = {name: whole.columns[name] for name in self.mapping.measured_columns}
+            for name in coordinates:
+                del table.columns[name]
+            coordinates["_row"] = owner + float(self.n_poses)
+            self.points.append(replace(whole, columns=coordinates, bad={}))
+        self.n_poses += table.n_rows
+        self.parts.append(table)
 
 
 def _number_poses(table: ImportedTable, rule: FileRule, next_id: int) -> int:

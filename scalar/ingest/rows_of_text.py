@@ -56,23 +56,7 @@ def table_of_rows(
     width = len(names) if names is not None else len(rows[0][1])
     if width > MOST_COLUMNS:
         raise InvalidInput(Fault(file, too_many_columns(width, MOST_COLUMNS), first))
-    faults = []
-    for line, cells in rows:
-        while len(cells) > width and not cells[-1]:
-            cells.pop()
-        if len(cells) != width:
-            what = f"{len(cells)} cell{'s' if len(cells) > 1 else ''} where {width} are expected"
-            faults.append(Fault(file, f"{what}; {_remedy(cells)}", line))
-    if faults:
-        usual, times = Counter(len(cells) for _, cells in rows).most_common(1)[0]
-        if names is not None and width < usual and times > _MOST_ROWS * len(rows):
-            begin = next(line for line, cells in rows if len(cells) == usual)
-            message = (
-                f"the line that should name the columns has {width} cell{'s' if width > 1 else ''}, and {times} of the {len(rows)} lines after it "
-                f"have {usual}; if a title stands before the table, write skip_lines: {begin - 1} under text in the mapping"
-            )
-            raise InvalidInput(Fault(file, message, first))
-        raise InvalidInput(faults[:MAX_SHOWN])
+    _check_widths(file, rows, width, named=names is not None, first=first)
     columns = []
     for j in range(width):
         column = np.empty(len(rows), dtype=object)
@@ -80,6 +64,41 @@ def table_of_rows(
         columns.append(column)
     lines = np.array([line for line, _ in rows], dtype=np.int64)
     return RawTable(file, names, tuple(columns), lines, written, missing)
+
+
+def _check_widths(
+    file: str, rows: list[tuple[int, list[str]]], width: int, *, named: bool, first: int
+) -> None:
+    """Refuse rows that have not ``width`` cells; empty cells beyond are removed from ``rows``.
+
+    Args:
+        file: name of the file.
+        rows: the cells of each row of data, with the number of its line.
+        width: number of the columns.
+        named: whether a row names the columns.
+        first: number of the line of that row.
+
+    Raises:
+        InvalidInput: a row has more or fewer cells.
+    """
+    faults = []
+    for line, cells in rows:
+        while len(cells) > width and not cells[-1]:
+            cells.pop()
+        if len(cells) != width:
+            what = f"{len(cells)} cell{'s' if len(cells) > 1 else ''} where {width} are expected"
+            faults.append(Fault(file, f"{what}; {_remedy(cells)}", line))
+    if not faults:
+        return
+    usual, times = Counter(len(cells) for _, cells in rows).most_common(1)[0]
+    if named and width < usual and times > _MOST_ROWS * len(rows):
+        begin = next(line for line, cells in rows if len(cells) == usual)
+        message = (
+            f"the line that should name the columns has {width} cell{'s' if width > 1 else ''}, and {times} of the {len(rows)} lines after it "
+            f"have {usual}; if a title stands before the table, write skip_lines: {begin - 1} under text in the mapping"
+        )
+        raise InvalidInput(Fault(file, message, first))
+    raise InvalidInput(faults[:MAX_SHOWN])
 
 
 def _remedy(cells: list[str]) -> str:

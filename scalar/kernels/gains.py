@@ -37,8 +37,7 @@ def shrunk_gains(grams: Array, projections: Array) -> tuple[Array, IntArray] | N
 
 
 def chosen_forward(gram: Array, projection: Array, width: int, least: float) -> list[int] | None:
-    """Return the indices of groups of columns that forward selection adds, as ``scalar.diagnosis.score_test.Projected.forward``; None without the
-    library.
+    """Return the indices of groups of columns that forward selection adds, as ``score_test.Projected.forward`` does; None without the library.
 
     Args:
         gram: ``(T w, T w)``, inner products of the columns of T groups, which follow one another.

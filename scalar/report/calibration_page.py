@@ -6,10 +6,8 @@ from typing import Any
 
 from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
-from scalar.diagnosis.excess_residual import excess_distance
+from scalar.diagnosis.discrepancy_of_fit import discrepancy_of_calibration
 from scalar.diagnosis.fitted_state import state_of
-from scalar.diagnosis.hidden_effects import hidden_effects
-from scalar.diagnosis.possible_effects import possible_effects
 from scalar.estimation.misfit import lacks_something, may_lack_something
 from scalar.estimation.result import Calibration
 from scalar.estimation.usual_noise import exceeds_usual_noise
@@ -32,9 +30,8 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
         dataset: The dataset from which it was estimated.
     """
     seen = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
-    state = state_of(calibration, dataset)
-    excess, hidden = excess_distance(calibration, state), hidden_effects(state)
-    workspace = workspace_section(calibration, None, seen, FILE, excess, hidden, possible_effects(state))
+    discrepancy = discrepancy_of_calibration(calibration, state_of(calibration, dataset))
+    workspace = workspace_section(calibration, None, seen, FILE, discrepancy)
     if workspace is not None:
         workspace["repeated"] = repeated_in_words(dataset)
     about = [f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints", kind_of(dataset).words]

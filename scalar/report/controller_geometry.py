@@ -1,4 +1,4 @@
-"""Which of the two calibrations a controller should have that takes lengths and angles and knows no effects.
+"""Which of the two calibrations suits a controller that takes lengths and angles but no effects.
 
 Both are compared with after.json and its effects, the best estimate of the arm: the geometry of before.json, which was fitted without effects, and
 that of after.json with the effects left out. Base and tool are taught again for each.

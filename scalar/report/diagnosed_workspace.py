@@ -6,10 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.diagnosis.excess_residual import excess_distance_after
+from scalar.diagnosis.discrepancy_of_fit import discrepancy_of_shipped
 from scalar.diagnosis.expected_errors import expected_errors
-from scalar.diagnosis.hidden_effects import hidden_effects
-from scalar.diagnosis.possible_effects import possible_effects
 from scalar.diagnosis.repeated_poses import repeated_poses
 from scalar.evaluate.workspace_errors import MEAN_OVER_RMS
 from scalar.report import words
@@ -26,16 +24,17 @@ def diagnosed_workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
     before, after = diagnosis.calibration_before.model, diagnosis.calibration_after
     seen = diagnosis.after.residuals.poses
     without_effects = before if after.model.effects else None
-    excess, hidden = excess_distance_after(diagnosis), hidden_effects(diagnosis.shipped_state)
-    possible = possible_effects(diagnosis.shipped_state)
-    section = workspace_section(after, without_effects, seen, SHIPPED, excess, hidden, possible)
+    discrepancy = discrepancy_of_shipped(diagnosis)
+    section = workspace_section(after, without_effects, seen, SHIPPED, discrepancy)
     if section is None:
         return None
     section["within_ranges"] = expected_within_ranges(diagnosis)
     section["repeated"] = repeated_in_words(diagnosis.cleaned.dataset)
     if diagnosis.shipped.without_effects or (more := error_left_open(diagnosis)) is None:
         return section
-    return section | {"left_open": words.length(MEAN_OVER_RMS * float(np.hypot(more.error, excess)))}
+    return section | {
+        "left_open": words.length(MEAN_OVER_RMS * float(np.hypot(more.error, discrepancy.excess)))
+    }
 
 
 def expected_within_ranges(diagnosis: Diagnosis) -> str:

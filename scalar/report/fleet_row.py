@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from scalar.diagnosis.excess_residual import excess_distance_after
+from scalar.diagnosis.discrepancy_of_fit import discrepancy_of_shipped
 from scalar.diagnosis.finding import UNATTRIBUTED
-from scalar.diagnosis.hidden_effects import hidden_effects
-from scalar.diagnosis.possible_effects import possible_effects
 from scalar.errors import ScalarError, printable
 from scalar.evaluate.workspace_errors import NOMINAL, errors_within_limits, mean_over_poses
 from scalar.report.pose_numbers import with_pose_numbers
@@ -98,15 +96,7 @@ def _over_workspace(diagnosis: Diagnosis) -> dict[str, float]:
     """Return the mean errors [mm] over the workspace of the data sheet and of the shipped model; empty if the fit has no covariance."""
     after = diagnosis.calibration_after
     seen = diagnosis.after.residuals.poses
-    excess, hidden = excess_distance_after(diagnosis), hidden_effects(diagnosis.shipped_state)
-    errors = errors_within_limits(
-        after,
-        {SHIPPED: after.model},
-        seen,
-        excess,
-        hidden and hidden.deviations,
-        possible_effects(diagnosis.shipped_state).draws,
-    )
+    errors = errors_within_limits(after, {SHIPPED: after.model}, seen, discrepancy_of_shipped(diagnosis))
     if errors is None:
         return {}
     data_sheet, shipped = (errors.sizes(model).banded(mean_over_poses) for model in (NOMINAL, SHIPPED))

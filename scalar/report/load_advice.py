@@ -1,4 +1,4 @@
-"""Advise to record the load on the flange where the arm gives way and no column tells what it carried.
+"""Advise to record the load on the flange if the arm gives way and no column says what it carried.
 
 The advice names no cause. A load that was in the gripper at some of the poses leaves structure that the recorded columns do not explain, and so do
 many other things; but a load is easily recorded, and then tried by name.

@@ -14,7 +14,7 @@ from scalar.effects.picture import Map, Profile
 from scalar.report import further_poses, shipped_words, unseen_words, words
 from scalar.report.advice import advice
 from scalar.report.diagnosed_workspace import diagnosed_workspace
-from scalar.report.excess_residual import excess_beside_findings
+from scalar.report.excess_words import excess_beside_findings
 from scalar.report.noise_card import noise_card
 from scalar.report.opening import opening, verdict_on_effects
 from scalar.report.own_noise import own_noise

@@ -1,4 +1,4 @@
-"""Poses by their numbers beside their order of acquisition: an effect that begins in the course of a campaign knows the order alone."""
+"""Add the number of a pose to texts that name its order of acquisition: an effect that begins during a campaign knows the order alone."""
 
 from __future__ import annotations
 

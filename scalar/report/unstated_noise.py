@@ -1,6 +1,6 @@
 """The sentence on a residual that nothing can be compared with, because the dataset states no noise and its poses show none.
 
-What shows that such a residual is no noise is in ``usual_noise``.
+``usual_noise`` judges whether such a residual can be noise at all.
 """
 
 from __future__ import annotations

@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.diagnosis.hidden_effects import HiddenEffects
-from scalar.diagnosis.possible_effects import PossibleEffects
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
 from scalar.estimation.result import Calibration
+from scalar.evaluate.model_discrepancy import NOTHING_LACKS, ModelDiscrepancy
 from scalar.evaluate.workspace_errors import (
     MEAN_OVER_RMS,
     NOMINAL,
@@ -51,9 +50,7 @@ def workspace_section(
     without_effects: Model | None,
     seen: Poses,
     file: str,
-    excess: float = 0.0,
-    hidden: HiddenEffects | None = None,
-    possible: PossibleEffects | None = None,
+    discrepancy: ModelDiscrepancy = NOTHING_LACKS,
 ) -> dict[str, Any] | None:
     """Return the table and the pictures of the errors over the workspace, or None if there is no covariance, or no error.
 
@@ -62,15 +59,12 @@ def workspace_section(
         without_effects: The model without effects, if it is another one; or None.
         seen: The measured poses.
         file: File name of the calibration, for the texts.
-        excess: Root mean square size [m] of the residual beyond the noise as an error of the arm (``excess_residual``); the upper ends allow for it.
-        hidden: Effects that every arm has and the model lacks, or None; the upper ends of the bands allow for them.
-        possible: Effects that the model may lack, or None; every figure counts each by its probability.
+        discrepancy: What the model of the calibration may lack. Every figure counts its possible effects by their probability; the upper ends of the
+            bands allow for its excess and its hidden effects besides.
     """
     robot = judged.model.nominal
     models = {**({} if without_effects is None else {WITHOUT_EFFECTS: without_effects}), file: judged.model}
-    errors = errors_within_limits(
-        judged, models, seen, excess, hidden and hidden.deviations, possible and possible.draws
-    )
+    errors = errors_within_limits(judged, models, seen, discrepancy)
     if errors is None:
         return None
     sizes = {model: errors.sizes(model) for model in errors.errors}
@@ -94,11 +88,11 @@ def workspace_section(
             for model, draws in sizes.items()
         ],
         "poses": len(errors.position),
-        "excess": f"{number(MEAN_OVER_RMS * excess / MM)} mm" if excess else "",
+        "excess": f"{number(MEAN_OVER_RMS * discrepancy.excess / MM)} mm" if discrepancy.excess else "",
         "left_open": "",
         "within_ranges": "",
         "repeated": "",
-        "hidden": ", ".join(hidden.kinds) if hidden else "",
+        "hidden": ", ".join(discrepancy.hidden_kinds),
         "scale": scale_in_words(judged),
         "pictures": [*pictures, _draw_reach(side, before, after, file)],
     }

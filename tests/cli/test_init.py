@@ -4,9 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
-from scalar.cli import cli
 from scalar.data.dataset import read_dataset
 from scalar.data.io.plain_yaml import load_yaml
 from scalar.errors import printable
@@ -14,13 +13,10 @@ from scalar.geometry.robot import Robot
 from scalar.ingest.urdf import robot_from_urdf
 from scalar.robots import arm_names, read_arm
 from tests import small_datasets
+from tests.cli.running import run
 from tests.robot_descriptions import shipped
 
 KINDS = ("line-laser", "probe", "tracker")
-
-
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(cli, [str(argument) for argument in arguments])
 
 
 def begun(folder: Path, *robot: object, sensor: str = "tracker") -> Path:
@@ -274,7 +270,7 @@ def test_right_angles_in_radians_under_degrees_are_suspected(column, twists, sus
     table = tmp_path / "arm.csv"
     table.write_text("\n".join([f"a_m,{column},d_m,theta_rad", *rows]), encoding="utf-8")
     command = ["init", tmp_path / "cell", "--dh", table, "--convention", "standard-dh", "--sensor", "tracker"]
-    result = CliRunner().invoke(cli, [str(word) for word in command])
+    result = run(*command)
     assert result.exit_code == 0, result.output
     assert ("Check the units" in result.output and "alpha_rad" in result.output) == suspect
     assert (tmp_path / "cell" / "dataset.yaml").exists()

@@ -5,22 +5,15 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 
-from scalar.cli import cli
 from scalar.data.dataset import read_dataset
 from scalar.effects import registry
 from scalar.effects.command_line import parse_effects
 from scalar.errors import InvalidInput
 from scalar.estimation.result import Calibration
+from tests.cli.correcting import run
 from tests.rail_and_arm import RailAndArm, poses
 from tests.small_datasets import edit_cell
-
-
-def run(*arguments):
-    """Return status and output of the command line."""
-    result = CliRunner().invoke(cli, [str(a) for a in arguments])
-    return result.exit_code, result.output
 
 
 @pytest.fixture

@@ -129,20 +129,16 @@ def test_unmodelled_structure_has_three_terms_at_most(monkeypatch):
 def test_cleaning_and_selecting_in_turn_ends(monkeypatch):
     """If further poses always stand out given the effects, cleaning ends after three rounds."""
     rounds: list[Any] = []
-    residuals = SimpleNamespace(pose_distances=lambda model: None)
-    after = SimpleNamespace(
-        residuals=residuals, model=None, dataset=None, is_plausible=True, settings=DEFAULTS
-    )
+    after = SimpleNamespace(dataset=None, is_plausible=True)
     start = explained.Explained(None, None, None, after, None)  # type: ignore[arg-type]
-    monkeypatch.setattr(explained, "_cleaned", lambda *_: object())
+    monkeypatch.setattr(explained, "cleaned_or_refused", lambda *_: object())
+    monkeypatch.setattr(explained, "cleaned_given", lambda *_: rounds.append(object()) or rounds[-1])
     monkeypatch.setattr(explained, "_with_named_effects", lambda *_: start)
-    monkeypatch.setattr(explained, "between_brief_changes", lambda _: None)
-    monkeypatch.setattr(explained, "clean_given_effects", lambda *_: rounds.append(object()) or rounds[-1])
     monkeypatch.setattr(explained, "flexible_candidate_sets", lambda _: [])
     monkeypatch.setattr(explained, "with_error_of_instrument", lambda *_: None)
     for name in ("with_flexible_terms", "with_spectrum", "near_data_sheet"):
         monkeypatch.setattr(explained, name, lambda state, *_: state)
-    monkeypatch.setattr(explained, "_refuse_gross_errors_left", lambda *_: None)
+    monkeypatch.setattr(explained, "refuse_gross_errors_left", lambda *_: None)
     explained.explained(None, DEFAULTS, lambda stage: None)  # type: ignore[arg-type]
     assert len(rounds) == 3
 

@@ -26,8 +26,8 @@ def test_every_arm_gives_way_and_has_tilted_axes(state: FittedState):
     """The kinds are those that no arm is without; none of them has to be found first."""
     hidden = HiddenEffects.of(state)
     assert hidden is not None
-    assert {type(effect) for effect in hidden.effects} == {AxisNonparallel, JointCompliance}
-    assert not any(effect.coefficients.any() for effect in hidden.effects)
+    assert {type(effect) for effect in hidden.missing.effects} == {AxisNonparallel, JointCompliance}
+    assert not any(effect.coefficients.any() for effect in hidden.missing.effects)
 
 
 def test_what_is_left_open_is_that_of_a_fit_with_these_effects(state: FittedState):
@@ -35,10 +35,10 @@ def test_what_is_left_open_is_that_of_a_fit_with_these_effects(state: FittedStat
     hidden = HiddenEffects.of(state)
     assert hidden is not None
     r, J = state.linearised()
-    E = state.columns_within_scans(hidden.effects)
+    E = state.columns_within_scans(hidden.missing.effects)
     E = np.vstack([E, np.zeros((len(J) - len(E), E.shape[1]))])
     F, K = J.shape[1], E.shape[1]
-    std = PRIOR_SHARE * np.concatenate([effect.natural_sizes for effect in hidden.effects])
+    std = PRIOR_SHARE * np.concatenate([effect.natural_sizes for effect in hidden.missing.effects])
     variance = max(np.sum((r - J @ np.linalg.lstsq(J, r, rcond=None)[0]) ** 2) / (len(J) - F), 1.0)
     rows = np.vstack([np.hstack([J, E]) / np.sqrt(variance), np.hstack([np.zeros((K, F)), np.diag(1 / std)])])
     target = np.r_[r / np.sqrt(variance), np.zeros(K)]
@@ -47,7 +47,7 @@ def test_what_is_left_open_is_that_of_a_fit_with_these_effects(state: FittedStat
     inverse, inverse_alone = np.linalg.pinv(rows), np.linalg.pinv(J / np.sqrt(variance))
 
     poses = others()
-    with_effects = displacement_columns(replace(state.model, effects=hidden.effects), poses)
+    with_effects = displacement_columns(replace(state.model, effects=hidden.missing.effects), poses)
     P = len(state.free)
     columns = np.hstack([with_effects[:, :P][:, state.free], with_effects[:, P:]])
     expected = columns @ (inverse @ inverse.T) @ columns.T

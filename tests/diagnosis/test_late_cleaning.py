@@ -11,7 +11,7 @@ from scalar.diagnosis.settings import Settings
 from scalar.estimation.settings import changed
 from tests.diagnosis.cases import scale
 
-MODULE = sys.modules["scalar.diagnosis.explained"]
+MODULE = sys.modules["scalar.diagnosis.cleaning"]
 
 
 def removing_one_pose(calls):

@@ -14,6 +14,7 @@ from scalar.diagnosis.possible_effects import NONE_LACKS, SHARES, PossibleEffect
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.displacement import displacement_columns
+from scalar.evaluate.model_discrepancy import ModelDiscrepancy
 from scalar.evaluate.workspace_errors import aligned_errors, rms_over_poses, workspace_errors
 from tests.diagnosis.tracked_arm import LIMITS, fitted_arm, others
 from tests.effects.injected import Flaws, PoseData, make_cell, on_joint
@@ -30,20 +31,20 @@ def test_the_probability_of_an_effect_is_that_of_the_residual_with_it(state: Fit
     """Ratios of posterior to prior probability are ratios of normal densities of the residual beside the fitted parameters."""
     possible = PossibleEffects.of(state)
     index = next(
-        i for i, e in enumerate(possible.effects) if isinstance(e, JointHarmonic) and e.orders == (2,)
+        i for i, e in enumerate(possible.missing.effects) if isinstance(e, JointHarmonic) and e.orders == (2,)
     )
-    own = np.flatnonzero(possible.owner == index)
+    own = np.flatnonzero(possible.missing.owner == index)
     residual, J = state.linearised()
     beside = np.linalg.svd(J / np.linalg.norm(J, axis=0))[0][:, J.shape[1] :]
-    E = state.columns_within_scans([possible.effects[index]])
+    E = state.columns_within_scans([possible.missing.effects[index]])
     E = (
         beside.T
         @ np.vstack([E, np.zeros((len(J) - len(E), E.shape[1]))])
-        * possible.effects[index].natural_sizes
+        * possible.missing.effects[index].natural_sizes
     )
     rest = beside.T @ residual
     models = {(m.own.tobytes(), m.share): m for m in possible.models}
-    prior = (1.0 - NONE_LACKS) / (len(possible.effects) * len(SHARES))
+    prior = (1.0 - NONE_LACKS) / (len(possible.missing.effects) * len(SHARES))
 
     def density(share: float, variance: float) -> float:
         covariance = variance * np.eye(len(rest)) + share**2 * E @ E.T
@@ -69,7 +70,7 @@ def test_a_drawn_effect_errs_as_a_fit_with_it_and_its_prior(state: FittedState) 
     poses = others()
     draws = alone.draws(poses, 4000, 1)
 
-    effect = possible.effects[int(possible.owner[model.own[0]])]
+    effect = possible.missing.effects[int(possible.missing.owner[model.own[0]])]
     r, J = state.linearised()
     E = state.columns_within_scans([effect])
     E = np.vstack([E, np.zeros((len(J) - len(E), E.shape[1]))])
@@ -134,7 +135,8 @@ def test_the_stated_error_of_an_arm_with_an_undeclared_gear_error() -> None:
         root_mean_square = np.sqrt(np.mean(np.sum(true**2, axis=1)))
         stated = []
         for possible in (PossibleEffects.of(state).draws, None):
-            found = workspace_errors(calibration, {"arm": calibration.model}, poses, possible=possible)
+            lacks = ModelDiscrepancy(possible=possible)
+            found = workspace_errors(calibration, {"arm": calibration.model}, poses, lacks)
             assert found is not None
             stated.append(found.sizes("arm").banded(rms_over_poses))
         ratios.append([banded.value / root_mean_square for banded in stated])

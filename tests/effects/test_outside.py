@@ -7,22 +7,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 
-from scalar.cli import cli
 from scalar.data.dataset_writer import write_dataset
 from scalar.effects import registry
 from scalar.errors import InvalidInput
+from tests.cli.running import run
 from tests.effects.injected import Flaws, make_cell, on_joint
 from tests.kinematics import joint_names
 
 FILE = Path(__file__).parent / "outside" / "hose_twist.py"
 JOINT, TWIST = 4, 8e-4  # rad: three times what a gear errs by
-
-
-def run(*arguments):
-    """Run ``scalar`` in this process."""
-    return CliRunner().invoke(cli, [str(argument) for argument in arguments])
 
 
 @pytest.fixture(autouse=True)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import scalar.diagnosis.explained as explained
+import scalar.diagnosis.cleaning as cleaning
 import scalar.estimation.calibrate as calibrating
 from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
@@ -87,7 +87,7 @@ def test_too_few_equations_are_refused_by_counting_without_a_search(run, monkeyp
     def search(dataset: Dataset) -> None:
         raise AssertionError("searched")
 
-    for module in (calibrating, explained):
+    for module in (calibrating, cleaning):
         monkeypatch.setattr(module, "refuse_wrong_setup", search)
     dataset = make_scene(kind="tracker", poses_per_plane=2, seed=2).dataset
     with pytest.raises(Undetermined, match="6 poses give 18 equations"):

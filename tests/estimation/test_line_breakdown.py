@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scalar.diagnosis import diagnose, explained
+from scalar.diagnosis import cleaning, diagnose
 from scalar.errors import Undetermined
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.gross_errors import TooManyStrayPoints, clean, without_stray_points
@@ -142,6 +142,6 @@ def test_a_pose_that_stays_far_off_is_refused_whatever_most_have(monkeypatch, fa
         settings=SimpleNamespace(estimation=DEFAULTS),
         residuals=SimpleNamespace(pose_distances=lambda model: distances),
     )
-    monkeypatch.setattr(explained, "refuse_wrong_setup", lambda dataset: None)
+    monkeypatch.setattr(cleaning, "refuse_wrong_setup", lambda dataset: None)
     with pytest.raises(Undetermined, match=r"pose 60 lies 11\.0 mm from") if refused else nullcontext():
-        explained._refuse_gross_errors_left(dataset, state)
+        cleaning.refuse_gross_errors_left(dataset, state)

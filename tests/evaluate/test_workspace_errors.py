@@ -11,6 +11,7 @@ from scalar.data.poses import Poses
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.random_poses import limits_or_measured_ranges, poses_within_limits
 from scalar.estimation.result import Calibration
+from scalar.evaluate.model_discrepancy import ModelDiscrepancy
 from scalar.evaluate.workspace_errors import (
     aligned_errors,
     mean_over_poses,
@@ -91,7 +92,8 @@ def test_hidden_effects_raise_the_upper_end_alone():
     by_joint = rng.normal(0.0, 3e-4, (3 * len(poses), 4))
     bands = []
     for hidden in (None, lambda _: by_joint):
-        found = workspace_errors(calibration, {"same": calibration.model}, poses, hidden=hidden)
+        lacks = ModelDiscrepancy(hidden=hidden)
+        found = workspace_errors(calibration, {"same": calibration.model}, poses, lacks)
         assert found is not None
         bands.append(found.sizes("same").banded(mean_over_poses))
     without, hidden_too = bands
@@ -106,7 +108,8 @@ def test_a_residual_beyond_the_noise_raises_the_upper_end_alone():
     poses = Poses(rng.uniform(ROBOT.limits[:, 0], ROBOT.limits[:, 1], (300, 6)), np.zeros(300), {})
     bands = []
     for excess in (0.0, 1e-3):
-        found = workspace_errors(calibration, {"same": calibration.model}, poses, excess)
+        lacks = ModelDiscrepancy(excess)
+        found = workspace_errors(calibration, {"same": calibration.model}, poses, lacks)
         assert found is not None
         bands.append(found.sizes("same").banded(rms_over_poses))
     without, beyond = bands
@@ -125,7 +128,8 @@ def test_effects_that_may_be_lacking_count_in_every_figure():
 
     bands = []
     for possible in (None, independent):
-        found = workspace_errors(calibration, {"same": calibration.model}, poses, possible=possible)
+        lacks = ModelDiscrepancy(possible=possible)
+        found = workspace_errors(calibration, {"same": calibration.model}, poses, lacks)
         assert found is not None
         bands.append(found.sizes("same").banded(rms_over_poses))
     without, counted = bands

@@ -6,9 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from scalar.cli import cli
 from scalar.data.io.plain_yaml import load_yaml
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.joint_compliance import JointCompliance
@@ -18,6 +16,7 @@ from scalar.effects.thermal_drift import ThermalDrift
 from scalar.geometry.robot import Robot
 from scalar.ingest.urdf import chain_between, read_urdf, robot_from_urdf
 from tests.calibrated_arms import calibrated, rigid
+from tests.cli.correcting import run
 from tests.robot_configs import ROBOT_CONFIGS
 from tests.robot_descriptions import (
     ARMS,
@@ -29,12 +28,6 @@ from tests.robot_descriptions import (
 
 HARMONIC = JointHarmonic(2, (1, 3), coefficients=np.array([3e-4, 1e-4, 0.0, 2e-4]))
 COMPLIANCE = JointCompliance(((2, 3), (3, 3)), coefficients=np.array([1e-3, 2e-4, 5e-4, 0.0]))
-
-
-def run(*arguments):
-    """Return status and output of the command line."""
-    result = CliRunner().invoke(cli, [str(a) for a in arguments])
-    return result.exit_code, result.output
 
 
 def exported(calibration, urdf, folder, *options):

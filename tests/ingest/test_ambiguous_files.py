@@ -9,8 +9,8 @@ from scalar.ingest.imported_table import MEASURED_AT, ImportedTable
 from scalar.ingest.matching import NearestTime, give_to_nearest
 from scalar.ingest.written_times import read_times
 from tests.ingest.foreign_tables import N, imported, joints, refused, run, write_table
-from tests.ingest.test_matching_of_tables import XYZ, angles, by_time, places, two_tables
 from tests.ingest.test_merged_scans import POSES, Z, mapping
+from tests.ingest.two_tables import XYZ, angles, by_time, places, two_tables
 from tests.small_datasets import description
 
 NAMES = [*(f"J{i}" for i in range(1, 7)), *"xyz"]

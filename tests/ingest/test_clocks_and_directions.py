@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from tests.ingest.foreign_tables import imported, joints, refused, run, write_table
-from tests.ingest.test_matching_of_tables import XYZ, angles, places, two_tables
+from tests.ingest.two_tables import XYZ, angles, places, two_tables
 from tests.small_datasets import description
 
 

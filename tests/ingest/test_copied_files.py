@@ -5,8 +5,8 @@ import shutil
 import pytest
 
 from tests.ingest.foreign_tables import N, cells, header, imported, refused, run, tracker_mapping, write_table
-from tests.ingest.test_matching_of_tables import places, two_tables
 from tests.ingest.test_merged_scans import POSES, Z, mapping
+from tests.ingest.two_tables import places, two_tables
 
 HAS = ": has the same rows as "
 

@@ -1,74 +1,12 @@
 """Points find the pose that they belong to: by its time, by numbers that another program counts, in the order of numbers in names of files."""
 
-import unicodedata
-from datetime import UTC, datetime, timedelta
-
 import numpy as np
 import pandas as pd
 import pytest
-from openpyxl import Workbook
 
 from tests.ingest.foreign_tables import N, imported, joints, refused, run, write_table
+from tests.ingest.two_tables import XYZ, angles, by_time, places, two_tables
 from tests.small_datasets import description
-
-START = datetime(2026, 11, 26, 8, 4, 30, tzinfo=UTC)
-SECONDS = [30 * k + 1 for k in range(N)]
-XYZ = {name: {"column": name, "unit": "mm"} for name in "xyz"}
-
-
-def angles():
-    """Return ``(N, 6)``: the joint angles of the poses [rad]."""
-    return np.round(np.random.default_rng(8).uniform(-2, 2, (N, 6)), 4)
-
-
-def places():
-    """Return ``(N, 3)``: the measured positions [mm]."""
-    return np.round(np.random.default_rng(9).uniform(500, 3000, (N, 3)), 3)
-
-
-def two_tables(folder, first_of_points=1, points=None, first_of_poses=1, stamps=None):
-    """Write robot.csv and tracker.csv, and return their mapping; rows of the tracker may be given."""
-    texts = [[str(k + first_of_poses), *map(str, row)] for k, row in enumerate(angles())]
-    names = ["Nr", *(f"J{i}" for i in range(1, 7))]
-    if stamps is not None:
-        texts, names = [[*row, stamp] for row, stamp in zip(texts, stamps, strict=True)], [*names, "Clock"]
-    write_table(folder / "robot.csv", texts, names, ",")
-    if points is None:
-        points = [[f"{k + first_of_points}", *map(str, row)] for k, row in enumerate(places())]
-    write_table(folder / "tracker.csv", points, ["Nr", "x", "y", "z"], ",")
-    return {
-        "format": "scalar-mapping/1",
-        "poses": {"files": [{"name": "robot.csv"}], "columns": {"pose": {"column": "Nr"}, **joints()}},
-        "points": {"files": [{"name": "tracker.csv"}], "columns": {"pose": {"column": "Nr"}, **XYZ}},
-        "dataset": description("tracker"),
-    }
-
-
-def by_time(folder, *, local=3600, add=0.0, within=5.0, late=2.0):
-    """Write tables that only their times join: the robot's in local time, the tracker's in UTC with three more points, the fifth pose unmeasured."""
-    robot = [
-        f"{START + timedelta(seconds=second + local):%Y-%m-%dT%H:%M:%S}+01:00"
-        if local
-        else f"{START + timedelta(seconds=second):%d.%m.%Y %H:%M:%S}"
-        for second in SECONDS
-    ]
-    rows = [
-        [f"{START + timedelta(seconds=SECONDS[k] + late):%Y-%m-%dT%H:%M:%S}Z", *map(str, places()[k])]
-        for k in range(N)
-        if k != 4
-    ]
-    rows += [
-        [f"{START + timedelta(seconds=second):%Y-%m-%dT%H:%M:%S}Z", "9", "9", "9"]
-        for second in (15, 45, 9999)
-    ]
-    mapping = two_tables(folder, points=rows, stamps=robot)
-    mapping["poses"]["columns"]["time"] = {"column": "Clock"}
-    del mapping["points"]["columns"]["pose"]
-    mapping["points"] |= {
-        "nearest_time": {"column": "Nr", "within": within, "add": add},
-        "matched_only": True,
-    }
-    return mapping
 
 
 @pytest.mark.parametrize("local", [3600, 0])
@@ -192,28 +130,6 @@ def test_dates_of_several_files_count_from_one_midnight(tmp_path):
     assert written == [32_400.0 + k for k in range(4)] + [118_800.0 + k for k in range(5)]
 
 
-def test_joints_that_are_converted_are_named(tmp_path):
-    """Who imports another joint than the controller shows has to know it before a program is corrected."""
-    mapping = two_tables(tmp_path)
-    assert "controller" not in run(tmp_path, mapping, tmp_path).output
-    columns = mapping["poses"]["columns"]
-    columns["q3"]["plus"] = "J2"
-    columns["q2"] |= {"sign": -1, "offset": 1.5}
-    assert "q2 = -J2 + 1.5 rad, q3 = J3 + J2" in run(tmp_path, mapping, tmp_path).output
-
-
-def test_remarks_and_signs_of_word_processors_are_read(tmp_path):
-    """A line that begins like a remark is passed over where the mapping says so; a true minus sign is a minus sign."""
-    mapping = two_tables(tmp_path)
-    path = tmp_path / "tracker.csv"
-    path.write_text(path.read_text() + "# end of the measurement\n")
-    refused(tmp_path, run(tmp_path, mapping, tmp_path), "row 11", "comment: '#'")
-    mapping["text"] = {"comment": "#"}
-    robot = tmp_path / "robot.csv"
-    robot.write_text(robot.read_text().replace("-", "\N{MINUS SIGN}"), encoding="utf-8")
-    np.testing.assert_array_equal(imported(tmp_path, mapping, tmp_path).q, angles())
-
-
 @pytest.mark.parametrize("whole", [True, False])
 def test_two_days_that_both_count_from_one_are_one_campaign(tmp_path, whole):
     """Files of the same name are told by their folder; numbers and sessions are stated for each file."""
@@ -245,49 +161,3 @@ def test_two_days_that_both_count_from_one_are_one_campaign(tmp_path, whole):
     np.testing.assert_array_equal(data.q, angles())
     np.testing.assert_allclose(data.points, places() / 1000, rtol=1e-12)
     assert list(data.poses["session"]) == ["1"] * 5 + ["2"] * 4
-
-
-def test_letters_with_dots_are_the_same_however_a_system_writes_them(tmp_path):
-    """macOS writes an umlaut of a file's name as a letter and its dots."""
-    mapping = two_tables(tmp_path)
-    for name, change in (("robot.csv", "Straße Ü.csv"), ("tracker.csv", "Länge.csv")):
-        text = (tmp_path / name).read_text().replace("Nr", "Prüfung")
-        (tmp_path / unicodedata.normalize("NFD", change)).write_text(unicodedata.normalize("NFD", text))
-    mapping["poses"]["files"], mapping["points"]["files"] = (
-        [{"name": "Straße Ü.csv"}],
-        [{"name": "Länge.csv"}],
-    )
-    for block in ("poses", "points"):
-        mapping[block]["columns"]["pose"] = {"column": "Prüfung"}
-    assert len(imported(tmp_path, mapping, tmp_path).pose_ids) == N
-
-
-@pytest.mark.parametrize("name", ["a.xlsx", "a.xlsm", "a.dat"])
-def test_numbers_that_a_spreadsheet_holds_as_text_are_read_as_the_mapping_says(tmp_path, name):
-    """Cells of text have the decimal sign and the thousands of the mapping; numbers beside them stay what they are."""
-    book = Workbook()
-    sheet = book.active
-    assert sheet is not None
-    sheet.append([*(f"J{i}" for i in range(1, 7)), *"xyz"])
-    for q, place in zip(angles(), places(), strict=True):
-        german = [f"{value:,.3f}".translate(str.maketrans(".,", ",.")) for value in place]
-        sheet.append([*(float(value) for value in q), *german])
-    book.save(tmp_path / name)
-    mapping = {
-        "format": "scalar-mapping/1",
-        "text": {"separator": ";", "decimal": ",", "thousands": "."},
-        "poses": {"columns": {**joints(), **XYZ}},
-        "dataset": description("tracker"),
-    }
-    data = imported(tmp_path, mapping, tmp_path / name)
-    np.testing.assert_array_equal(data.q, angles())
-    np.testing.assert_allclose(data.points, places() / 1000, rtol=1e-12)
-
-
-def test_an_old_spreadsheet_is_named_as_such(tmp_path):
-    """It is no text in another encoding."""
-    (tmp_path / "a.xls").write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600))
-    mapping = two_tables(tmp_path)
-    mapping["poses"] = {"columns": {**joints(), **XYZ}}
-    del mapping["points"]
-    refused(tmp_path, run(tmp_path, mapping, tmp_path / "a.xls"), "a.xls", "save it as .xlsx")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from scalar.ingest.source_files import distinct_names
 from tests.ingest.foreign_tables import refused, run, write_table
-from tests.ingest.test_matching_of_tables import two_tables
+from tests.ingest.two_tables import two_tables
 
 
 def in_two_folders(folder):

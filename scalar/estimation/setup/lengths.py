@@ -40,7 +40,21 @@ def lengths_off(dataset: Dataset, model: Model, std: Array, fixed_length: str | 
     if not off.any():
         return _mistyped_length(dataset, model, change, clear, _in_proportion(model, fixed_length))
     long = np.isfinite(errors[rows]) & (np.abs(nominal[rows]) > _LONG)
-    ratios = fitted[rows][long] / nominal[rows][long]
+    factor = _common_factor(fitted[rows][long] / nominal[rows][long])
+    if factor is not None:
+        return [
+            Suspicion(
+                LENGTH_UNIT,
+                kind_of(dataset).format.measured_in,
+                f"all links come out {factor:.3g} times as long as dataset.yaml has them: look at the unit of the measurements "
+                f"and of the table of joints (millimetres, inches, metres){_of_library(model, '; or at the robot:')}",
+            )
+        ]
+    return [_another_robot(dataset, model, change, off, fixed_length)]
+
+
+def _common_factor(ratios: Array) -> float | None:
+    """Return the factor by which all lengths are wrong, from the ratios of fitted to nominal lengths; None if they have none in common."""
     typical = float(np.median(ratios)) if len(ratios) else 1.0
     common = (
         len(ratios) > 1
@@ -48,35 +62,40 @@ def lengths_off(dataset: Dataset, model: Model, std: Array, fixed_length: str | 
         and max(typical, 1 / typical) > LEAST_SCALE
         and float(np.median(np.abs(ratios - typical))) < SCALE_SPREAD * typical
     )
-    if common:
-        return [
-            Suspicion(
-                LENGTH_UNIT,
-                kind_of(dataset).format.measured_in,
-                f"all links come out {typical:.3g} times as long as dataset.yaml has them: look at the unit of the measurements "
-                f"and of the table of joints (millimetres, inches, metres){_of_library(model, '; or at the robot:')}",
-            )
-        ]
+    return typical if common else None
+
+
+def _another_robot(
+    dataset: Dataset, model: Model, change: Array, off: Array, fixed_length: str | None
+) -> Suspicion:
+    """Return the suspicion that the table of joints is wrong in the length that changed most, or that it is that of another robot.
+
+    Args:
+        dataset: What was measured.
+        model: Where the fit ended.
+        change: ``(2, joints)``, a and d: how far each comes out from the table [m]; 0 where the data do not show it.
+        off: The same shape: whether it is too far.
+        fixed_length: The length that is fixed, and to which all others are relative; or None.
+    """
+    lengths = [kind for kind in GEOMETRY if kind in LENGTHS]
     k, j = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
-    name = as_stated(f"{GEOMETRY[rows[k]]}_{j + 1}", dataset.robot)
+    name = as_stated(f"{lengths[k]}_{j + 1}", dataset.robot)
     fixed = None if fixed_length is None else as_stated(fixed_length, dataset.robot)
     which = f"{name} or {fixed}, to which all lengths are relative here," if fixed else name
     known = base_moved_to(dataset, model) if j == 0 else ()
     elsewhere = f"is {' or '.join(known)} not where it is declared known, " if known else ""
     others = [
-        f"{as_stated(f'{GEOMETRY[rows[m]]}_{i + 1}', dataset.robot)} {abs(change[m, i]) / MM:.0f} mm"
+        f"{as_stated(f'{lengths[m]}_{i + 1}', dataset.robot)} {abs(change[m, i]) / MM:.0f} mm"
         for m, i in sorted(np.argwhere(off).tolist(), key=lambda at: -abs(change[at[0], at[1]]))
         if (m, i) != (k, j)
     ]
     as_well = f" ({', '.join(others)} as well)" if others else ""
-    return [
-        Suspicion(
-            ROBOT,
-            name,
-            f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints{as_well}: is {which} wrong there, {elsewhere}or is "
-            f"this another robot than the one that was measured?{_of_library(model) or _in_proportion(model, fixed_length)}",
-        )
-    ]
+    return Suspicion(
+        ROBOT,
+        name,
+        f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints{as_well}: is {which} wrong there, {elsewhere}or is "
+        f"this another robot than the one that was measured?{_of_library(model) or _in_proportion(model, fixed_length)}",
+    )
 
 
 def _of_library(model: Model, before: str = "") -> str:

@@ -59,71 +59,98 @@ def numbers(
         study: The blind trials that were run.
         code: Version of the code, as ``provenance.code_version`` returns it.
     """
-    single = of_kind(every, "single")
-    natural = single[single["size"] == NATURAL]
-    observable = natural[~natural["case"].isin(UNOBSERVABLE)]
-    systematic = observable[~observable["case"].isin(NOISES)]
-    pairs, unknown, null = (of_kind(every, kind) for kind in ("pair", "unknown", "null"))
-    unmodelled = unknown[unknown["size"] == NATURAL]
-    right = every[(every["outcome"] == "right") & (every["kind"] == "single")]
-    right_systematic = right[~right["case"].isin(NOISES)]
-    unlisted = observable[observable["outcome"].isin(["wrong", "elsewhere"])]
-    names = found[found["name"] != "unattributed"]
+    single, pairs, unknown, null = (of_kind(every, kind) for kind in ("single", "pair", "unknown", "null"))
     return {
         "format": FORMAT,
         "code": dict(code),
         "seeds": {case.name: _seeds(every, case.name) for case in study.cases.values()},
         "workcells": list(study.workcells),
-        "sets": {
-            "planned": sum(len(list(study.sets(*job))) for job in study.jobs()),
-            "run": len(every),
-            "not_simulated": int((every["status"] == "not_simulated").sum()),
-            "failed": int((~every["status"].isin(["diagnosed", "not_simulated"])).sum()),
-            "crashed": int((every["status"] == "crashed").sum()),
-        },
-        "natural_size": {
-            "right": share(observable["outcome"] == "right"),
-            "right_shifts_only": share(systematic["outcome"] == "right"),
-            "outcomes": {outcome: int((observable["outcome"] == outcome).sum()) for outcome in OUTCOMES},
-            "right_or_listed": share(observable["outcome"].isin(["right", "listed"])),
-            "wrong_and_nothing_listed": len(unlisted),
-            "right_by_case": {
-                str(case): share(group["outcome"] == "right")
-                for case, group in natural.groupby("case", sort=False)
-            },
-        },
-        "all_sizes": {
-            "sets": len(single),
-            "outcomes": {outcome: int((single["outcome"] == outcome).sum()) for outcome in OUTCOMES},
-        },
+        "sets": _sets(every, study),
+        "natural_size": _natural_size(single[single["size"] == NATURAL]),
+        "all_sizes": {"sets": len(single), "outcomes": _outcomes(single)},
         "false_alarms": share(null["alarm"]),
-        "pairs": {
-            "both_named": share(pairs["matched"] == 2),
-            "one_named": int((pairs["matched"] == 1).sum()),
-            "none_named": int((pairs["matched"] == 0).sum()),
-            "with_more": int((pairs["extra"] > 0).sum()),
+        "pairs": _pairs(pairs),
+        "unknown": _unknown(unknown[unknown["size"] == NATURAL]),
+        **_errors(every[(every["outcome"] == "right") & (every["kind"] == "single")]),
+        "named_effects": _named_effects(found[found["name"] != "unattributed"]),
+        "nulls": tables["nulls"].to_dict("records"),
+    }
+
+
+def _sets(every: Frame, study: Study) -> dict[str, int]:
+    """Return how many sets were planned, and what became of them."""
+    return {
+        "planned": sum(len(list(study.sets(*job))) for job in study.jobs()),
+        "run": len(every),
+        "not_simulated": int((every["status"] == "not_simulated").sum()),
+        "failed": int((~every["status"].isin(["diagnosed", "not_simulated"])).sum()),
+        "crashed": int((every["status"] == "crashed").sum()),
+    }
+
+
+def _outcomes(sets: Frame) -> dict[str, int]:
+    """Return the number of sets with each outcome."""
+    return {outcome: int((sets["outcome"] == outcome).sum()) for outcome in OUTCOMES}
+
+
+def _natural_size(natural: Frame) -> dict[str, Any]:
+    """Return the rates of right names, from the sets with one effect of natural size."""
+    observable = natural[~natural["case"].isin(UNOBSERVABLE)]
+    systematic = observable[~observable["case"].isin(NOISES)]
+    return {
+        "right": share(observable["outcome"] == "right"),
+        "right_shifts_only": share(systematic["outcome"] == "right"),
+        "outcomes": _outcomes(observable),
+        "right_or_listed": share(observable["outcome"].isin(["right", "listed"])),
+        "wrong_and_nothing_listed": int(observable["outcome"].isin(["wrong", "elsewhere"]).sum()),
+        "right_by_case": {
+            str(case): share(group["outcome"] == "right")
+            for case, group in natural.groupby("case", sort=False)
         },
-        "unknown": {
-            "unattributed": share(unmodelled["verdict"] == "unattributed"),
-            "given_a_wrong_name": share(unmodelled["alarm"] & (unmodelled["verdict"] != "unattributed")),
-            "a_name_among_the_answers": share(unmodelled["alarm"]),
-            "nothing_found": int((unmodelled["named"] == "none").sum()),
-        },
+    }
+
+
+def _pairs(pairs: Frame) -> dict[str, Any]:
+    """Return how often the effects of sets with two were named."""
+    return {
+        "both_named": share(pairs["matched"] == 2),
+        "one_named": int((pairs["matched"] == 1).sum()),
+        "none_named": int((pairs["matched"] == 0).sum()),
+        "with_more": int((pairs["extra"] > 0).sum()),
+    }
+
+
+def _unknown(unmodelled: Frame) -> dict[str, Any]:
+    """Return what was said of sets with a cause that no effect models, of natural size."""
+    return {
+        "unattributed": share(unmodelled["verdict"] == "unattributed"),
+        "given_a_wrong_name": share(unmodelled["alarm"] & (unmodelled["verdict"] != "unattributed")),
+        "a_name_among_the_answers": share(unmodelled["alarm"]),
+        "nothing_found": int((unmodelled["named"] == "none").sum()),
+    }
+
+
+def _errors(right: Frame) -> dict[str, Any]:
+    """Return the ratios of the errors before and after the diagnosis and of the matched control, from the sets whose only effect was named."""
+    shifts = right[~right["case"].isin(NOISES)]
+    natural = shifts[shifts["size"] == NATURAL]
+    return {
         "after_over_control": {
             "median_named": _ratio(right, 0.5),
-            "median_named_shifts": _ratio(right_systematic, 0.5),
-            "p95_named_shifts": _ratio(right_systematic, 0.95),
-            "median_natural_size": _ratio(right_systematic[right_systematic["size"] == NATURAL], 0.5),
+            "median_named_shifts": _ratio(shifts, 0.5),
+            "p95_named_shifts": _ratio(shifts, 0.95),
+            "median_natural_size": _ratio(natural, 0.5),
         },
-        "before_over_after": {
-            "median_natural_size": _gain(right_systematic[right_systematic["size"] == NATURAL])
-        },
-        "named_effects": {
-            "answers": share(names["right"]),
-            "alone": share(names["right"][names["alternatives"] == 0]),
-            "with_alternatives": share(names["right"][names["alternatives"] > 0]),
-        },
-        "nulls": tables["nulls"].to_dict("records"),
+        "before_over_after": {"median_natural_size": _gain(natural)},
+    }
+
+
+def _named_effects(names: Frame) -> dict[str, Any]:
+    """Return how many of the names that were given are right, and of those with and without alternatives."""
+    return {
+        "answers": share(names["right"]),
+        "alone": share(names["right"][names["alternatives"] == 0]),
+        "with_alternatives": share(names["right"][names["alternatives"] > 0]),
     }
 
 

@@ -21,16 +21,14 @@ from scalar.data.io.atomic import plain
 from scalar.diagnosis import diagnose
 from scalar.effects import Effect
 from scalar.errors import ScalarError
-from scalar.estimation.misfit import excess_factor
 from scalar.geometry.se3 import Array
-from scalar.planning.questions import Pair, open_pairs, open_questions, with_doubtful
-from scalar.planning.separation import ANSWERED, noncentralities, separating_poses
-from scalar.planning.workcell import View, Workcell
+from scalar.planning.questions import Pair, open_pairs, with_doubtful
+from scalar.planning.workcell import View
 from study.blind_trials.cases import Set, Study
 from study.blind_trials.score import Entry, same
 from study.common.in_memory import dataset_in_memory
 from study.common.scene_config import scene_config
-from study.planning.bound import best_noncentrality
+from study.planning.further_poses import FurtherPoses
 
 PLANNED, RANDOM = "planned", "random"
 SEPARATION_COLUMNS = {
@@ -134,58 +132,49 @@ def _pairs_of_set(
         simulated = simulate(entries, base_dir=base_dir, plan=plan)
         every = dataset_in_memory(simulated)
         first = first_of_each_plane(every.plane_index, sizes.first)
-        dataset = every.subset(first)
-        diagnosis = diagnose(dataset)
+        diagnosis = diagnose(every.subset(first))
     except (ScalarError, SimulationError):
         return [key]
-    mapping = plain(diagnosis.to_mapping())
-    calibration = diagnosis.calibration_after
-    pairs, _ = open_pairs(mapping, calibration.model.effects, dataset)
-    confounded = [pair for pair in pairs if pair.rival is not None]
+    pairs, _ = open_pairs(
+        plain(diagnosis.to_mapping()), diagnosis.calibration_after.model.effects, diagnosis.dataset
+    )
+    confounded = sum(pair.rival is not None for pair in pairs)
     if not confounded:
         return [key]
-    pool = np.setdiff1d(np.arange(every.n_poses), first)
     view = View(points=config["sensor"]["points_per_scan"])
-    workcell = Workcell.of(every.robot, every.sensor, every.planes, calibration, view, same_campaign=True)
-    candidates = workcell.dataset(every.q[pool], every.plane_index[pool])
-    what = open_questions(workcell, pairs, dataset, candidates, excess_factor(calibration.summary))
-    chosen, answers = separating_poses(what.questions, what.start, what.rows, sizes.further)
-    rng = np.random.default_rng([wanted.seed, sizes.further])
-    drawn = rng.choice(len(pool), sizes.further, replace=False)
-    at_random = noncentralities(what.questions, what.start, what.rows[drawn])
-    injected = simulated.truth["effects"][0]
+    seed = [wanted.seed, sizes.further]
+    further = FurtherPoses.of(every, first, diagnosis, pairs, view, sizes.further, seed)
     again = {
-        way: _effects_of(every.subset(np.concatenate([first, pool[which]])))
-        for way, which in ((PLANNED, chosen), (RANDOM, drawn))
+        way: _effects_of(every.subset(np.concatenate([first, poses])))
+        for way, poses in ((PLANNED, further.planned), (RANDOM, further.random))
     }
-    rows = []
-    for pair, answer, random in zip(pairs, answers, at_random, strict=True):
-        if pair.rival is None:
-            continue
-        best = best_noncentrality(answer.question, what.start, what.rows, sizes.further)
-        rows.append(
-            key
-            | {
-                "pairs": len(confounded),
-                "effect": pair.effect.title,
-                "rival": pair.rival.title,
-                "right": _right(pair, injected),
-                "now": answer.now**0.5,
-                "planned": answer.planned**0.5,
-                "random": random**0.5,
-                "best": best**0.5,
-                "limit": answer.limit**0.5,
-                "separable": best >= ANSWERED,
-                "separable_by_all": answer.separable,
-                "separated": answer.separated,
-                "separated_at_random": random >= ANSWERED,
-                "distinguished": distinguished(pair, again[PLANNED]),
-                "distinguished_at_random": distinguished(pair, again[RANDOM]),
-                "right_then": named_alone(injected, again[PLANNED]),
-                "right_then_at_random": named_alone(injected, again[RANDOM]),
-            }
-        )
-    return rows
+    injected = simulated.truth["effects"][0]
+    return [
+        key | {"pairs": confounded} | signals | _after_further_poses(pair, injected, again)
+        for pair, signals in further.signals
+    ]
+
+
+def _after_further_poses(
+    pair: Pair, injected: Entry, again: Mapping[str, Sequence[Entry] | None]
+) -> dict[str, Any]:
+    """Return the cells of a row on the two causes and on what the diagnoses with the further poses say of them.
+
+    Args:
+        pair: The two causes.
+        injected: What was injected.
+        again: ``{PLANNED or RANDOM: the effects that are found with these poses, or None}``.
+    """
+    assert pair.rival is not None
+    return {
+        "effect": pair.effect.title,
+        "rival": pair.rival.title,
+        "right": _right(pair, injected),
+        "distinguished": distinguished(pair, again[PLANNED]),
+        "distinguished_at_random": distinguished(pair, again[RANDOM]),
+        "right_then": named_alone(injected, again[PLANNED]),
+        "right_then_at_random": named_alone(injected, again[RANDOM]),
+    }
 
 
 def first_of_each_plane(plane: Array, count: int) -> Array:

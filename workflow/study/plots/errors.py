@@ -17,6 +17,7 @@ from study.plots.style import (
     LOOKS,
     PUBLISHED,
     QUANTITY_LABELS,
+    QUANTITY_PANELS,
     decimal_ticks,
     new_figure,
     numeral,
@@ -26,7 +27,6 @@ from study.plots.style import (
 _HALF_WIDTH = 0.11  # half the width over which the dots of one column are spread
 _CROSS, _RAW, _ALIGNED = -0.5, -0.17, 0.19
 """Positions of the published cross and of the columns of raw and of aligned errors, relative to the tick of a method."""
-_PANELS = (("position_mean_mm", "position_max_mm"), ("orientation_mean_deg", "orientation_max_deg"))
 
 
 def draw_errors(errors: pd.DataFrame, summary: pd.DataFrame, published: pd.DataFrame) -> Figure:
@@ -42,7 +42,7 @@ def draw_errors(errors: pd.DataFrame, summary: pd.DataFrame, published: pd.DataF
     with styled():
         figure = new_figure(9.2, 5.8)
         axes = figure.subplots(2, 2, sharex=True)
-        for row, names in zip(axes, _PANELS, strict=True):
+        for row, names in zip(axes, QUANTITY_PANELS, strict=True):
             for ax, quantity in zip(row, names, strict=True):
                 for i, method in enumerate(methods):
                     for alignment, offset in (("raw", _RAW), ("aligned", _ALIGNED)):

@@ -81,6 +81,11 @@ QUANTITY_LABELS = {
     "orientation_mean_deg": "mean orientation error [°]",
     "orientation_max_deg": "maximum orientation error [°]",
 }
+QUANTITY_PANELS = (
+    ("position_mean_mm", "position_max_mm"),
+    ("orientation_mean_deg", "orientation_max_deg"),
+)
+"""The quantities in two rows of panels."""
 
 _RC: Any = {
     "figure.dpi": 100,

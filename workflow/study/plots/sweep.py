@@ -18,6 +18,7 @@ from study.plots.style import (
     LOOKS,
     PUBLISHED,
     QUANTITY_LABELS,
+    QUANTITY_PANELS,
     decimal_ticks,
     new_figure,
     numeral,
@@ -25,7 +26,6 @@ from study.plots.style import (
     styled,
 )
 
-_PANELS = (("position_mean_mm", "position_max_mm"), ("orientation_mean_deg", "orientation_max_deg"))
 BOUND_ROWS = "cramer-rao"
 _LINES: dict[str, Any] = {
     "proposed": "-",
@@ -57,7 +57,7 @@ def draw_sweep(summary: pd.DataFrame, published: pd.DataFrame, label: str, scale
         figure = new_figure(9.6, 7.6 + 0.36 * len(methods))
         heights = [3.4, 3.4, 0.27 * len(methods) + 0.05]
         axes = figure.subplots(3, 2, sharex=True, height_ratios=heights)
-        for row, names in zip(axes, _PANELS, strict=False):
+        for row, names in zip(axes, QUANTITY_PANELS, strict=False):
             for ax, quantity in zip(row, names, strict=True):
                 draw_panel(ax, raw, published, methods, quantity, scale)
         for ax in axes[2]:

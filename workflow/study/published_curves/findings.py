@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 
 from scalar.geometry.se3 import Array
 from study.common.statistics import QUANTITIES
-from study.published_curves.candidates import CANDIDATES, Prediction
+from study.published_curves.candidates import CANDIDATES, Candidate, Prediction
 from study.published_curves.curves import Curves
 from study.published_curves.recovery import EXCLUDED, INDISTINGUISHABLE
 from study.published_curves.support import (
@@ -83,66 +83,118 @@ def candidate_table(
         verdicts: ``{candidate: its support}`` if all runs and quantities are used.
         offset: ``(12, 12)``, covariance of the offset of the authors' workcell.
     """
-    y, groups = curves.log_errors, curves.table["sweep"].to_numpy()
-    evidence = {"all": {name: one.log_evidence for name, one in verdicts.items()}}
-    for name, (quantities, offset_covariance, runs) in ways_to_weigh(curves, offset).items():
-        finer = (
-            refined_by_name
-            if quantities == ALL
-            else {n: refine(p, quantities) for n, p in predictions.items()}
-        )
-        evidence[name] = {
-            n: weigh(f, y[None], offset_covariance, runs)[0].log_evidence for n, f in finer.items()
-        }
+    evidence = {
+        "all": {name: one.log_evidence for name, one in verdicts.items()},
+        **_evidence_otherwise(curves, predictions, refined_by_name, offset),
+    }
     behind = {
         way: {name: max(values.values()) - value for name, value in values.items()}
         for way, values in evidence.items()
     }
-    total = logsumexp(list(evidence["all"].values()))
+    total = float(logsumexp(list(evidence["all"].values())))
     rows = []
     for candidate in CANDIDATES:
+        name = candidate.name
         row: dict[str, Any] = {
-            "candidate": candidate.name,
+            "candidate": name,
             "label": candidate.label,
             "magnitudes": len(candidate.magnitudes),
         }
-        if candidate.name not in refined_by_name:
+        if name not in refined_by_name:
             rows.append(row | {"verdict": "not_tested"})
             continue
-        refined, one = refined_by_name[candidate.name], verdicts[candidate.name]
-        for number, axis in enumerate(candidate.axes, start=1):
-            row |= {
-                f"magnitude_{number}": axis.name,
-                f"unit_{number}": axis.unit,
-                f"value_{number}": one.median[number - 1] * axis.factor,
-                f"low_{number}": one.intervals[0.95][number - 1, 0] * axis.factor,
-                f"high_{number}": one.intervals[0.95][number - 1, 1] * axis.factor,
-                f"at_edge_{number}": bool(one.at_edge[number - 1]),
-            }
-        residual = y - refined.mean[one.node]
-        delta = offsets_found(refined, one.node, one.kappa, y, offset)
-        ways = [behind[way][candidate.name] for way in behind]
-        row |= {
-            "scatter_factor": one.kappa,
-            "misfit_factor": _factor(residual),
-            "misfit_factor_with_offset": _factor(residual - delta),
-            "offset_size": float(np.exp(np.abs(delta).max())),
-            "log_likelihood": one.log_peak,
-            "aic": 2.0 * (len(candidate.magnitudes) + 1) - 2.0 * one.log_peak,
-            "log_evidence": one.log_evidence,
-            "behind": behind["all"][candidate.name],
-            "posterior": float(np.exp(one.log_evidence - total)),
-            "behind_least": min(ways),
-            "behind_most": max(ways),
-            "verdict": _verdict(behind["all"][candidate.name], ways),
-        }
-        row |= {f"behind_{way}": behind[way][candidate.name] for way in behind if way != "all"}
-        apart = held_out(refined, y, offset, groups)
-        row |= {f"held_out_{name}": value for name, value in apart.items()} | {
-            "held_out": sum(apart.values())
-        }
-        rows.append(row)
+        refined, one = refined_by_name[name], verdicts[name]
+        of_candidate = {way: values[name] for way, values in behind.items()}
+        rows.append(
+            row
+            | _magnitudes(candidate, one)
+            | _misfit(curves, refined, one, offset)
+            | _evidence(candidate, one, of_candidate, total)
+            | _held_out(curves, refined, offset)
+        )
     return pd.DataFrame(rows)
+
+
+def _evidence_otherwise(
+    curves: Curves,
+    predictions: Mapping[str, Prediction],
+    refined_by_name: Mapping[str, RefinedPrediction],
+    offset: Array,
+) -> dict[str, dict[str, float]]:
+    """Return ``{way of weighing: {candidate: log evidence}}`` for every one of ``WAYS``; arguments as for ``candidate_table``."""
+    evidence = {}
+    for way, (quantities, offset_covariance, runs) in ways_to_weigh(curves, offset).items():
+        finer = (
+            refined_by_name
+            if quantities == ALL
+            else {name: refine(one, quantities) for name, one in predictions.items()}
+        )
+        evidence[way] = {
+            name: weigh(one, curves.log_errors[None], offset_covariance, runs)[0].log_evidence
+            for name, one in finer.items()
+        }
+    return evidence
+
+
+def _magnitudes(candidate: Candidate, support: Support) -> dict[str, Any]:
+    """Return the cells on the fitted magnitudes of a candidate, with their 95 % intervals."""
+    cells: dict[str, Any] = {}
+    for number, axis in enumerate(candidate.axes, start=1):
+        cells |= {
+            f"magnitude_{number}": axis.name,
+            f"unit_{number}": axis.unit,
+            f"value_{number}": support.median[number - 1] * axis.factor,
+            f"low_{number}": support.intervals[0.95][number - 1, 0] * axis.factor,
+            f"high_{number}": support.intervals[0.95][number - 1, 1] * axis.factor,
+            f"at_edge_{number}": bool(support.at_edge[number - 1]),
+        }
+    return cells
+
+
+def _misfit(curves: Curves, refined: RefinedPrediction, support: Support, offset: Array) -> dict[str, Any]:
+    """Return the cells on how far a candidate's best prediction is from the curves, with and without the offset of the authors' workcell."""
+    residual = curves.log_errors - refined.mean[support.node]
+    delta = offsets_found(refined, support.node, support.kappa, curves.log_errors, offset)
+    return {
+        "scatter_factor": support.kappa,
+        "misfit_factor": _factor(residual),
+        "misfit_factor_with_offset": _factor(residual - delta),
+        "offset_size": float(np.exp(np.abs(delta).max())),
+    }
+
+
+def _evidence(
+    candidate: Candidate, support: Support, behind: Mapping[str, float], total: float
+) -> dict[str, Any]:
+    """Return the cells on a candidate's evidence and its verdict.
+
+    Args:
+        candidate: The candidate.
+        support: Its support if all runs and quantities are used.
+        behind: ``{way of weighing: by how much its log evidence is behind the best one}``, ``all`` first.
+        total: Log of the sum of the evidences of all candidates.
+    """
+    ways = list(behind.values())
+    return {
+        "log_likelihood": support.log_peak,
+        "aic": 2.0 * (len(candidate.magnitudes) + 1) - 2.0 * support.log_peak,
+        "log_evidence": support.log_evidence,
+        "behind": behind["all"],
+        "posterior": float(np.exp(support.log_evidence - total)),
+        "behind_least": min(ways),
+        "behind_most": max(ways),
+        "verdict": _verdict(behind["all"], ways),
+        **{f"behind_{way}": value for way, value in behind.items() if way != "all"},
+    }
+
+
+def _held_out(curves: Curves, refined: RefinedPrediction, offset: Array) -> dict[str, float]:
+    """Return the cells on the log likelihood of each curve that is held out, and their sum."""
+    apart = held_out(refined, curves.log_errors, offset, curves.table["sweep"].to_numpy())
+    return {
+        **{f"held_out_{name}": value for name, value in apart.items()},
+        "held_out": sum(apart.values()),
+    }
 
 
 def _verdict(behind: float, ways: Sequence[float]) -> str:

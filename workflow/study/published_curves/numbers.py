@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -40,8 +40,6 @@ def summary_numbers(
     records = {str(row["candidate"]): row for row in _records(candidates)}
     tested = {name: row for name, row in records.items() if row["verdict"] != "not_tested"}
     ranked = sorted(tested, key=lambda name: -tested[name]["log_evidence"])
-    own: Any = confusion[confusion["injected"] == confusion["tried"]]
-    wrong: Any = confusion[confusion["injected"] != confusion["tried"]]
     verdicts = {
         verdict: [name for name in ranked if tested[name]["verdict"] == verdict]
         for verdict in ("supported", "disfavoured", "excluded")
@@ -72,30 +70,43 @@ def summary_numbers(
         "indistinguishable_below": INDISTINGUISHABLE,
         "excluded_above": EXCLUDED,
         "offset_std": {
-            group: dict(zip(QUANTITIES, row, strict=True))
+            group: _by_quantity(row)
             for group, row in zip(
                 ("point", "scan", "joint"),
                 np.sqrt(np.diag(predicted.offset)).reshape(3, -1).tolist(),
                 strict=True,
             )
         },
-        "other_workcells": {
-            name: dict(zip(QUANTITIES, row, strict=True)) for name, row in predicted.others.items()
-        },
+        "other_workcells": {name: _by_quantity(row) for name, row in predicted.others.items()},
         "candidates": {name: _plain(row) for name, row in tested.items()},
         "leaders": _leaders(tested),
-        "recovery": {
-            "sets": options["recovery_sets"],
-            "true_one_best": _mean(own, "best"),
-            "true_one_indistinguishable": _mean(own, "indistinguishable"),
-            "true_one_excluded": _mean(own, "excluded"),
-            "wrong_one_excluded": _mean(wrong, "excluded"),
-            "coverage_68": _mean(coverage, "coverage_68"),
-            "coverage_95": _mean(coverage, "coverage_95"),
-            "by_candidate": {
-                row["injected"]: {key: row[key] for key in ("best", "indistinguishable", "excluded")}
-                for row in _records(own)
-            },
+        "recovery": {"sets": options["recovery_sets"], **_recovery(confusion, coverage)},
+    }
+
+
+def _by_quantity(row: Sequence[float]) -> dict[str, float]:
+    """Return ``{quantity: its number}``."""
+    return dict(zip(QUANTITIES, row, strict=True))
+
+
+def _recovery(confusion: pd.DataFrame, coverage: pd.DataFrame) -> dict[str, Any]:
+    """Return how often candidates are recovered from simulated curves, and how often their intervals contain the true magnitudes.
+
+    Args:
+        confusion, coverage: As ``recovery.recover`` returns them.
+    """
+    own: Any = confusion[confusion["injected"] == confusion["tried"]]
+    wrong: Any = confusion[confusion["injected"] != confusion["tried"]]
+    return {
+        "true_one_best": _mean(own, "best"),
+        "true_one_indistinguishable": _mean(own, "indistinguishable"),
+        "true_one_excluded": _mean(own, "excluded"),
+        "wrong_one_excluded": _mean(wrong, "excluded"),
+        "coverage_68": _mean(coverage, "coverage_68"),
+        "coverage_95": _mean(coverage, "coverage_95"),
+        "by_candidate": {
+            row["injected"]: {key: row[key] for key in ("best", "indistinguishable", "excluded")}
+            for row in _records(own)
         },
     }
 

@@ -17,7 +17,7 @@ from scalar.diagnosis.shipped_fit import BY_COMPONENT
 from scalar.estimation.calibrate import calibrate
 from scalar.evaluate.workspace_errors import aligned_errors
 from scalar.report.calibration_page import calibration_page
-from scalar.report.excess_residual import excess_beside_findings
+from scalar.report.excess_words import excess_beside_findings
 from scalar.report.fleet_row import row_of
 from scalar.report.page import page
 from tests.diagnosis.test_patterns_are_no_noise import loose_mount

@@ -1,0 +1,83 @@
+"""Set gross errors aside before and after effects are known, and refuse data that no effect can explain."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.diagnosis.brief_changes import between_brief_changes
+from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.settings import Settings
+from scalar.errors import InvalidInput, Undetermined
+from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, clean_given_effects
+from scalar.estimation.ran_away import ran_away
+from scalar.estimation.setup.known_planes import refuse_contradicted_planes
+from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
+from scalar.estimation.setup.suspicion import MOST_LEFT
+from scalar.estimation.sufficiency import TooManyUnknowns
+
+
+def cleaned_given(cleaned: Cleaned, state: FittedState) -> Cleaned:
+    """Return the cleaned dataset without the poses that prove to be gross errors given the effects of a state; the same object if there are none."""
+    return clean_given_effects(
+        cleaned,
+        state.residuals.pose_distances(state.model),
+        between_brief_changes(state),
+        state.settings.estimation.gross_errors,
+    )
+
+
+def cleaned_or_refused(dataset: Dataset, settings: Settings) -> Cleaned:
+    """Return the dataset without gross errors, or refuse it if its set-up is described wrongly.
+
+    Raises:
+        InvalidInput: A corrected description of the set-up explains the data.
+        Undetermined: Most scans have lost their line to stray points, or the poses contradict one another and no corrected description explains them.
+    """
+    try:
+        return clean(dataset, settings.estimation)
+    except (TooManyStrayPoints, TooManyUnknowns):
+        raise
+    except (InvalidInput, Undetermined):
+        refuse_wrong_setup(dataset)
+        raise
+
+
+def refuse_misfit(dataset: Dataset, state: FittedState) -> None:
+    """Refuse data if the residual of most poses is larger than any effect can make it, or the fitted geometry is far from the nominal arm.
+
+    Args:
+        dataset: As it was given, before cleaning.
+        state: The fit of the cleaned dataset without effects.
+
+    Raises:
+        InvalidInput: A corrected description of the set-up explains the data.
+        Undetermined: No corrected description explains them.
+    """
+    distances = state.residuals.pose_distances(state.model)
+    median_distance = float(np.median(distances))  # [m]
+    if median_distance > MOST_LEFT or ran_away(state.model):
+        refuse_wrong_setup(dataset)
+    refuse_contradicted_planes(dataset, state.model)
+    if median_distance > state.settings.estimation.sufficiency.gross_error:
+        raise misfit_refused(state.dataset, distances, state.settings.estimation)
+
+
+def refuse_gross_errors_left(dataset: Dataset, state: FittedState) -> None:
+    """Refuse data if the residual of a pose is larger than any effect can make it although all that was found is in the model.
+
+    Cleaning sets a pose aside if its residual exceeds a multiple of the usual residual of the poses. So many gross errors that they distort the fit
+    also raise this limit, and then none is set aside. The residuals that remain are then larger than the error of any arm.
+
+    Args:
+        dataset: As it was given, before cleaning.
+        state: The fit of the cleaned dataset with all that was found.
+
+    Raises:
+        InvalidInput: A corrected description of the set-up explains the data.
+        Undetermined: No corrected description explains them.
+    """
+    distances = state.residuals.pose_distances(state.model)
+    if distances.max() > state.settings.estimation.sufficiency.gross_error:
+        refuse_wrong_setup(dataset)
+        raise misfit_refused(state.dataset, distances, state.settings.estimation)
