@@ -56,6 +56,10 @@ class CandidateSet:
         columns: list[Effect] = []
         where: dict[str, Array] = {}
         tried, width = [], 0
+        if all(candidate.n_terms == 1 for candidate in pool):  # none is a part of another
+            ends = np.cumsum([0, *(len(candidate.coefficients) for candidate in pool)]).tolist()
+            tried = [(each, np.arange(*ends[k : k + 2])) for k, each in enumerate(pool)]
+            return cls(tried, list(pool), list(changes), elsewhere=elsewhere)
         for candidate in pool:
             indices = []
             for element in elements(candidate):
@@ -176,6 +180,7 @@ class CandidateColumns:
         self.of_changes = state.columns_of([effect for effect, _ in candidates.changes], candidates.bases)
         along = self.products.with_rows(np.column_stack([self.full.Q, self.full.residual.ravel()]))
         self._along, self._projection = along[:, :-1], along[:, -1]
+        self._given_all = self.products.squared_lengths - np.einsum("ef,ef->e", self._along, self._along)
         self._change_columns: dict[int, ChangeColumns] = {}
         self._grams: dict[int, Array] = {}
 
@@ -199,9 +204,9 @@ class CandidateColumns:
         """Return the candidates by their number of columns, conditional on the state's background, or on that without some of its effects."""
         squared_lengths = self.products.squared_lengths
         projection, released = self._with_background(background)
-        given = squared_lengths - np.einsum("ef,ef->e", self._along, self._along)
+        given = self._given_all
         if released is not None:
-            given += np.einsum("ef,ef->e", released, released)
+            given = given + np.einsum("ef,ef->e", released, released)
         prior_std = self.candidates.prior_std[: len(squared_lengths)]
         share, scale = observable_share(background, given, squared_lengths, prior_std)
         projection = projection * scale / background.variance
