@@ -20,13 +20,13 @@ from scipy.stats import norm, rankdata
 from scalar.diagnosis.fitted_state import FittedState
 from scalar.diagnosis.settings import DEFAULTS, AutocorrelationSettings
 from scalar.diagnosis.sign_flips import upper_tail
+from scalar.diagnosis.variance_components import NO_DERIVATIVE
 from scalar.effects.flexible.variable import GRAVITY
 from scalar.geometry.planes import Planes
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
 
 LAGS = (1, 2, 3)  # poses that are so many places apart in an order are neighbours
-_NO_DERIVATIVE = 1e-9  # of the largest derivative of a row: a smaller one is a rounding error, as of a turn of a sensor that measures its own origin
 _NORMAL_SUFFICES = 0.01  # a larger p-value is taken from the normal distribution
 
 
@@ -172,7 +172,7 @@ def components_along(state: FittedState, z: Array) -> Array:
         by_place = state.whitening @ by_place
     sizes = np.linalg.norm(by_place, axis=1)
     components = np.einsum("nmk,nm->nk", by_place, z) / np.maximum(sizes, 1e-300)
-    return components[:, sizes.max(axis=0) > _NO_DERIVATIVE * sizes.max()]
+    return components[:, sizes.max(axis=0) > NO_DERIVATIVE * sizes.max()]
 
 
 def _recorded_in_time(state: FittedState) -> dict[str, Array]:

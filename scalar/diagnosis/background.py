@@ -14,6 +14,23 @@ from scalar.geometry.se3 import Array
 
 
 @dataclass(frozen=True, eq=False)
+class LeftOut:
+    """How the background of a model without some columns follows from that of the model with all its columns.
+
+    Products of other columns with both follow from their products with the whole background, without another pass over the rows.
+
+    Attributes:
+        whole: The background with all columns.
+        freed: ``(F, w)``, the directions that are released, in the coordinates of its Q.
+        gained: ``(w,)``, the components that the residual gains along them.
+    """
+
+    whole: Background
+    freed: Array
+    gained: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Background:
     """A fitted model's residual, and the directions that the model explains.
 
@@ -27,6 +44,7 @@ class Background:
         along: ``(F,)``, the components of the residual along Q before these were removed, rows of priors included.
         settings: Thresholds.
         released: ``(N m, w)`` or None: orthonormal directions within Q that the model no longer explains, because an effect was left out.
+        left_out: How the background follows from that of the model with the effect; None if no effect was left out.
     """
 
     residual: Array
@@ -37,6 +55,7 @@ class Background:
     along: Array
     settings: ScoreTestSettings
     released: Array | None = None
+    left_out: LeftOut | None = None
 
     @classmethod
     def of(
@@ -84,7 +103,13 @@ class Background:
         released = self.Q @ freed
         residual = self.residual + (released @ gained).reshape(self.residual.shape)
         degrees_of_freedom = self.degrees_of_freedom + float(np.sum(released**2))
-        return replace(self, residual=residual, degrees_of_freedom=degrees_of_freedom, released=released)
+        return replace(
+            self,
+            residual=residual,
+            degrees_of_freedom=degrees_of_freedom,
+            released=released,
+            left_out=LeftOut(self, freed, gained),
+        )
 
     def _spanned_by_these_alone(self, removed: Array) -> Array:
         """Return orthonormal directions ``(F, w)``, in the coordinates of Q, that the columns other than ``removed`` ``(K,)`` do not span."""

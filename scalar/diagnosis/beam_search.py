@@ -8,18 +8,19 @@ products above 1 then means that the data determine that direction better than i
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import linalg
 
 from scalar.diagnosis.score_test import shrunk_gain
 from scalar.geometry.se3 import Array
-from scalar.kernels.gains import extension_gains, set_gains
+from scalar.kernels.gains import best_extensions, extension_gains, set_gains
 
 # The extent of the search: larger numbers give the same sets, more slowly.
 WIDTH = 24  # sets of each size that are extended
@@ -27,8 +28,7 @@ BRANCHES = 8  # elements with which each of these sets is extended, at most one 
 MOST_ELEMENTS = 14  # elements of a set at most: five effects with two or three elements each
 
 
-@dataclass(frozen=True)
-class Subset:
+class Subset(NamedTuple):
     """A set of elements.
 
     Attributes:
@@ -135,18 +135,23 @@ class SearchElements:
 
     def subsets(self, sets: Sequence[tuple[int, ...]]) -> list[Subset]:
         """Return each set with its squared residual and evidence, in the order given; sets with the same number of columns are computed together."""
-        where = [self._where(elements) for elements in sets]
+        places, cost_of_choice = self._places, float(np.log(self.n_candidates))
+        by_width: dict[int, list[tuple[int, list[int]]]] = {}
+        for k, elements in enumerate(sets):
+            columns = [c for p in elements for c in places[p]]
+            by_width.setdefault(len(columns), []).append((k, columns))
         found: dict[int, Subset] = {}
-        for width in {len(columns) for columns in where}:
-            same_width = [k for k, columns in enumerate(where) if len(columns) == width]
-            gains, dofs = self._gains(np.array([where[k] for k in same_width]))
+        for width, same_width in by_width.items():
+            where = np.array([columns for _, columns in same_width], dtype=int).reshape(
+                len(same_width), width
+            )
+            gains, dofs = self._gains(where)
             sum_of_squares = self.sum_of_squares - gains
             evidence = self._log_evidence(sum_of_squares, dofs)
-            for k, remaining, nats in zip(
+            for (k, _), remaining, nats in zip(
                 same_width, sum_of_squares.tolist(), evidence.tolist(), strict=True
             ):
-                cost_of_choice = len(sets[k]) * float(np.log(self.n_candidates))
-                found[k] = Subset(sets[k], remaining, nats - cost_of_choice)
+                found[k] = Subset(sets[k], remaining, nats - len(sets[k]) * cost_of_choice)
         return [found[k] for k in range(len(sets))]
 
     def extensions(self, subsets: Sequence[Subset], most: int) -> list[list[tuple[int, ...]]]:
@@ -159,14 +164,11 @@ class SearchElements:
         if not subsets:
             return []
         gains, dofs = self._gains_given(subsets)
-        sum_of_squares = np.array([subset.sum_of_squares for subset in subsets])[:, None]
-        evidence = np.where(gains > 0.0, self._log_evidence(sum_of_squares - gains, dofs), -np.inf)
-        for of_set, subset in zip(evidence, subsets, strict=True):
-            of_set[[*subset.elements, *self.excluded]] = -np.inf
-        best = self._best_of_families(evidence, most)
+        for of_set, subset in zip(gains, subsets, strict=True):
+            of_set[[*subset.elements, *self.excluded]] = 0.0
+        best = self._best_of_families(subsets, gains, dofs, most)
         return [
-            [tuple(sorted((*subset.elements, k))) for k in of_set]
-            for of_set, subset in zip(best, subsets, strict=True)
+            [_with(subset.elements, k) for k in of_set] for of_set, subset in zip(best, subsets, strict=True)
         ]
 
     def _gains(self, columns: Array) -> tuple[Array, Array]:
@@ -214,23 +216,37 @@ class SearchElements:
             projections.append(projection[places])
         return grams, projections
 
-    def _best_of_families(self, evidence: Array, most: int) -> list[list[int]]:
-        """Return for each of T sets the best elements to extend it with, best first: the best of each family, at most ``most``.
+    def _best_of_families(
+        self, subsets: Sequence[Subset], gains: Array, dofs: Array, most: int
+    ) -> list[list[int]]:
+        """Return for each of T sets the elements that give most evidence with it, best first: the best of each family, at most ``most``.
 
-        Args:
-            evidence: ``(T, n)``, log evidence of each set with each further element [nats]; minus infinity for elements that no set may have.
-            most: Largest number of elements for each set.
+        Gains conditional on each set ``(T, n)`` have degrees of freedom ``dofs`` ``(T, n)``; elements that no set may have gain nothing.
         """
-        begins = np.flatnonzero(np.diff(self.family, prepend=self.family[0] - 1))
-        ends = [*begins[1:].tolist(), len(self.family)]
-        of_family = np.maximum.reduceat(evidence, begins, axis=1)
-        most = min(most, len(begins))
-        leading = np.argpartition(-of_family, most - 1, axis=1)[:, :most]
+        begins, n = self._families, self.degrees_of_freedom
+        most = min(most, len(begins) - 1)
+        sum_of_squares = np.array([subset.sum_of_squares for subset in subsets])
+        compiled = best_extensions(
+            gains, dofs, sum_of_squares, n * self.least_variance, float(np.log(n)) / n, begins, most
+        )
+        if compiled is not None:
+            return compiled
+        evidence = np.where(gains > 0.0, self._log_evidence(sum_of_squares[:, None] - gains, dofs), -np.inf)
+        of_family = np.maximum.reduceat(evidence, begins[:-1], axis=1)
+        leading = np.argsort(-of_family, axis=1, kind="stable")[:, :most]
         found = []
         for families, every, of_elements in zip(leading.tolist(), of_family, evidence, strict=True):
-            in_order = sorted((f for f in families if every[f] > -np.inf), key=lambda f: (-every[f], f))
-            found.append([int(begins[f] + np.argmax(of_elements[begins[f] : ends[f]])) for f in in_order])
+            in_order = [f for f in families if every[f] > -np.inf]
+            found.append(
+                [begins[f] + int(np.argmax(of_elements[begins[f] : begins[f + 1]])) for f in in_order]
+            )
         return found
+
+    @cached_property
+    def _families(self) -> list[int]:
+        """Return the first element of each family, and the number of all elements."""
+        begins = np.flatnonzero(np.diff(self.family, prepend=self.family[0] - 1))
+        return [*begins.tolist(), len(self.family)]
 
     @cached_property
     def _ranges(self) -> tuple[Array, Array] | None:
@@ -271,6 +287,11 @@ class SearchElements:
         """
         n = self.degrees_of_freedom
         return -0.5 * n * np.log(np.maximum(sum_of_squares / n, self.least_variance)) - 0.5 * dof * np.log(n)
+
+
+def _with(elements: tuple[int, ...], k: int) -> tuple[int, ...]:
+    """Return ascending elements with one more."""
+    return (*elements[: (at := bisect(elements, k))], k, *elements[at:])
 
 
 def _sharing_beginnings(sets: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:

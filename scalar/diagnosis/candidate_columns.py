@@ -56,6 +56,10 @@ class CandidateSet:
         columns: list[Effect] = []
         where: dict[str, Array] = {}
         tried, width = [], 0
+        if all(candidate.n_terms == 1 for candidate in pool):  # none is a part of another
+            ends = np.cumsum([0, *(len(candidate.coefficients) for candidate in pool)]).tolist()
+            tried = [(each, np.arange(*ends[k : k + 2])) for k, each in enumerate(pool)]
+            return cls(tried, list(pool), list(changes), elsewhere=elsewhere)
         for candidate in pool:
             indices = []
             for element in elements(candidate):
@@ -174,7 +178,9 @@ class CandidateColumns:
         groups = candidates.groups.values()
         self.products = state.products_of(candidates.elements, groups, candidates.bases)
         self.of_changes = state.columns_of([effect for effect, _ in candidates.changes], candidates.bases)
-        self._along = self.products.with_rows(self.full.Q)
+        along = self.products.with_rows(np.column_stack([self.full.Q, self.full.residual.ravel()]))
+        self._along, self._projection = along[:, :-1], along[:, -1]
+        self._given_all = self.products.squared_lengths - np.einsum("ef,ef->e", self._along, self._along)
         self._change_columns: dict[int, ChangeColumns] = {}
         self._grams: dict[int, Array] = {}
 
@@ -196,14 +202,11 @@ class CandidateColumns:
 
     def conditional(self, background: Background) -> dict[int, Conditional]:
         """Return the candidates by their number of columns, conditional on the state's background, or on that without some of its effects."""
-        residual, squared_lengths = background.residual.reshape(-1, 1), self.products.squared_lengths
-        released = background.released
-        rows = residual if released is None else np.column_stack([residual, released])
-        projection, *_ = along = self.products.with_rows(rows).T
-        released = None if released is None else along[1:].T
-        given = squared_lengths - np.einsum("ef,ef->e", self._along, self._along)
+        squared_lengths = self.products.squared_lengths
+        projection, released = self._with_background(background)
+        given = self._given_all
         if released is not None:
-            given += np.einsum("ef,ef->e", released, released)
+            given = given + np.einsum("ef,ef->e", released, released)
         prior_std = self.candidates.prior_std[: len(squared_lengths)]
         share, scale = observable_share(background, given, squared_lengths, prior_std)
         projection = projection * scale / background.variance
@@ -217,6 +220,22 @@ class CandidateColumns:
             grams = grams * (units[:, :, None] * units[:, None, :]) / background.variance
             found[width] = Conditional(background.variance, grams, projection[groups], share[groups])
         return found
+
+    def _with_background(self, background: Background) -> tuple[Array, Array | None]:
+        """Return the products of the columns with the residual of a background ``(e,)``, and with the directions that it released ``(e, w)``.
+
+        Products with the state's own background, or with one that follows from it, need no further pass over the rows.
+        """
+        if background is self.full:
+            return self._projection, None
+        if background.left_out is None or background.left_out.whole is not self.full:
+            released = background.released
+            residual = background.residual.reshape(-1, 1)
+            rows = residual if released is None else np.column_stack([residual, released])
+            along = self.products.with_rows(rows)
+            return along[:, 0], None if released is None else along[:, 1:]
+        released = self._along @ background.left_out.freed
+        return self._projection + released @ background.left_out.gained, released
 
     def _grams_given_all(self, width: int) -> Array:
         """Return ``E'^T E'`` ``(T, w, w)`` of the candidates with w columns, conditional on the background of the state with all its effects."""

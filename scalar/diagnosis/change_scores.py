@@ -14,6 +14,8 @@ from scalar.diagnosis.background import Background
 from scalar.diagnosis.score_test import in_prior_units, shrunk_gain
 from scalar.geometry.se3 import Array
 
+_MOST_KEPT = 2_000_000  # bytes of the products that one kind of change keeps
+
 
 @dataclass(frozen=True, eq=False)
 class ChangeScores:
@@ -39,12 +41,18 @@ class ChangeColumns:
         at: ``(T,)``, positions in ``index`` of the poses with which the change may begin.
         grams: ``(T, e, e)``, ``E'^T E'`` of the columns of the change that begins there.
         squared_lengths: ``(e,)``, of the columns if the change begins with the first pose.
+        whole: The background of the model with all its effects.
+        projections: ``(T, e)``, products of the columns with its residual.
+        shared: ``(T, F, e)``, products of its Q with the columns; None if they would take much memory.
     """
 
     index: Array
     at: Array
     grams: Array
     squared_lengths: Array
+    whole: Background
+    projections: Array
+    shared: Array | None
 
     @classmethod
     def of(cls, background: Background, E: Array, index: Array, margin: int) -> ChangeColumns:
@@ -61,7 +69,12 @@ class ChangeColumns:
         at = beginnings(len(index), E.shape[2], margin)
         shared = _from_each_on(background.Q, E, index)[at]
         grams = grams_from[at] - np.swapaxes(shared, 1, 2) @ shared
-        return cls(index, at, grams, np.einsum("nme,nme->e", Ei, Ei))
+        squared_lengths, projections = (
+            np.einsum("nme,nme->e", Ei, Ei),
+            _projections(background, Ei, index)[at],
+        )
+        kept = shared if shared.nbytes <= _MOST_KEPT else None
+        return cls(index, at, grams, squared_lengths, background, projections, kept)
 
     def score(self, background: Background, E: Array, prior_std: Array) -> ChangeScores:
         """Return the scores for all beginnings.
@@ -71,17 +84,28 @@ class ChangeColumns:
             E: ``(N, m, e)``, the columns if the change begins with the first pose.
             prior_std: ``(e,)``, prior standard deviations of their coefficients.
         """
-        projection = np.cumsum(
-            np.einsum("nme,nm->ne", E[self.index], background.residual[self.index])[::-1], axis=0
-        )[::-1]
-        grams = self.grams
-        if background.released is not None:
-            shared = _from_each_on(background.released, E, self.index)[self.at]
-            grams = grams + np.swapaxes(shared, 1, 2) @ shared
+        projections, shared = self._with_background(background, E)
+        grams = self.grams if shared is None else self.grams + np.swapaxes(shared, 1, 2) @ shared
         scale = in_prior_units(background, self.squared_lengths, prior_std)
         grams = grams * ((scale[:, None] * scale[None, :]) / background.variance)
-        gain, dof = shrunk_gain(grams, projection[self.at] * scale / background.variance)
+        gain, dof = shrunk_gain(grams, projections * scale / background.variance)
         return ChangeScores(self.index[self.at], background.variance * gain, dof)
+
+    def _with_background(self, background: Background, E: Array) -> tuple[Array, Array | None]:
+        """Return the products of the columns with a background's residual ``(T, e)``, and of the directions that it released with them ``(T, w, e)``.
+
+        Where they follow from those with the background of the whole model, the rows are not needed.
+        """
+        if background is self.whole and background.released is None:
+            return self.projections, None
+        left_out = background.left_out
+        if self.shared is not None and left_out is not None and left_out.whole is self.whole:
+            shared = left_out.freed.T @ self.shared
+            return self.projections + left_out.gained @ shared, shared
+        shared = None
+        if background.released is not None:
+            shared = _from_each_on(background.released, E, self.index)[self.at]
+        return _projections(background, E[self.index], self.index)[self.at], shared
 
 
 def beginnings(n_poses: int, n_columns: int, margin: int) -> Array:
@@ -94,6 +118,11 @@ def beginnings(n_poses: int, n_columns: int, margin: int) -> Array:
     """
     margin = max(margin, n_columns)
     return np.arange(margin, n_poses - margin + 1)
+
+
+def _projections(background: Background, Ei: Array, index: Array) -> Array:
+    """Return ``E^T r`` ``(len(index), e)``, r the residual of a background, summed as ``_from_each_on`` does; Ei ``(len(index), m, e)`` of E."""
+    return np.cumsum(np.einsum("nme,nm->ne", Ei, background.residual[index])[::-1], axis=0)[::-1]
 
 
 def _from_each_on(Q: Array, E: Array, index: Array) -> Array:

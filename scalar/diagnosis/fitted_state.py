@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from scalar.diagnosis.background import Background
 from scalar.diagnosis.column_products import ColumnProducts
 from scalar.diagnosis.effect_columns import Bases, EffectColumns
+from scalar.diagnosis.lately_fitted import key_of
 from scalar.diagnosis.measured_rows import MeasuredRows, profile_measurement
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.variance_components import VarianceComponent, variance_components, whitening_for
@@ -72,9 +73,11 @@ class FittedState:
         return self.results[key]
 
     def refitted(self, effects: Sequence[Effect], start: Model | None = None) -> FittedState:
-        """Return the joint optimum with other effects; the fit starts from this state's model, or from ``start``."""
+        """Return the joint optimum with other effects, kept or fitted from this state's or the ``start`` model, whose priors have other weights."""
         model = self.model if start is None else start
-        return refit(self.dataset, model, self.geometry_free, effects, self.settings, self.rows)
+        key = None if model.priors else key_of(self, effects)
+        fit = partial(refit, self.dataset, model, self.geometry_free, effects, self.settings, self.rows)
+        return self.rows.fitted.of(key, fit)
 
     def with_equal_weights(self) -> FittedState:
         """Return the same state with no variance component, so that tests at it weight all poses equally; states refitted from it have their own."""

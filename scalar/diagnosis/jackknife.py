@@ -23,7 +23,6 @@ from scalar.diagnosis.predicted_displacements import (
     poses_measured,
     poses_within,
 )
-from scalar.estimation.displacement import position_variance
 from scalar.geometry.se3 import Array
 
 N_POSES = 200  # random poses at which predictions are compared
@@ -175,16 +174,6 @@ def steps_left_out(rows: Array, rest: Array, inverse: Array) -> Array:
     leverages, axes = np.linalg.eigh(response @ np.swapaxes(rows, 1, 2))
     along = np.einsum("nij,ni->nj", axes, rest) / np.maximum(1.0 - leverages, _LEAST_LEFT)
     return np.einsum("nmf,nm->nf", response, np.einsum("nij,nj->ni", axes, along))
-
-
-def variance_of(steps: Array, columns: Array) -> float:
-    """Return the squared standard error of a predicted position [m^2], mean over the K poses of ``columns``.
-
-    Args:
-        steps: ``(N, F)``, as ``steps_left_out`` gives them.
-        columns: ``(3 K, F)``, derivatives of the predicted positions [m].
-    """
-    return position_variance(columns, covariance_of(steps))
 
 
 def covariance_of(steps: Array) -> Array:

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.diagnosis.lately_fitted import LatelyFitted
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import WithinScanNoiseSettings
@@ -24,7 +25,12 @@ _NEGLIGIBLE_CHANGE = 0.1
 
 
 class MeasuredRows:
-    """The rows of a dataset, compressed when they are first used."""
+    """The rows of a dataset, compressed when they are first used.
+
+    Attributes:
+        noise: The noise within its poses; None if it is white and the same for all points.
+        fitted: The states that were fitted to the rows last.
+    """
 
     def __init__(
         self, dataset: Dataset, noise: PoseNoise | None = None, like: Measurement | None = None
@@ -42,6 +48,7 @@ class MeasuredRows:
         self._known: dict[tuple[str, ...], Measurement] = {}
         self._derivatives: Array | None = None
         self._results: dict[tuple[Any, ...], Any] = {}
+        self.fitted = LatelyFitted()
 
     def once(self, key: tuple[Any, ...], compute: Callable[[], _Result]) -> _Result:
         """Return a result that all models of these rows share; it is computed when first asked for.

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from scipy.stats import chi2
 
 from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.jackknife import Linearised, covariance_of, variance_of
-from scalar.estimation.displacement import position_std, position_variance
+from scalar.diagnosis.jackknife import Linearised, covariance_of
+from scalar.estimation.displacement import position_std
 from scalar.geometry.se3 import Array
 
 Errors = tuple[float, float, float]
@@ -34,6 +36,8 @@ class NestedModels:
         effect_index = np.r_[np.full(len(state.geometry_free), -1), np.repeat(np.arange(len(sizes)), sizes)]
         self.effect_index = effect_index[state.free]
         self.optimum = self.linear.fitted(np.ones(len(self.effect_index), dtype=bool))
+        self._latest: tuple[bytes, tuple[Array, Array]] | None = None
+        self._errors: dict[bytes, Errors] = {}
 
     def errors(self, kept: tuple[int, ...]) -> Errors:
         """Return the expected errors [m] of a predicted position, root mean square over poses, with the effects of the indices ``kept``.
@@ -41,19 +45,25 @@ class NestedModels:
         The first is over random poses within the joint limits, the second over random poses within the measured ranges, the third over measured
         poses.
         """
-        linear, free = self.linear, self._free(kept)
-        step, left_out = linear.fitted(free)
+        free = self._free(kept)
+        known = self._errors.get(free.tobytes())
+        return self._errors.setdefault(free.tobytes(), self._errors_of(free)) if known is None else known
+
+    def _errors_of(self, free: Array) -> Errors:
+        """Return the errors of the nested model with the free coordinates ``(F,)``."""
+        step, left_out = self._fitted(free)
         covariance = self._covariance(free, left_out)
+        by_chance = covariance_of(left_out - self.optimum[1])
         within_limits, within_ranges, measured = (
-            self._error(step, left_out, covariance, columns)
-            for columns in (linear.columns, linear.columns_in_ranges, linear.columns_measured)
+            self._error(step, covariance, by_chance, columns, gram)
+            for columns, gram in zip(self._all_columns, self._grams, strict=True)
         )
         return within_limits, within_ranges, measured
 
     def std(self, kept: tuple[int, ...]) -> float:
         """Return the standard error [m] of a predicted position, root mean square over poses within the joint limits; arguments as for ``errors``."""
         free = self._free(kept)
-        return position_std(self.linear.columns, self._covariance(free, self.linear.fitted(free)[1]))
+        return position_std(self.linear.columns, self._covariance(free, self._fitted(free)[1]))
 
     def p_value(self, index: int, kept: tuple[int, ...]) -> float:
         """Return the probability of coefficients as large as those of an effect in a nested model if all of them were zero (Wald's test).
@@ -65,7 +75,7 @@ class NestedModels:
             kept: Indices of the effects that the nested model has, this one among them.
         """
         own = self.effect_index == index
-        step, left_out = self.linear.fitted(self._free(kept))
+        step, left_out = self._fitted(self._free(kept))
         estimate = (self.linear.coefficients + step)[own]
         covariance = covariance_of(left_out[:, own])
         wald = estimate @ np.linalg.pinv(covariance, hermitian=True) @ estimate
@@ -99,18 +109,35 @@ class NestedModels:
         """Return which coordinates ``(F,)`` a nested model has."""
         return (self.effect_index < 0) | np.isin(self.effect_index, kept)
 
-    def _error(self, step: Array, left_out: Array, covariance: Array, columns: Array) -> float:
+    def _fitted(self, free: Array) -> tuple[Array, Array]:
+        """Return the steps of a nested model, as ``Linearised.fitted``; the latest are kept, since each of its effects is asked for in turn."""
+        key = free.tobytes()
+        if self._latest is None or self._latest[0] != key:
+            self._latest = key, self.linear.fitted(free)
+        return self._latest[1]
+
+    @cached_property
+    def _all_columns(self) -> tuple[Array, Array, Array]:
+        """Return the derivatives ``(3 K, F)`` of the positions at the poses of each of ``Errors`` [m]."""
+        return self.linear.columns, self.linear.columns_in_ranges, self.linear.columns_measured
+
+    @cached_property
+    def _grams(self) -> list[Array]:
+        """Return the inner products ``(F, F)`` of these derivatives, mean over the K poses [m^2]; with a covariance they give a variance."""
+        return [columns.T @ columns / (len(columns) / 3) for columns in self._all_columns]
+
+    def _error(self, step: Array, covariance: Array, by_chance: Array, columns: Array, gram: Array) -> float:
         """Return the expected error [m] at K poses: the root of the variance plus the squared bias beyond chance.
 
         Args:
             step: ``(F,)``, to the optimum of the nested model.
-            left_out: ``(N, F)``, the further steps when each of the N poses is left out of that fit.
             covariance: ``(F, F)``, of the coordinates of the nested model.
+            by_chance: ``(F, F)``, of their difference from those of the wide model.
             columns: ``(3 K, F)``, derivatives of the positions at K poses [m].
+            gram: ``(F, F)``, one of ``_grams``.
         """
-        wide_step, wide_left_out = self.optimum
-        difference = columns @ (step - wide_step)
+        difference = columns @ (step - self.optimum[0])
         squared_distance = float(difference @ difference) / (len(difference) / 3)
-        by_chance = variance_of(left_out - wide_left_out, columns)
-        squared_bias = max(squared_distance - self.beyond_chance**2 * by_chance, 0.0)
-        return float(np.sqrt(position_variance(columns, covariance) + squared_bias))
+        variance, variance_by_chance = (float(np.sum(gram * each)) for each in (covariance, by_chance))
+        squared_bias = max(squared_distance - self.beyond_chance**2 * variance_by_chance, 0.0)
+        return float(np.sqrt(max(variance, 0.0) + squared_bias))

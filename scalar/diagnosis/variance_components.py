@@ -26,6 +26,7 @@ from scalar.geometry.se3 import Array
 from scalar.sensors import NoiseComponent
 
 JITTER = "pose_jitter"
+NO_DERIVATIVE = 1e-9  # of the largest derivative of a row: a smaller one is a rounding error, as of a turn of a sensor that measures its own origin
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +174,8 @@ def columns_by_place(residuals: Residuals, model: Model) -> list[tuple[str, Arra
     found = [(f"q{j + 1}", column) for j, column in enumerate(np.moveaxis(wrench @ by_joint, 2, 0))]
     found += [(f"sensor.{k}", column) for k, column in enumerate(np.moveaxis(sensor, 2, 0))]
     found += [(f"base.{k}", column) for k, column in enumerate(np.moveaxis(wrench, 2, 0))]
-    return [(place, column) for place, column in found if column.any()]
+    sizes = np.array([np.linalg.norm(column) for _, column in found])
+    return [found[k] for k in np.flatnonzero(sizes > NO_DERIVATIVE * sizes.max())]
 
 
 def whitening_for(component: VarianceComponent) -> Array:

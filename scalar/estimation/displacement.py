@@ -26,19 +26,14 @@ def shifts(kinematics: Kinematics, screws: Array) -> Array:
     return (screws[:, 3:] - skew(o) @ screws[:, :3]).reshape(3 * len(o), -1)
 
 
-def position_variance(columns: Array, covariance: Array) -> float:
-    """Return the squared standard error of a predicted position [m^2], mean over K poses.
+def position_std(columns: Array, covariance: Array) -> float:
+    """Return the standard error of a predicted position [m], root mean square over K poses.
 
     Args:
         columns: ``(3 K, P)``, derivatives of the positions [m] by the parameters.
         covariance: ``(P, P)``, of the parameters.
     """
-    return float(np.sum((columns @ covariance) * columns) / (len(columns) / 3))
-
-
-def position_std(columns: Array, covariance: Array) -> float:
-    """Return the standard error of a predicted position [m], root mean square over K poses; arguments as for ``position_variance``."""
-    return float(np.sqrt(position_variance(columns, covariance)))
+    return float(np.sqrt(np.sum((columns @ covariance) * columns) / (len(columns) / 3)))
 
 
 def displacement_columns(model: Model, poses: Poses) -> Array:

@@ -77,6 +77,8 @@ _ARGUMENTS = {
     "normals": (ctypes.POINTER(ProblemStruct), ctypes.POINTER(FreeStruct), _at, _at, _at, ctypes.POINTER(_float)),
     "shrunk_gains": (_int, _int, _at, _at, _at, _at, _at),
     "select_forward": (_int, _int, _at, _at, _float, _at, _at),
+    "restricted_likelihood": (_int, _int, _at, _at, _float, ctypes.POINTER(_float), _at),
+    "best_extensions": (_int, _int, _int, _int, _at, _at, _at, _float, _at, _at, _at),
     "set_gains": (_int, _at, _at, _int, _int, _at, _at, _at),
     "extension_gains": (_int, _at, _at, _int, _at, _at, _int, _at, _at, _at, _at),
 }  # fmt: skip

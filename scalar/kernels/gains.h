@@ -270,3 +270,31 @@ WIDE int extension_gains(int64_t e, const double *gram, const double *projection
     free(A), free(of.X), free(of.span);
     return status;
 }
+
+/* For each of T sets the elements of n that explain most beside it: of each family, the elements begins[f] to begins[f + 1] - 1, the best one, and of
+the F families the best `most`, best first, chosen (T, most); -1 where there are no more. Least is what remains, at least `least`, times the penalty of
+the directions seen, penalty (largest of seen + 1); remaining (T) without the element, gain and seen (T, n). Elements without a gain are left out. */
+WIDE int best_extensions(int64_t T, int64_t n, int64_t F, int64_t most, const double *gain, const int64_t *seen, const double *remaining, double least,
+                         const double *penalty, const int64_t *begins, int64_t *chosen) {
+    double *kept = malloc((size_t)(most + 1) * sizeof(double));
+    if (!kept) return -2;
+    for (int64_t t = 0; t < T; t++, gain += n, seen += n, chosen += most) {
+        int64_t count = 0;
+        for (int64_t f = 0; f < F; f++) {
+            int64_t best = -1;
+            double fewest = INFINITY;
+            for (int64_t k = begins[f]; k < begins[f + 1]; k++) {
+                if (!(gain[k] > 0.0)) continue;
+                double left = remaining[t] - gain[k], cost = (left > least ? left : least) * penalty[seen[k]];
+                if (cost < fewest) fewest = cost, best = k;
+            }
+            if (best < 0 || (count == most && !(fewest < kept[count - 1]))) continue;
+            int64_t place = count < most ? count++ : most - 1;
+            for (; place && fewest < kept[place - 1]; place--) kept[place] = kept[place - 1], chosen[place] = chosen[place - 1];
+            kept[place] = fewest, chosen[place] = best;
+        }
+        while (count < most) chosen[count++] = -1;
+    }
+    free(kept);
+    return 0;
+}

@@ -103,6 +103,43 @@ def extension_gains(
     return None if _failed(status) else (gain, seen)
 
 
+def best_extensions(
+    gain: Array,
+    seen: IntArray,
+    remaining: Array,
+    least: float,
+    log_penalty: float,
+    begins: Sequence[int],
+    most: int,
+) -> list[list[int]] | None:
+    """Return for each of T sets the elements that lower the cost ``max(remaining - gain, least) exp(log_penalty seen)`` most, the lowest first.
+
+    Of each family, elements that follow one another, only the best is returned. None without the library.
+
+    Args:
+        gain: ``(T, n)``, by how much each element lowers what remains with a set; elements without a gain are left out.
+        seen: ``(T, n)``, their degrees of freedom.
+        remaining: ``(T,)``, what remains without them.
+        least: The least that may remain.
+        log_penalty: For each degree of freedom.
+        begins: ``(F + 1,)``, the first element of each of the F families, and n.
+        most: Largest number of elements for each set.
+    """
+    if kernels.LIBRARY is None:
+        return None
+    T, n = gain.shape
+    gain, remaining, ends = contiguous(gain), contiguous(remaining), np.array(begins, dtype=np.int64)
+    seen = np.ascontiguousarray(seen, dtype=np.int64)
+    penalty = np.exp(log_penalty * np.arange(seen.max(initial=0) + 1))
+    chosen = np.empty((T, most), dtype=np.int64)
+    status = kernels.LIBRARY.best_extensions(
+        T, n, len(ends) - 1, most, address(gain), address(seen), address(remaining), least, address(penalty), address(ends),
+        address(chosen),
+    )  # fmt: skip
+    checked(status)
+    return [[k for k in row if k >= 0] for row in chosen.tolist()]
+
+
 def _failed(status: int) -> bool:
     """Return whether the library lost too many digits; any other failure raises an error."""
     if status == _NOT_POSITIVE:

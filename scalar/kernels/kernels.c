@@ -9,6 +9,7 @@ architecture. */
 #include "contacts.h"
 #include "gains.h"
 #include "levenberg_marquardt.h"
+#include "likelihood.h"
 #include "linear_start.h"
 #include "published_model.h"
 #include "scans.h"

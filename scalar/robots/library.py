@@ -84,8 +84,7 @@ def read_arm(name: str) -> LibraryArm:
     Raises:
         InvalidInput: The library has no arm of this name; the message suggests similar names.
     """
-    known = {_plain(key): own for own, keys in _keys().items() for key in keys}
-    own = known.get(_plain(name))
+    own = _own_names().get(_plain(name))
     if own is None:
         raise InvalidInput(Fault("--robot", _unknown(name)))
     return _read(own)
@@ -155,6 +154,12 @@ def _keys() -> dict[str, tuple[str, ...]]:
     """Return what each arm may be called: its name, its model, and its maker with its model."""
     arms = {name: _read(name) for name in arm_names()}
     return {name: (name, arm.model, f"{arm.maker} {arm.model}") for name, arm in arms.items()}
+
+
+@cache
+def _own_names() -> dict[str, str]:
+    """Return the name of the arm that each key of ``_keys`` calls, all keys in plain letters."""
+    return {_plain(key): own for own, keys in _keys().items() for key in keys}
 
 
 def _plain(name: str) -> str:

@@ -1,5 +1,7 @@
 """Candidate sets: columns are computed once for a state, and the candidates of a pool count wherever its parts stand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -63,6 +65,29 @@ def test_what_was_ranked_is_not_ranked_again(monkeypatch):
     assert rivals(state, 0, columns) == (own, again)
     assert ranked_terms.ranked_once(state, [background, background], [pool]) == 2 * terms
     assert background_without(state, [0])[0] is background
+
+
+def test_without_an_effect_no_further_pass_over_the_rows_is_needed():
+    """Scores in the place of an effect follow from products with the whole model: they are those that the rows without the effect give."""
+    dataset = make_scene(seed=3, poses_per_plane=15).dataset
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    state = refit(dataset, model, prepared.free, (JointScale(2), JointScale(4)))
+    columns = CandidateColumns.of(state, named_candidates(dataset))
+    left_out = background_without(state, [0])[0]
+    from_rows = replace(left_out, left_out=None)
+    assert left_out.left_out is not None and left_out.left_out.whole is columns.full
+    pairs = [
+        *zip(columns.conditional(left_out).values(), columns.conditional(from_rows).values(), strict=True)
+    ]
+    for short, long in pairs:
+        for name in ("grams", "projections", "share"):
+            expected = getattr(long, name)
+            np.testing.assert_allclose(getattr(short, name), expected, atol=1e-9 * np.abs(expected).max())
+    changes = [*zip(columns.changes(left_out), columns.changes(from_rows), strict=True)]
+    assert pairs and changes
+    for (_, short), (_, long) in changes:
+        np.testing.assert_allclose(short.gain, long.gain, rtol=1e-7, atol=1e-9)
+        np.testing.assert_array_equal(short.dof, long.dof)
 
 
 def test_products_of_columns_are_those_of_the_columns_themselves():

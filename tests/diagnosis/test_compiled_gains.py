@@ -1,5 +1,6 @@
 """Gains that the compiled library computes are those of the reference in NumPy."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -75,6 +76,25 @@ def test_sets_and_extensions_agree_with_numpy(widths, seed):
     others = np.array([[k not in one.elements for k in range(len(widths))] for one in found])
     np.testing.assert_allclose(gains[others], by_numpy[0][others], rtol=1e-5, atol=1e-7)
     np.testing.assert_array_equal(dofs[others], by_numpy[1][others])
+
+
+@needs_library
+@given(st.lists(st.integers(1, 3), min_size=6, max_size=14), st.integers(1, 20), st.integers(0, 2**32 - 1))
+@settings(max_examples=30)
+def test_the_best_of_each_family_are_those_of_numpy(widths, most, seed):
+    """Of families of several elements the best ones extend a set, as many as are asked for or as there are, and none that explains nothing."""
+    rng = np.random.default_rng(seed)
+    family = np.sort(rng.integers(0, 4, len(widths)))
+    elements = replace(elements_of(rng, widths), family=family)
+    sets = elements.subsets([(), (1,), (0, 3)])
+    least = min(subset.sum_of_squares for subset in sets)
+    gains = rng.uniform(-0.3, 1.2, (len(sets), len(widths))) * least
+    dofs = rng.integers(0, 3, gains.shape)
+    found = elements._best_of_families(sets, gains, dofs, most)
+    assert found == in_numpy(lambda: elements._best_of_families(sets, gains, dofs, most))
+    for chosen, own in zip(found, gains, strict=True):
+        assert len(chosen) == min(most, len(set(family[own > 0])))
+        assert len({family[k] for k in chosen}) == len(chosen) and all(own[k] > 0 for k in chosen)
 
 
 @needs_library

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.fitted_state import refit
-from scalar.diagnosis.variance_components import whitening_for
+from scalar.diagnosis.variance_components import columns_by_place, whitening_for
 from scalar.estimation.geometry_fit import geometry_fit
+from tests.diagnosis.tracked_arm import fitted_arm
 from tests.effects.injected import Flaws, make_cell
 
 SEEDS = 16
@@ -51,3 +52,14 @@ def test_the_estimate_grows_with_the_noise():
     """The estimate grows with what is injected, down to the size at which it is no longer significant."""
     sizes = [found_in(Flaws(jitter=size), 5)[0].std for size in (1e-4, 2e-4, 4e-4)]
     assert sizes[0] < sizes[1] < sizes[2]
+
+
+def test_rounding_errors_make_no_place(monkeypatch):
+    """A turn of a reflector about its own centre moves nothing: it is no place that may err, whatever rounding errors its derivatives have."""
+    state = fitted_arm()
+    residual, jacobian = state.residuals.linearise_measured(state.model)
+    places = [place for place, _ in columns_by_place(state.residuals, state.model)]
+    rounding = 1e-15 * np.abs(jacobian).max() * np.random.default_rng(0).standard_normal(jacobian.shape)
+    monkeypatch.setattr(state.residuals, "linearise_measured", lambda model: (residual, jacobian + rounding))
+    assert [place for place, _ in columns_by_place(state.residuals, state.model)] == places
+    assert {place for place in places if place.startswith("sensor")} == {"sensor.0", "sensor.1", "sensor.2"}

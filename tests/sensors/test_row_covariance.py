@@ -1,5 +1,7 @@
 """The covariance of a scan's rows, and the restricted likelihood of its parameters, agree with dense matrices and with simulation."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from scipy.linalg import null_space
@@ -10,6 +12,7 @@ from scalar.sensors.within_scan_noise.correlation_shapes import KERNELS, Kernel,
 from scalar.sensors.within_scan_noise.restricted_likelihood import ScanSample
 from scalar.sensors.within_scan_noise.row_covariance import inverse_factors, quadratic_forms, row_covariance
 from tests.sensors.profiles_of_scans import autoregressive, profiles_of, white
+from tests.test_kernels import without_library
 
 PITCH = 0.7 / 79  # rad, of eighty points over the fan
 
@@ -68,8 +71,11 @@ def test_scans_of_one_or_two_points_keep_unit_rows(rng):
     assert short.any() and np.all(V[short, 2, 2] == 1.0)
 
 
-def test_restricted_likelihood_is_that_of_the_contrasts(rng):
-    """Differences of the restricted likelihood equal those of the normal density of contrasts without each scan's line, variance profiled out."""
+def test_restricted_likelihood_is_that_of_the_contrasts(rng, monkeypatch):
+    """Differences of the restricted likelihood equal those of the normal density of contrasts without each scan's line, variance profiled out.
+
+    NumPy's terms are the compiled ones.
+    """
     S, m = 3, 9
     surface, y = np.sort(rng.uniform(0, 0.2, (S, m)), axis=1), rng.standard_normal((S, m))
     lines = np.stack([np.ones((S, m)), surface], axis=1)
@@ -83,11 +89,23 @@ def test_restricted_likelihood_is_that_of_the_contrasts(rng):
         variance = sum(v @ np.linalg.solve(C, v) for v, C in zip(z, small, strict=True)) / n
         return sum(multivariate_normal(cov=variance * C).logpdf(v) for v, C in zip(z, small, strict=True))
 
-    white_noise = np.broadcast_to(np.eye(m), (S, m, m))
+    def dense(pairs):
+        C = np.tile(np.eye(m), (S, 1, 1))
+        for k, (i, j) in enumerate(combinations(range(m), 2)):
+            C[:, i, j] = C[:, j, i] = pairs[:, k]
+        return C
+
+    white_noise = sample.correlation([])
     for kernel in KERNELS:
         C = sample.correlation([part(kernel, 0.05 if kernel.of_surface else 2.0)])
         found = sample.log_likelihood(C) - sample.log_likelihood(white_noise)
-        assert found == pytest.approx(brute_force(C) - brute_force(white_noise), abs=1e-4)
+        assert found == pytest.approx(brute_force(dense(C)) - brute_force(dense(white_noise)), abs=1e-4)
+        compiled = sample.factored(C)
+        with monkeypatch.context() as patch:
+            without_library(patch)
+            determinants, squares = sample.factored(C)
+        assert compiled[0] == pytest.approx(determinants, abs=1e-6)
+        np.testing.assert_allclose(compiled[1], squares, rtol=1e-6)
 
 
 def test_a_sample_is_no_larger_for_larger_scans(rng):

@@ -41,7 +41,7 @@ class Variable:
 
     def unit(self, poses: Poses) -> Array:
         """Return u ``(N,)``."""
-        return np.clip((self.values(poses) - self.centre) / self.half, -1.0, 1.0)
+        return np.minimum(np.maximum((self.values(poses) - self.centre) / self.half, -1.0), 1.0)
 
     def within(self, poses: Poses) -> Array:
         """Return which poses ``(N,)`` lie in the measured range; its upper end, which stands for every later pose, does not belong to it."""
