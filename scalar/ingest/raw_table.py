@@ -2,7 +2,7 @@
 
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from typing import Self
@@ -121,7 +121,7 @@ class RawTable:
         else:
             shown, of_all = wrong[:_MAX_WRONG], "not a number "
         for i in shown:
-            hint = self.written.hint(str(cells[i]))
+            hint = self.written.hint(str(cells[i]), self._texts())
             message = f"{of_all}({shorten(cells[i])}); {hint}, or add it to text.missing and use drop_without"
             faults.append(Fault(self.file, message, int(self.lines[i]), self.label(reference)))
         if len(wrong) > _MAX_WRONG and len(shown) > 1:
@@ -224,6 +224,10 @@ class RawTable:
     def of_rows(self, rows: Array) -> Self:
         """Return the table of some rows, ``(N,)`` bool."""
         return replace(self, cells=tuple(cells[rows] for cells in self.cells), lines=self.lines[rows])
+
+    def _texts(self) -> Iterator[str]:
+        """Yield the cells that hold text."""
+        return (str(cell) for column in self.cells if column.dtype == object for cell in column)
 
     def _is_missing(self, cells: Array) -> Array:
         return np.array([cell.lower() in self.missing for cell in cells], dtype=bool)
