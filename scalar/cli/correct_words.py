@@ -176,7 +176,17 @@ def _how_near(robot: Robot, sensitivity: Sensitivity, i: int) -> str:
 
 
 def lines_on_tool(gauge: Sequence[Mapping[str, Any]], robot: Robot) -> list[str]:
-    """Return a line on what a calibration does not know of the flange, if it fixed a parameter of the last joint.
+    """Return a line on what corrected joint angles leave open of the flange; none if nothing is open. Arguments as in `unknown_of_flange`."""
+    unknown = unknown_of_flange(gauge, robot)
+    return [
+        f"  the sensor is taken where it is wanted; {of_flange}, so another tool may be off by a constant: teach its centre point again with "
+        "corrected joint angles"
+        for of_flange in unknown
+    ]
+
+
+def unknown_of_flange(gauge: Sequence[Mapping[str, Any]], robot: Robot) -> list[str]:
+    """Return a clause on what a calibration does not know of the flange, if it fixed a parameter of the last joint; else none.
 
     The pose of the sensor on the flange contains the error of such a parameter, which is constant on the flange.
 
@@ -193,7 +203,4 @@ def lines_on_tool(gauge: Sequence[Mapping[str, Any]], robot: Robot) -> list[str]
     if not fixed:
         return []
     are = "is" if len(fixed) == 1 else "are"
-    return [
-        f"  the sensor is taken where it is wanted; of the flange itself {listed(fixed)} {are} not known (confounded with the pose of the sensor), "
-        "so another tool may be off by a constant: teach its centre point again with corrected joint angles"
-    ]
+    return [f"of the flange itself {listed(fixed)} {are} not known (confounded with the pose of the sensor)"]
