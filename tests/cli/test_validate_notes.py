@@ -47,6 +47,12 @@ def test_a_joint_beyond_its_limits_is_named(scene, tmp_path):
     (line,) = told(scene, tmp_path / "turned", q2=turned)
     assert "in 1 of 60 poses" in line and "whole turn" in line
 
+    imported = replace(
+        scene, dataset=replace(scene.dataset, imported={"joints": "q2 = -J2", "mapping": "a.yaml"})
+    )
+    _, counting = told(imported, tmp_path / "imported", q2=over)
+    assert "those of the controller (q2 = -J2)" in counting
+
 
 def test_a_payload_in_grams_is_suspected(scene, tmp_path):
     """Two and a half tons are more than arms carry; as many kilograms are no reason to warn."""
