@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from scalar.data.located_table import did_you_mean, shorten
+from scalar.data.located_table import HEADER_AGAIN, did_you_mean, shorten
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
 from scalar.ingest.pose_names import numbers_of_names, several_kinds
@@ -121,6 +121,9 @@ class RawTable:
         else:
             shown, of_all = wrong[:_MAX_WRONG], "not a number "
         for i in shown:
+            if unicodedata.normalize("NFC", str(cells[i])) == reference:
+                faults.append(Fault(self.file, HEADER_AGAIN, int(self.lines[i])))  # once for all columns
+                continue
             hint = self.written.hint(str(cells[i]), self._texts())
             message = f"{of_all}({shorten(cells[i])}); {hint}, or add it to text.missing and use drop_without"
             faults.append(Fault(self.file, message, int(self.lines[i]), self.label(reference)))
