@@ -192,7 +192,7 @@ def suspect_joint_angles(
         if beyond:
             message = (
                 f"suspect: {value:g} rad is {abs(value) / TURN:.1f} turns, and "
-                f"{beyond} of {poses.n_rows} angles are beyond {bound:.1f} rad; {advice('rad', name)}, or, if it "
+                f"{beyond} of {poses.n_rows} angles{_in_rows(poses, name, bound)} are beyond {bound:.1f} rad; {advice('rad', name)}, or, if it "
                 f"really turns so far, {give_limits}"
             )
             faults.append(Fault(poses.file, message, int(poses.line_numbers()[worst]), name))
@@ -268,7 +268,7 @@ def suspect_points(
         beyond, worst, value = _beyond(points.columns[name], limit)
         if beyond:
             message = (
-                f"suspect: {value:g} {unit}, and {beyond} of {points.n_rows} numbers are "
+                f"suspect: {value:g} {unit}, and {beyond} of {points.n_rows} numbers{_in_rows(points, name, limit)} are "
                 f"beyond {limit:.4g} {unit}; {advice(unit, name)}, or remove the points"
             )
             faults.append(Fault(points.file, message, int(points.line_numbers()[worst]), name))
@@ -283,6 +283,15 @@ def _beyond(values: np.ndarray, bound: float) -> tuple[int, int, float]:
     sizes = np.abs(_finite(values))
     worst = int(np.argmax(sizes))
     return int(np.count_nonzero(sizes > bound)), worst, float(values[worst])
+
+
+def _in_rows(table: Table, name: str, bound: float) -> str:
+    """Return where the numbers of a column that are larger than a bound begin and end; empty if all are, or one is.
+
+    A unit that changes within a column begins there; smaller numbers between these rows are then in the other unit as well.
+    """
+    rows = table.line_numbers()[np.abs(_finite(table.columns[name])) > bound]
+    return "" if not 1 < len(rows) < table.n_rows else f", in rows {min(rows)} to {max(rows)},"
 
 
 def _finite(values: np.ndarray) -> np.ndarray:
