@@ -11,7 +11,7 @@ import numpy as np
 
 from scalar.data.description import DESCRIPTION, Description, KeyPath
 from scalar.data.located_table import Table
-from scalar.data.scanner_marks import suspect_marks, suspect_origins
+from scalar.data.scanner_marks import mark_beyond, suspect_marks, suspect_origins
 from scalar.data.sensor_formats import MeasuredTable
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.robot import DEFAULT_LIMIT
@@ -267,7 +267,8 @@ def suspect_points(
             limit = layout.largest if unit == "m" else MAX_ANGLE_PARAMETER
         beyond, worst, value = _beyond(points.columns[name], limit)
         if beyond:
-            message = (
+            message = mark_beyond(_finite(points.columns[name]), unit, limit) if layout.several_rows else ""
+            message = message or (
                 f"suspect: {value:g} {unit}, and {beyond} of {points.n_rows} numbers{_in_rows(points, name, limit)} are "
                 f"beyond {limit:.4g} {unit}; {advice(unit, name)}, or remove the points"
             )
@@ -286,10 +287,7 @@ def _beyond(values: np.ndarray, bound: float) -> tuple[int, int, float]:
 
 
 def _in_rows(table: Table, name: str, bound: float) -> str:
-    """Return where the numbers of a column that are larger than a bound begin and end; empty if all are, or one is.
-
-    A unit that changes within a column begins there; smaller numbers between these rows are then in the other unit as well.
-    """
+    """Return where the numbers of a column that are larger than a bound begin and end, as where its unit changes; empty if all are, or one is."""
     rows = table.line_numbers()[np.abs(_finite(table.columns[name])) > bound]
     return "" if not 1 < len(rows) < table.n_rows else f", in rows {min(rows)} to {max(rows)},"
 
