@@ -8,6 +8,8 @@ from scalar.data.located_table import NUMBER
 
 _UNIT = re.compile(r"[\[(]?[^\W\d_]{0,4}[°º'\"/%²³·^.*\-]{0,2}[^\W\d_]{0,4}[\])]?")
 """A cell of a row of units: a few letters and signs, perhaps in brackets, and no digit."""
+_UNIT_BEHIND = re.compile(r"(.*[0-9.,])\s*(°|º|deg|rad|mm|cm|m|in)")
+"""A cell with a number and its unit."""
 _PLAIN = str.maketrans({"\N{NO-BREAK SPACE}": " ", "\N{NARROW NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "-"})
 """Signs that programs for text write in place of a blank and of a hyphen."""
 _NAMES = {",": "comma", ".": "point"}
@@ -43,6 +45,8 @@ class Written:
             cell: The cell.
             table: Cells of the same table. A sign before three digits may be the decimal sign or separate thousands; others may show which.
         """
+        if (behind := _UNIT_BEHIND.fullmatch(cell)) is not None and self.number(behind[1]) is not None:
+            return f"remove {behind[2]!r} from the cells: the mapping states the unit of the column"
         other = "," if self.decimal == "." else "."
         as_decimal = Written(other).number(cell) is not None
         for sign in (other, "'", " "):

@@ -36,6 +36,9 @@ def test_a_number_is_what_a_person_reads(decimal, thousands, cell, value):
         (".", "1,234", ['thousands: ","', "decimal: ','"]),
         (".", "12,34", ["decimal: ','"]),
         (".", "abc", ["correct it"]),
+        (",", "52,132°", ["remove '°' from the cells"]),
+        (",", "-571,684 mm", ["remove 'mm' from the cells"]),
+        (",", "mm", ["correct it"]),
     ],
 )
 def test_a_cell_that_is_no_number_is_met_with_what_to_write(decimal, cell, words):
