@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import click
 
 from scalar.cli.compared_effects import (
-    how_effects_differ,
     lines_on_unnamed_terms,
     positions_unexplained,
     with_what_it_lacks,
 )
+from scalar.cli.compared_models import is_lacking, notes_on_models
 from scalar.cli.compared_words import (
     effects_by_candidate,
     named_parameter,
@@ -43,7 +43,6 @@ _BENT = (
     "its centre point again"
 )
 _SHOWS_A_SHIFT = 0.1  # mm; a smaller difference of the sensor's place needs no explanation
-_MISFIT = 1e-3  # p-value below which the residual is larger than the noise explains, so that the model lacks something
 
 
 @cli.command()
@@ -106,9 +105,9 @@ def describe_comparison(comparison: Comparison, residuals: Mapping[str, float] =
         comparison: The comparison.
         residuals: The residual [m] of A or B by letter, where it is more than instruments of the kind scatter by, and no noise is known.
     """
-    lacking = _is_lacking(comparison, residuals)
+    lacking = is_lacking(comparison, residuals)
     return [
-        *_notes(comparison, residuals),
+        *notes_on_models(comparison, residuals),
         _headline(comparison, lacking),
         *_caution(comparison, lacking),
         *_changes(comparison),
@@ -119,31 +118,6 @@ def describe_comparison(comparison: Comparison, residuals: Mapping[str, float] =
         _sensor_line(comparison),
         *what_was_compared(comparison),
     ]
-
-
-def _notes(comparison: Comparison, residuals: Mapping[str, float]) -> list[str]:
-    """Return the notes on what the models lack and on how the effects and the names of the arms differ; arguments as above."""
-    notes = [
-        f"note: the model of {letter} leaves {ratio:.1f} times its noise; what it lacks may look like a change (`scalar diagnose` looks for it)"
-        for letter, (ratio, p) in zip("AB", comparison.misfits, strict=True)
-        if p < _MISFIT
-    ]
-    notes += [
-        f"note: the model of {letter} leaves {rms / MM:.3f} mm RMS, which is more than noise; what it lacks may look like a change, or hide one "
-        "(`scalar diagnose` looks for it)"
-        for letter, rms in residuals.items()
-    ]
-    if comparison.arm.effects_differ:
-        notes.append(how_effects_differ(comparison))
-    if "names" in comparison.campaign:
-        one, other = comparison.campaign["names"]
-        notes.append(f"note: A calls the arm '{one}' and B '{other}'; the nominal geometry is the same")
-    return notes
-
-
-def _is_lacking(comparison: Comparison, residuals: Mapping[str, float]) -> bool:
-    """Return whether a model lacks something: its parameters then depend a little on the measured poses, and differ without any change of the arm."""
-    return bool(residuals) or any(p < _MISFIT for _, p in comparison.misfits)
 
 
 def _headline(comparison: Comparison, lacking: bool) -> str:

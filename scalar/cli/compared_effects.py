@@ -73,7 +73,7 @@ def positions_unexplained(comparison: Comparison) -> str:
             if same
             else f"different effects: A {one}; B {other}"
         )
-        return f"{said}; they contain {names}; {_with_same_effects(comparison)}"
+        return f"{said}; they contain {names}; the note above says how to compare them"
     if fixed:
         return f"{said}; effects that were fixed cannot show a change; {_with_same_effects(comparison)}"
     return f"{said}; what may have changed stands under 'not compared'"
@@ -90,20 +90,32 @@ def with_what_it_lacks(comparison: Comparison) -> str:
 
 
 def _with_same_effects(comparison: Comparison) -> str:
-    """Return how to calibrate both with the same effects, all of them free."""
+    """Return how to calibrate both with the same effects, all of them free, and what to do about terms that no option frees."""
     a, b = comparison.same_effects
-    if not a:
-        return (
-            "calibrate the later one with --effects-from the earlier, which takes over those of the arm"
-            if comparison.unnamed[0]
-            else "no option of --effects frees such a term: compare calibrations without it"
-            if comparison.unnamed[1]
-            else "calibrate both with the same ones"
-        )
-    command = "scalar calibrate ... --effects"
-    same = _are_the_same(comparison.same_effects)
-    how = f"{command} {a}" if same else f"A by {command} {a}; B by {command} {b}"
-    return f"calibrate both with the same effects: {how}"
+    steps: list[str] = []
+    if a:
+        command = "scalar calibrate ... --effects"
+        same = _are_the_same(comparison.same_effects)
+        how = f"{command} {a}" if same else f"A by {command} {a}; B by {command} {b}"
+        steps.append(f"calibrate both with the same effects: {how}")
+    steps += _with_terms_of_the_other(comparison)
+    if not steps and any(comparison.unnamed):
+        return "no option of --effects frees such a term: compare calibrations without it"
+    return "; ".join(steps) or "calibrate both with the same ones"
+
+
+def _with_terms_of_the_other(comparison: Comparison) -> list[str]:
+    """Return how to find out whether the arm had the terms without a name of one campaign in the other too; none if no such term is of the arm."""
+    having = [i for i, terms in enumerate(comparison.unnamed) if any(term.stays_with_arm for term in terms)]
+    if not having:
+        return []
+    how = " and ".join(
+        f"the campaign of {'BA'[i]} by --effects-from the calibration of {'AB'[i]}" for i in having
+    )
+    return [
+        f"what has no name may be what changed, and no --effects frees it: calibrate {how}, which takes it over; if the residual is larger then, "
+        "the arm did not have it in that campaign; if it is not, it had, or those poses do not show it"
+    ]
 
 
 def _are_the_same(named: tuple[str, str]) -> bool:

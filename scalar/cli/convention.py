@@ -54,7 +54,8 @@ def lines_on_convention(
             f"  {convention.file} converts no joint: those of the controller count as those of the dataset"
         ]
     return [
-        f"  {tables} the joint angles of the controller ({convention.in_words}, by {convention.file}); lines about joints name those of the dataset"
+        f"  {tables} the joint angles of the controller ({convention.in_words}, by {convention.file}); lines about limits name these too, and lines "
+        "about measured ranges and singularities those of the dataset"
     ]
 
 

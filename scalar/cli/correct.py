@@ -131,9 +131,12 @@ def _lines_before_writing(
         lines += lines_on_setup(calibration)
     if leave_out:
         lines += lines_on_left_out(corrected.refused)
-    lines += warnings_on_written(robot, ids, corrected.found, near)
+    lines += warnings_on_written(robot, ids, corrected.found, near, targets.convention)
     if not targets.frames_wanted:
-        lines += lines_on_large_changes(robot, ids, given, q, is_near_singular(near))
+        was, is_now = (
+            q if targets.convention is None else targets.convention.to_controller(q) for q in (given, q)
+        )
+        lines += lines_on_large_changes(robot, ids, was, is_now, is_near_singular(near))
     outside = lines_on_measured_ranges(calibration, q)
     lines += outside
     lines += lines_on_measured_columns(calibration, targets.table)

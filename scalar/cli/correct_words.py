@@ -11,6 +11,7 @@ from scalar.errors import Fault
 from scalar.units import DEG, MM, unit_of_joint
 
 if TYPE_CHECKING:
+    from scalar.data.joint_convention import JointConvention
     from scalar.estimation.correction import Correction, Sensitivity
     from scalar.geometry.robot import Robot
     from scalar.geometry.se3 import Array
@@ -134,7 +135,13 @@ def lines_on_left_out(uncorrected: Sequence[Uncorrected]) -> list[str]:
     return first_lines([f"  left out: pose {one.pose}: {one.why}" for one in uncorrected])
 
 
-def warnings_on_written(robot: Robot, ids: Array, found: Correction, sensitivity: Sensitivity) -> list[str]:
+def warnings_on_written(
+    robot: Robot,
+    ids: Array,
+    found: Correction,
+    sensitivity: Sensitivity,
+    convention: JointConvention | None = None,
+) -> list[str]:
     """Return the warnings on poses that are written: joints beyond their limits, and singularities near by.
 
     Args:
@@ -142,6 +149,7 @@ def warnings_on_written(robot: Robot, ids: Array, found: Correction, sensitivity
         ids: ``(N,)``, the numbers of the poses in the table.
         found: The corrected joint angles.
         sensitivity: How far each pose is from a singularity.
+        convention: How the controller counts the joints; None if as the dataset does.
     """
     import numpy as np
 
@@ -149,7 +157,7 @@ def warnings_on_written(robot: Robot, ids: Array, found: Correction, sensitivity
         f"  pose {ids[i]}: near a singularity ({_how_near(robot, sensitivity, int(i))})"
         for i in np.flatnonzero(is_near_singular(sensitivity))
     ]
-    return [*lines_on_limits(robot, ids, found.q), *first_lines(singular)]
+    return [*lines_on_limits(robot, ids, found.q, convention), *first_lines(singular)]
 
 
 def is_near_singular(sensitivity: Sensitivity) -> Array:
@@ -176,7 +184,17 @@ def _how_near(robot: Robot, sensitivity: Sensitivity, i: int) -> str:
 
 
 def lines_on_tool(gauge: Sequence[Mapping[str, Any]], robot: Robot) -> list[str]:
-    """Return a line on what a calibration does not know of the flange, if it fixed a parameter of the last joint.
+    """Return a line on what corrected joint angles leave open of the flange; none if nothing is open. Arguments as in `unknown_of_flange`."""
+    unknown = unknown_of_flange(gauge, robot)
+    return [
+        f"  the sensor is taken where it is wanted; {of_flange}, so another tool may be off by a constant: teach its centre point again with "
+        "corrected joint angles"
+        for of_flange in unknown
+    ]
+
+
+def unknown_of_flange(gauge: Sequence[Mapping[str, Any]], robot: Robot) -> list[str]:
+    """Return a clause on what a calibration does not know of the flange, if it fixed a parameter of the last joint; else none.
 
     The pose of the sensor on the flange contains the error of such a parameter, which is constant on the flange.
 
@@ -193,7 +211,4 @@ def lines_on_tool(gauge: Sequence[Mapping[str, Any]], robot: Robot) -> list[str]
     if not fixed:
         return []
     are = "is" if len(fixed) == 1 else "are"
-    return [
-        f"  the sensor is taken where it is wanted; of the flange itself {listed(fixed)} {are} not known (confounded with the pose of the sensor), "
-        "so another tool may be off by a constant: teach its centre point again with corrected joint angles"
-    ]
+    return [f"of the flange itself {listed(fixed)} {are} not known (confounded with the pose of the sensor)"]

@@ -119,10 +119,30 @@ def export(
         say(line)
     if note:
         say(f"  {note}")
+    for line in _not_determined(model):
+        say(line)
     if form == ".csv":
         same = f" --convention {convention}" if convention else ""
         say(f"  the transforms of base, flange and sensor are in the tables for people: -o NAME.md{same}")
     say(f"written: {output}")
+
+
+def _not_determined(calibration: Calibration) -> list[str]:
+    """Return lines on the frames of the file that the calibration does not determine: that of the flange on the arm, and that of the base."""
+    from scalar.cli.correct_words import unknown_of_flange
+    from scalar.estimation.fixed_parameter import BASE_NOT_SHOWN
+
+    lines = [
+        f"  the frame of the sensor is calibrated; {of_flange}, so the frame of the flange, and another tool on it, may be off by a constant "
+        "that the sensor's frame does not have"
+        for of_flange in unknown_of_flange(calibration.gauge, calibration.model.nominal)
+    ]
+    if any(entry.get("reason") == BASE_NOT_SHOWN for entry in calibration.gauge):
+        lines.append(
+            "  where the base stands is not determined by these data: frames are right relative to one another, so compare them with "
+            "measurements after the best fit of the base"
+        )
+    return lines
 
 
 def _check_options(

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from scalar.data.joint_convention import JointConvention
     from scalar.data.table_units import TableUnits
     from scalar.estimation.result import Calibration
     from scalar.geometry.robot import Robot
@@ -37,25 +38,32 @@ def first_lines(lines: list[str]) -> list[str]:
     return [*lines[:MOST_SHOWN], f"  and {more} more poses likewise"] if more > 0 else lines
 
 
-def lines_on_limits(robot: Robot, ids: Array, q: Array) -> list[str]:
+def lines_on_limits(
+    robot: Robot, ids: Array, q: Array, convention: JointConvention | None = None
+) -> list[str]:
     """Return a line for each of the first few poses at which joints are beyond their limits, with each such joint, and one that counts the others.
 
     Args:
         robot: Whose limits count; a revolute joint without stated limits has half a turn on either side of zero.
         ids: ``(N,)``, numbers of the poses.
         q: ``(N, n)`` [rad; m of a joint that slides].
+        convention: How the controller counts the joints, which the lines then name as it does; None for the joints of the dataset.
     """
     import numpy as np
 
     beyond = (q < robot.limits[:, 0]) | (q > robot.limits[:, 1])
+    there = np.flatnonzero(beyond.any(axis=1))
+    shown, limits = q, np.broadcast_to(robot.limits, (*q.shape, 2))
+    if convention is not None:
+        shown, limits = convention.to_controller(q), convention.limits_at(q, robot.limits)
     lines = []
-    for i in np.flatnonzero(beyond.any(axis=1)):
+    for i in there:
         told = []
         for joint in np.flatnonzero(beyond[i]):
             unit, size = unit_of_joint(joint in robot.prismatic)
-            low, high = robot.limits[joint] / size
+            low, high = limits[i, joint] / size
             told.append(
-                f"joint {joint + 1} at {q[i, joint] / size:.3f} {unit} is beyond its limits {low:.1f} to {high:.1f} {unit}"
+                f"joint {joint + 1} at {shown[i, joint] / size:.3f} {unit} is beyond its limits {low:.1f} to {high:.1f} {unit}"
             )
         lines.append(f"  pose {ids[i]}: {'; '.join(told)}")
     return first_lines(lines)

@@ -178,7 +178,7 @@ def _lines_on_table(
     return [
         *lines_on_small_degrees(robot, in_file, written_in.angle),
         *lines_on_small_travels(robot, in_file, columns, read_in),
-        *lines_on_limits(robot, table["pose"].to_numpy(), q),
+        *lines_on_limits(robot, table["pose"].to_numpy(), q, convention),
         *lines_on_measured_ranges(calibration, q),
         *lines_on_measured_columns(calibration, table),
         *lines_on_moves(calibration, table),

@@ -12,6 +12,7 @@ import numpy as np
 
 from scalar.data.copies import copies_in_words
 from scalar.data.covariates import misspelt_columns
+from scalar.data.formats import IMPORTED
 from scalar.data.motion import faults_without_motion, still_in_words, still_joints
 from scalar.data.record_units import units_suspected
 from scalar.geometry.robot import Robot
@@ -41,7 +42,8 @@ def notes_on(content: Content, layout: MeasuredTable | None) -> list[str]:
     q = np.column_stack([poses.columns[f"q{i + 1}"] for i in range(len(joints))])
     still = _without_motion(q, points, layout)
     lines = still or _small_angles(poses, joints)
-    lines += _beyond_limits(q, poses.columns["pose"], joints)
+    converted = content.mapping.get(IMPORTED, {}).get("joints", "")
+    lines += _beyond_limits(q, poses.columns["pose"], joints, converted)
     lines += _name_of_arm(content.mapping["robot"])
     rated = largest_payload(str(content.mapping["robot"].get("name", "")))
     lines += [f"  {WARNING} poses.csv: {told}" for told in units_suspected(poses.columns, rated)]
@@ -70,8 +72,10 @@ def _without_motion(q: np.ndarray, points: Table | None, layout: MeasuredTable |
     return [f"  note: {words}; check that this was meant, and not left out of the record"] if words else []
 
 
-def _beyond_limits(q: np.ndarray, ids: np.ndarray, joints: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return a warning for each joint that is beyond its stated limits in some poses."""
+def _beyond_limits(
+    q: np.ndarray, ids: np.ndarray, joints: Sequence[Mapping[str, Any]], converted: str
+) -> list[str]:
+    """Return a warning for each joint that is beyond its stated limits in some poses; ``converted`` says how an import converted joints."""
     lines = []
     for i, joint in enumerate(joints):
         if "limits" not in joint:
@@ -91,6 +95,10 @@ def _beyond_limits(q: np.ndarray, ids: np.ndarray, joints: Sequence[Mapping[str,
         lines.append(
             f"  {WARNING} joint {i + 1} is beyond its limits {low / size:.1f} to {high / size:.1f} {unit} in {count} of {len(q)} poses, by at most "
             f"{excess[worst] / size:.1f} {unit} (pose {ids[worst]:.0f}); check {check}"
+        )
+    if lines and converted:
+        lines.append(
+            f"  note: these are the angles of the dataset, which are not those of the controller ({converted})"
         )
     return lines
 

@@ -22,6 +22,7 @@ from scalar.effects.parameter_names import effect_of, parameter_names
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.displacement import position_std
 from scalar.estimation.result import Calibration
+from scalar.estimation.usual_noise import noisier
 from scalar.geometry.parallel_axes import near_parallel_joints
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import rotation_angle
@@ -50,6 +51,8 @@ class Comparison:
         campaign: What differs but is not of the arm: the sensor's place on the flange [mm, deg] and its kind, and the names of the arms. The standard
             error and the p-value of the place are None where the calibrations fix different parameters.
         misfits: For A and B, the ratio of residual to noise, and its p-value.
+        residuals: Root mean square residuals [m] of A and B.
+        noisier: 0 or 1 if A or B has a residual that is larger than the other's beyond chance while no noise is known; else None.
         effects: The effects of A and of B, as ``--effects`` of `scalar calibrate` takes them.
         unnamed: The flexible terms of A and of B, which have no name for ``--effects``.
         same_effects: The values of ``--effects`` for calibrating A and B again so that each contains the arm's effects found in either.
@@ -67,6 +70,8 @@ class Comparison:
     not_compared: dict[str, str]
     campaign: dict[str, Any]
     misfits: tuple[tuple[float, float], ...]
+    residuals: tuple[float, float]
+    noisier: int | None
     effects: tuple[str, str]
     same_effects: tuple[str, str]
     unnamed: tuple[tuple[UnnamedTerm, ...], tuple[UnnamedTerm, ...]]
@@ -171,6 +176,8 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
         not_compared=not_compared,
         campaign=_campaign(a, b),
         misfits=(_misfit(a), _misfit(b)),
+        residuals=(a.residual_rms, b.residual_rms),
+        noisier=noisier(a, b),
         effects=(named_effects(a.model.effects), named_effects(b.model.effects)),
         same_effects=(_same_effects(a, b), _same_effects(b, a)),
         unnamed=(unnamed_terms(a.model), unnamed_terms(b.model)),

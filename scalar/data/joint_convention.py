@@ -41,6 +41,21 @@ class JointConvention:
         """Return the joints ``(N, n)`` [rad, m] of the controller, given those of the dataset."""
         return np.linalg.solve(self.matrix, (dataset - self.offset).T).T
 
+    def limits_at(self, dataset: Array, limits: Array) -> Array:
+        """Return the limits of the controller's joints at poses, ``(N, n, 2)`` [rad, m]: what each may show while the others stay where they are.
+
+        Where a joint is shown relative to another, as joint 3 against the horizontal, its limits move with that one.
+
+        Args:
+            dataset: ``(N, n)`` [rad, m], joints of the dataset.
+            limits: ``(n, 2)`` [rad, m], the limits of these.
+        """
+        own = np.diag(
+            self.matrix
+        )  # 1 or -1: the column of a joint counts as the joint does, or the other way
+        left = own[:, None] * (limits - dataset[:, :, None])
+        return np.sort(self.to_controller(dataset)[:, :, None] + left, axis=2)
+
     def table_to_dataset(self, table: Table) -> None:
         """Convert a table in SI, in place: its columns ``q1..qn`` if it has all of them, directions of approach and torques.
 

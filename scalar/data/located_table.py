@@ -16,6 +16,10 @@ from scalar.errors import Fault
 
 MISSING_COLUMN = "the column is missing"
 SEPARATED = "cells are separated by"
+HEADER_AGAIN = (
+    "the names of the columns stand here again, as where two tables were joined; remove this row, and see whether the numbers of poses after it "
+    "begin anew"
+)
 MAX_SHOWN = 100
 """Most faults of one kind in one column that are listed; one more line counts the rest."""
 _ROWS_SHOWN = 3  # rows that are listed of a label that is wrong in several

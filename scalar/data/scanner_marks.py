@@ -11,6 +11,25 @@ DISTINCT = 0.2  # least share of distinct numbers in a column of which one may b
 _SHOWN = 6  # rows that a message lists
 FAR_MARK = 0.1  # least distance of such a number from all others of its column, as a share of their range
 
+_A_MARK = (
+    "a scanner's mark for 'no value'? Leave these points out (of an import by text.missing, with the number as the file writes it, and drop_without "
+    "in the mapping)"
+)
+
+
+def mark_beyond(values: np.ndarray, unit: str, bound: float) -> str:
+    """Return the message about a number that alone, and several times, is beyond the bound of a scanner's column; empty if there is none.
+
+    Args:
+        values: ``(N,)``, the column; most of its numbers are within the bound if one stands for "no value".
+        unit: Of the column.
+        bound: The largest size of a measured number.
+    """
+    beyond = values[np.abs(values) > bound]
+    if not 1 < len(beyond) < len(values) - len(beyond) or np.any(beyond != beyond[0]):
+        return ""
+    return f"suspect: {beyond[0]:g} {unit} stands in {len(beyond)} of {len(values)} points, too far away to be measured: {_A_MARK}"
+
 
 def suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
     """Add a fault for each column of scans with a number that stands for "no value".
@@ -20,7 +39,8 @@ def suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) -> 
     """
     pose = points.columns["pose"]
     for name, unit in layout.units.items():
-        if unit != "m" or name not in points.columns:
+        named = any(fault.column == name and fault.message.endswith(_A_MARK) for fault in faults)
+        if unit != "m" or name not in points.columns or named:
             continue
         values = np.nan_to_num(points.columns[name], nan=0.0, posinf=0.0, neginf=0.0)
         for extreme in dict.fromkeys((float(values.min()), float(values.max()))):
@@ -28,7 +48,7 @@ def suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) -> 
             if _is_mark(extreme, values[~marked], pose[marked], pose[~marked]):
                 message = (
                     f"suspect: {extreme:g} {unit} stands in {marked.sum()} points of {len(np.unique(pose[marked]))} scans, far from all others: "
-                    "a scanner's mark for 'no value'? Leave these points out (of an import by text.missing and drop_without in the mapping)"
+                    f"{_A_MARK}"
                 )
                 row = int(points.line_numbers()[np.argmax(marked)])
                 faults.append(Fault(points.file, message, row, name))

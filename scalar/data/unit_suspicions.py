@@ -11,7 +11,7 @@ import numpy as np
 
 from scalar.data.description import DESCRIPTION, Description, KeyPath
 from scalar.data.located_table import Table
-from scalar.data.scanner_marks import suspect_marks, suspect_origins
+from scalar.data.scanner_marks import mark_beyond, suspect_marks, suspect_origins
 from scalar.data.sensor_formats import MeasuredTable
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.robot import DEFAULT_LIMIT
@@ -192,7 +192,7 @@ def suspect_joint_angles(
         if beyond:
             message = (
                 f"suspect: {value:g} rad is {abs(value) / TURN:.1f} turns, and "
-                f"{beyond} of {poses.n_rows} angles are beyond {bound:.1f} rad; {advice('rad', name)}, or, if it "
+                f"{beyond} of {poses.n_rows} angles{_in_rows(poses, name, bound)} are beyond {bound:.1f} rad; {advice('rad', name)}, or, if it "
                 f"really turns so far, {give_limits}"
             )
             faults.append(Fault(poses.file, message, int(poses.line_numbers()[worst]), name))
@@ -267,8 +267,9 @@ def suspect_points(
             limit = layout.largest if unit == "m" else MAX_ANGLE_PARAMETER
         beyond, worst, value = _beyond(points.columns[name], limit)
         if beyond:
-            message = (
-                f"suspect: {value:g} {unit}, and {beyond} of {points.n_rows} numbers are "
+            message = mark_beyond(_finite(points.columns[name]), unit, limit) if layout.several_rows else ""
+            message = message or (
+                f"suspect: {value:g} {unit}, and {beyond} of {points.n_rows} numbers{_in_rows(points, name, limit)} are "
                 f"beyond {limit:.4g} {unit}; {advice(unit, name)}, or remove the points"
             )
             faults.append(Fault(points.file, message, int(points.line_numbers()[worst]), name))
@@ -283,6 +284,12 @@ def _beyond(values: np.ndarray, bound: float) -> tuple[int, int, float]:
     sizes = np.abs(_finite(values))
     worst = int(np.argmax(sizes))
     return int(np.count_nonzero(sizes > bound)), worst, float(values[worst])
+
+
+def _in_rows(table: Table, name: str, bound: float) -> str:
+    """Return where the numbers of a column that are larger than a bound begin and end, as where its unit changes; empty if all are, or one is."""
+    rows = table.line_numbers()[np.abs(_finite(table.columns[name])) > bound]
+    return "" if not 1 < len(rows) < table.n_rows else f", in rows {min(rows)} to {max(rows)},"
 
 
 def _finite(values: np.ndarray) -> np.ndarray:

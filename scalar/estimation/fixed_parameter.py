@@ -15,6 +15,10 @@ from scalar.geometry.se3 import Array
 AS_ASKED = "fixed as asked"
 NO_LENGTH_KNOWN = "no length is known in these data, so the whole workcell may be scaled: every length is relative to this one"
 """The reason of a parameter that is fixed because nothing shows the scale."""
+BASE_NOT_SHOWN = (
+    "the data do not show where the base is: if base and target moved together, no measurement would change"
+)
+"""The reason of parameters of joint 1 that are fixed because the place of the base is not measured."""
 
 _WORTH_NAMING = 0.02  # of the largest component: below it a parameter is not named in a direction
 _SHORTEST_LENGTH = 0.01  # m: shorter lengths do not show whether a direction stretches them in proportion
@@ -86,7 +90,7 @@ def explain(
     elif not others:
         reason = "no residual depends on it"
     elif joint == 1 and in_target:
-        reason = "the data do not show where the base is: if base and target moved together, no measurement would change"
+        reason = BASE_NOT_SHOWN
     else:
         reason = f"only its combination with {_listed(moves_with)} is determined"
         if cause == "poses":

@@ -5,6 +5,7 @@ and the result is checked as a dataset folder is before anything is written. Fau
 """
 
 import os
+from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -31,6 +32,8 @@ from scalar.ingest.matching import give_to_nearest, keep_matched
 from scalar.ingest.named_units import unit_of_column
 from scalar.ingest.read_block import read_block
 from scalar.ingest.source_files import choose_files
+
+_FILES_SHOWN = 3  # files of points of which each suspect column is reported; one more line counts the others
 
 
 def import_dataset(
@@ -193,7 +196,26 @@ def _check(
             found = []
             for part in by_file(points):
                 suspect_points(part, layout, found, of_points)
-            faults += _as_labelled(found, points)
+            faults += _as_labelled(_of_first_files(found), points)
+
+
+def _of_first_files(found: Sequence[Fault]) -> list[Fault]:
+    """Return the faults of the first few files of each column, and one that counts the further files: a scanner may write one for each pose."""
+    kept, more = list[Fault](), Counter[str]()
+    files: dict[str, set[str]] = defaultdict(set)
+    for fault in found:
+        column = fault.column or ""
+        known = files[column]
+        if fault.file in known or len(known) < _FILES_SHOWN:
+            known.add(fault.file)
+            kept.append(fault)
+        else:
+            more[column] += 1
+    for column, count in more.items():
+        last = next(fault for fault in reversed(kept) if (fault.column or "") == column)
+        message = f"{count} more faults of this kind in other files; look for a common cause"
+        kept.append(Fault(last.file, message, column=last.column))
+    return kept
 
 
 def _as_labelled(found: list[Fault], table: ImportedTable) -> list[Fault]:

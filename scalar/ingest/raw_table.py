@@ -2,14 +2,14 @@
 
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from typing import Self
 
 import numpy as np
 
-from scalar.data.located_table import did_you_mean, shorten
+from scalar.data.located_table import HEADER_AGAIN, did_you_mean, shorten
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
 from scalar.ingest.pose_names import numbers_of_names, several_kinds
@@ -121,7 +121,10 @@ class RawTable:
         else:
             shown, of_all = wrong[:_MAX_WRONG], "not a number "
         for i in shown:
-            hint = self.written.hint(str(cells[i]))
+            if unicodedata.normalize("NFC", str(cells[i])) == reference:
+                faults.append(Fault(self.file, HEADER_AGAIN, int(self.lines[i])))  # once for all columns
+                continue
+            hint = self.written.hint(str(cells[i]), self._texts())
             message = f"{of_all}({shorten(cells[i])}); {hint}, or add it to text.missing and use drop_without"
             faults.append(Fault(self.file, message, int(self.lines[i]), self.label(reference)))
         if len(wrong) > _MAX_WRONG and len(shown) > 1:
@@ -224,6 +227,10 @@ class RawTable:
     def of_rows(self, rows: Array) -> Self:
         """Return the table of some rows, ``(N,)`` bool."""
         return replace(self, cells=tuple(cells[rows] for cells in self.cells), lines=self.lines[rows])
+
+    def _texts(self) -> Iterator[str]:
+        """Yield the cells that hold text."""
+        return (str(cell) for column in self.cells if column.dtype == object for cell in column)
 
     def _is_missing(self, cells: Array) -> Array:
         return np.array([cell.lower() in self.missing for cell in cells], dtype=bool)

@@ -9,8 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from scalar.cli.pose_lines import lines_on_limits
 from scalar.data.dataset import read_dataset
 from scalar.data.io.plain_yaml import dump_yaml
+from scalar.estimation.result import load_calibration
 from scalar.ingest.controller_joints import controller_joints
 from tests.cli.correcting import FRAME, JOINTS, run
 from tests.random_scene import make_scene
@@ -234,3 +236,23 @@ def test_faults_in_a_joint_that_others_are_added_to_are_named_once(program):
     options = ("-o", program / "out.csv", "--units", "deg,mm", "--mapping", written(program))
     status, said = run("predict", program / "calibration.json", program / "controller.csv", *options)
     assert status == 2 and len(said.splitlines()) == 1 and "row 5" in said and "q2" in said, said
+
+
+def test_a_limit_is_said_as_the_controller_counts_the_joint(program):
+    """Joint 3 against the horizontal may turn from its lower limit less joint 2 on, and joint 5 counts from the other end."""
+    calibration = load_calibration(program / "calibration.json")
+    robot = calibration.model.robot
+    low, high = np.rad2deg(robot.limits.T)
+    q = np.zeros((1, 6))
+    q[0, 1], q[0, 2], q[0, 4] = np.deg2rad(20.0), np.deg2rad(low[2] - 5.0), np.deg2rad(high[4] + 1.0)
+    convention = controller_joints(written(program), calibration.model.nominal.to_mapping())
+    (line,) = lines_on_limits(robot, np.array([7]), q, convention)
+    of_three = (
+        f"joint 3 at {low[2] - 25:.3f} deg is beyond its limits {low[2] - 20:.1f} to {high[2] - 20:.1f} deg"
+    )
+    of_five = (
+        f"joint 5 at {89 - high[4]:.3f} deg is beyond its limits {90 - high[4]:.1f} to {90 - low[4]:.1f} deg"
+    )
+    assert line == f"  pose 7: {of_three}; {of_five}"
+    (plain,) = lines_on_limits(robot, np.array([7]), q)
+    assert f"joint 3 at {low[2] - 5:.3f} deg is beyond its limits {low[2]:.1f} to {high[2]:.1f} deg" in plain

@@ -48,6 +48,17 @@ def test_a_joint_beyond_its_limits_is_named(scene, tmp_path):
     assert "in 1 of 60 poses" in line and "whole turn" in line
 
 
+def test_limits_of_converted_joints_are_said_to_be_those_of_the_dataset(scene, tmp_path):
+    """After an import that converted joints, the angle beyond its limit is not the one that the controller shows."""
+    over = scene.dataset.poses["q2"].to_numpy().copy()
+    over[3] = scene.dataset.robot.limits[1, 1] + np.deg2rad(2.0)
+    imported = {"joints": "q2 = -J2", "mapping": "a.yaml"}
+    poses = scene.dataset.poses.assign(q2=over)
+    replace(scene.dataset, poses=poses, imported=imported).write(tmp_path / "cell")
+    said = run("validate", tmp_path / "cell").output
+    assert "joint 2 is beyond its limits" in said and "those of the controller (q2 = -J2)" in said
+
+
 def test_a_payload_in_grams_is_suspected(scene, tmp_path):
     """Two and a half tons are more than arms carry; as many kilograms are no reason to warn."""
     (line,) = told(scene, tmp_path / "grams", payload=2500.0)

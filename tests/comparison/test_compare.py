@@ -268,3 +268,40 @@ def test_a_difference_called_beyond_chance_is_one_that_chance_seldom_makes():
         share = np.mean(rms > most_by_chance(1.0, 0.01))
         assert share < 0.011
         assert share > 0.009 or weights[1] > 0
+
+
+def with_estimated_noise(calibration, noise, stated=None):
+    """Return a calibration of tracked points whose noise [m] was estimated from the residual, to 5 %; with ``stated``, one whose noise is known."""
+    summary = {**calibration.summary, "misfit": 1.0, "misfit_p_value": None if stated is None else 0.5}
+    part = {"name": "position_noise", "target": {}, "value": noise, "std": 0.05 * noise, "unit": "m"}
+    sensor = {"kind": "tracker"}
+    return replace(calibration, noise=(part,), residual_rms=noise * 3**0.5, summary=summary, sensor=sensor)
+
+
+def test_a_campaign_that_leaves_more_than_the_other_may_lack_something(before):
+    """A damaged gear moves estimated lengths, without a change of any length: no change of the arm is claimed, and the note says of which model."""
+    quiet, loud = with_estimated_noise(before, 4e-5), with_estimated_noise(before, 8e-5)
+    found = compare(quiet, changed(loud, a_3=20 * LENGTH))
+    said = describe_comparison(found)
+    assert found.noisier == 1 and any(
+        "the model of B leaves 0.139 mm RMS, and that of A 0.069 mm" in line for line in said
+    )
+    assert any("the calibrations differ: 1 difference" in line for line in said)
+    assert not any("the arm changed" in line for line in said)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        lambda c: with_estimated_noise(c, 4.6e-5),
+        lambda c: with_estimated_noise(c, 8e-5, stated=8e-5),
+        lambda c: c,
+    ],
+    ids=["chance", "stated", "scanner"],
+)
+def test_noise_that_differs_by_chance_or_is_known_is_no_lack(before, other):
+    """A change between two such campaigns is one of the arm."""
+    quiet = with_estimated_noise(before, 4e-5)
+    found = compare(quiet, changed(other(before), a_3=20 * LENGTH))
+    assert found.noisier is None
+    assert any("the arm changed: 1 change" in line for line in describe_comparison(found))

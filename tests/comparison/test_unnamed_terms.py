@@ -67,6 +67,17 @@ def test_terms_that_differ_are_not_called_none(arm):
     assert "none" not in said and "same effects" not in said and "--effects-from" in said
 
 
+def test_a_term_of_one_campaign_may_be_what_changed(arm):
+    """Calibrations without it would hide it, so the other campaign takes it over; a term in time says nothing of another campaign."""
+    damaged = turning(arm, Variable("q3", 0.0, 2.0), 0.01)
+    note = describe_comparison(compare(arm, damaged))[0]
+    assert "calibrate the campaign of A by --effects-from the calibration of B" in note
+    assert "of B by" not in note and "compare calibrations without it" not in note
+    assert not any(
+        "--effects-from" in line for line in describe_comparison(compare(arm, turning(arm, HOURS)))
+    )
+
+
 def test_the_json_has_the_terms(arm):
     """The mapping lists the terms of each calibration, the largest first, with their sizes in millimetres."""
     content = compare(arm, turning(arm, HOURS)).to_mapping()["unnamed_terms"]

@@ -69,3 +69,17 @@ def test_a_scan_that_may_be_in_centimetres_is_asked_about_both(size, words, tmp_
         read_dataset(folder)
     said = [fault.message for fault in refused.value.faults if fault.column == "z"]
     assert said and all(words in message for message in said)
+
+
+def test_where_the_unit_changes_within_a_column_its_rows_are_named(tmp_path):
+    """All numbers between the first and the last row that cannot be metres are millimetres, those that could be metres too."""
+    folder = make_scene("vs060", "tracker", seed=2, poses_per_plane=20).write(tmp_path / "cell")
+    table = pd.read_csv(folder / "points.csv")
+    table["x"] = 2.0
+    table.loc[24:48, "x"] = 2000.0
+    table.loc[30, "x"] = 150.0
+    table.to_csv(folder / "points.csv", index=False)
+    with pytest.raises(InvalidInput) as refused:
+        read_dataset(folder)
+    (said,) = [fault.message for fault in refused.value.faults if fault.column == "x"]
+    assert "24 of 60 numbers, in rows 26 to 50, are beyond" in said

@@ -67,6 +67,15 @@ def test_names_where_numbers_of_poses_are_needed_are_one_fault(tmp_path: Path, p
         read_pose_table(tmp_path / "joints.csv", 6, FRAME)
 
 
+def test_a_header_that_stands_twice_is_one_fault(tmp_path: Path, poses: pd.DataFrame) -> None:
+    """Two tables in one file have it again; its cells are not met one by one."""
+    edit_lines(tmp_path, "joints.csv", lambda lines: [*lines[:4], lines[0], *lines[4:]])
+    with pytest.raises(InvalidInput) as caught:
+        read_pose_table(tmp_path / "joints.csv", 6, FRAME)
+    (fault,) = caught.value.faults
+    assert fault.row == 5 and "names of the columns stand here again" in fault.message
+
+
 def test_a_row_too_long_does_not_shift_the_columns(tmp_path: Path, poses: pd.DataFrame) -> None:
     """An additional cell in every row is a fault, and the first column is not taken for an index."""
     edit_lines(tmp_path, "joints.csv", lambda lines: [lines[0], *(line + ",0" for line in lines[1:])])

@@ -159,7 +159,7 @@ def test_a_tracker_far_away_and_a_turning_wrist_are_not_suspected(tmp_path: Path
     assert faults_of(tmp_path, description("tracker"), content) == []
 
 
-@pytest.mark.parametrize("mark", [-0.0999999, 0.0, 9.9])
+@pytest.mark.parametrize("mark", [-0.0999999, 0.0, 9.9, -32.768])
 def test_a_mark_for_no_value_is_suspected(tmp_path: Path, mark: float) -> None:
     """Every twenty-fifth point of a scanner has the mark that it writes for points that it did not see: one fault names it."""
     content = tables("line-laser")

@@ -17,6 +17,7 @@ from scalar.diagnosis import diagnose
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.alternatives import alternatives
+from scalar.estimation.setup.several_signs import several_signs
 from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.robot import Robot
 from scalar.units import DEG, MM
@@ -123,6 +124,12 @@ def test_two_wrong_signs_are_named_together(sound, tracked, kind, joints):
     assert len(named) == 1 or all(
         "which these data do not distinguish" in s.sentence for s in refused.value.suspicions
     )
+
+
+def test_signs_that_an_import_changed_are_changed_in_its_mapping(tracked):
+    """The remedy of two wrong signs names the mapping, which may have made them wrong, beside the table of joints."""
+    remedy = next(iter(several_signs(tracked, 2))).remedy
+    assert "dataset.yaml" in remedy and "signs of these joints in the mapping" in remedy
 
 
 @pytest.mark.slow

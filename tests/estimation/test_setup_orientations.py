@@ -65,6 +65,17 @@ def test_another_reading_is_named(tracked, reading):
     )
 
 
+@pytest.mark.parametrize(
+    ("meant", "stated"), [("ZYX", "zyx"), ("zyx", "ZYX"), ("xyz", "XYZ"), ("ZYX", "XYZ")]
+)
+def test_euler_angles_about_other_axes_than_a_mapping_states_are_named(tracked, meant, stated):
+    """What the mapping should state is named, with what it states."""
+    angles = rotations(tracked).as_euler(meant)
+    read = Rotation.from_euler(stated, angles).as_rotvec()
+    with pytest.raises(InvalidInput, match=f"euler_axes: .*{meant} if it states {stated}.* in the mapping"):
+        calibrate(with_columns(tracked, read))
+
+
 def test_orientations_of_something_else_are_refused_if_positions_fit(tracked):
     """Orientations that fit in no reading, although the positions fit, are blamed with both figures, and how to go on without them is said."""
     turned = Rotation.random(len(tracked.points), rng=np.random.default_rng(3))
@@ -120,7 +131,7 @@ def test_an_arm_with_parallel_axes_shows_wrong_orientations_by_its_positions(sca
     swapped = Rotation.from_euler(
         "ZYX", rotations(scara).as_euler("zyx")
     )  # another convention than that of the file
-    with pytest.raises(InvalidInput, match="is euler_axes of the mapping right"):
+    with pytest.raises(InvalidInput, match="zyx if it states ZYX"):
         calibrate(with_columns(scara, swapped.as_rotvec()))
 
 

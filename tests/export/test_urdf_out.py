@@ -13,6 +13,7 @@ from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.sensor_slip import SensorSlip
 from scalar.effects.thermal_drift import ThermalDrift
+from scalar.estimation.fixed_parameter import BASE_NOT_SHOWN
 from scalar.geometry.robot import Robot
 from scalar.ingest.urdf import chain_between, read_urdf, robot_from_urdf
 from tests.calibrated_arms import calibrated, rigid
@@ -76,6 +77,30 @@ def test_any_description_holds_its_calibration(seed, tmp_path):
     q = rng.uniform(-3, 3, (50, robot.n_joints))
     T = sensor_by_pybullet(path, base, q, tmp_path)
     np.testing.assert_allclose(T, calibration.predict(q), atol=1e-9, rtol=0)
+
+
+def test_frames_that_the_data_do_not_determine_are_said(tmp_path):
+    """Who checks the file by kinematics of his own finds tool0 off by a constant, and is told why; a calibration that fixed nothing says nothing."""
+    robot, _ = robot_from_urdf(description(tmp_path), "l0", "tip")
+    calibration = calibrated(robot, np.random.default_rng(3))
+    options = (description(tmp_path), tmp_path, "--base", "l0", "--tip", "tip")
+    _, said = exported(replace(calibration, gauge=()), *options)
+    assert "not known" not in said and "not determined" not in said
+    last = f"d_{robot.n_joints}"
+    gauge = tuple(
+        {"held": name, "reason": reason, "moves_with": [], "cause": "structural"}
+        for name, reason in (("theta_1", BASE_NOT_SHOWN), (last, "only its combination with sensor_z"))
+    )
+    _, said = exported(replace(calibration, gauge=gauge), *options)
+    assert f"of the flange itself {last} is not known" in said and "off by a constant" in said
+    assert "where the base stands is not determined" in said
+
+
+def description(folder):
+    """Return the path of a description with the links ``l0`` to ``tip``."""
+    path = folder / "arm.urdf"
+    path.write_text(random_description(np.random.default_rng(5), 6), encoding="utf-8")
+    return path
 
 
 def test_a_description_whose_right_angles_are_rounded_holds_it_too(tmp_path):

@@ -284,3 +284,16 @@ def test_profiles_in_rows_without_a_number(folder):
     assert status == 0, said
     check(dataset, lost=2)
     assert list(dataset.pose_ids) == [1, 2, 3, 4, 5, 6]
+
+
+def test_a_mark_for_no_value_in_every_file_is_named_once(folder):
+    """Each profile has the mark of the scanner in a few points: it is no unit that is wrong, and not every file is listed."""
+    for k in range(POSES):
+        z = [f"{value:.4f}" for value in Z[k]]
+        z[3] = z[9] = "-32768"
+        rows = [f"{x:.4f},{value}" for x, value in zip(X, z, strict=True)]
+        (folder / f"profile_{11 + k}.csv").write_text("\n".join(["x,z", *rows]) + "\n", encoding="utf-8")
+    status, said, _ = imported(folder, points_block("profile_*.csv"))
+    assert status == 2 and "stands in 2 of 25 points" in said and "text.missing" in said
+    assert "millimetres" not in said and said.count("'no value'") == 3
+    assert "3 more faults of this kind in other files" in said

@@ -165,3 +165,12 @@ def test_an_import_never_replaces_what_is_no_dataset(tmp_path):
     result = run(tmp_path, tracker_mapping(), table)
     assert result.exit_code == 2
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.txt"]
+
+
+def test_a_header_that_stands_twice_is_named(tmp_path):
+    """Two logs in one file have it again; it is no number that is written wrongly."""
+    rows = cells()
+    rows.insert(4, header())
+    ended = run(tmp_path, tracker_mapping(), write_table(tmp_path / "a.csv", rows))
+    refused(tmp_path, ended, "a.csv, row 6: the names of the columns stand here again")
+    assert ended.output.count("\n") == 1

@@ -20,6 +20,7 @@ from tests.ingest.foreign_tables import cells, imported, numbers, refused, run, 
         (".", "", "1,234.5", None),
         (",", "", "1.234,5", None),
         (".", ",", "12,34.5", None),
+        (".", ",", "0,123", None),
     ],
 )
 def test_a_number_is_what_a_person_reads(decimal, thousands, cell, value):
@@ -35,11 +36,48 @@ def test_a_number_is_what_a_person_reads(decimal, thousands, cell, value):
         (".", "1,234", ['thousands: ","', "decimal: ','"]),
         (".", "12,34", ["decimal: ','"]),
         (".", "abc", ["correct it"]),
+        (",", "52,132°", ["remove '°' from the cells"]),
+        (",", "-571,684 mm", ["remove 'mm' from the cells"]),
+        (",", "mm", ["correct it"]),
     ],
 )
 def test_a_cell_that_is_no_number_is_met_with_what_to_write(decimal, cell, words):
     """A comma before three digits may be either, and both are named."""
     assert all(word in Written(decimal).hint(cell) for word in words)
+
+
+@pytest.mark.parametrize(
+    ("table", "said", "unsaid"),
+    [
+        (["12,345", "-3828,645"], "decimal: ','", "thousands"),
+        (["12,345", "0,250"], "decimal: ','", "thousands"),
+        (["12,345", "1,234.5"], 'thousands: ","', "decimal"),
+        (["12,345", "1,234,567"], 'thousands: ","', "decimal"),
+        (["12,345", "99,125", "wall"], "decimal: ','", ""),
+    ],
+)
+def test_other_cells_of_the_table_show_what_a_comma_before_three_digits_is(table, said, unsaid):
+    """Where none of them does, both readings are named, the decimal comma first."""
+    hint = Written().hint("12,345", table)
+    assert said in hint and (not unsaid or unsaid not in hint)
+    assert unsaid or hint.index("decimal: ','") < hint.index('thousands: ","')
+
+
+def test_a_decimal_comma_that_was_declared_to_separate_thousands_is_named():
+    """The declaration that is wrong is named with what takes its place."""
+    hint = Written(".", ",").hint("3828,645")
+    assert "decimal: ','" in hint and 'in place of thousands: ","' in hint
+
+
+def test_angles_with_three_decimals_are_known_by_the_lengths_beside_them(tmp_path):
+    """The column that is refused needs not show it itself: 12,345 is a decimal number where another column has 1234,5."""
+    rows = cells()
+    for row in rows:
+        row[0] = "12,345"
+    mapping = tracker_mapping()
+    del mapping["text"]["decimal"]
+    ended = run(tmp_path, mapping, write_table(tmp_path / "a.csv", rows))
+    refused(tmp_path, ended, "row 2, column J1", "has a decimal comma")
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
-from scalar.data.located_table import NUMBER, Layout, Table, check_cells, did_you_mean, header_faults, shorten
+from scalar.data.located_table import (
+    HEADER_AGAIN,
+    NUMBER,
+    Layout,
+    Table,
+    check_cells,
+    did_you_mean,
+    header_faults,
+    shorten,
+)
 from scalar.errors import Fault, InvalidInput
 
 if TYPE_CHECKING:
@@ -122,7 +131,7 @@ def _read_by_cell(file: str, raw: bytes, layout: Layout, faults: list[Fault]) ->
     lines = [(i, line) for i, line in enumerate(_LINE_END.split(text), 1) if line.strip()]
     if (names := _header(file, lines, layout, faults)) is None:
         return None
-    rows, numbers = _rows(file, lines[1:], len(names), faults)
+    rows, numbers = _rows(file, lines[1:], names, faults)
     table = Table(file, {}, lambda: np.array(numbers, dtype=np.int64), whole=len(rows) == len(lines) - 1)
     for j, name in enumerate(names):
         if name and names.count(name) == 1:
@@ -183,7 +192,7 @@ def _header(file: str, lines: list[tuple[int, str]], layout: Layout, faults: lis
 
 
 def _rows(
-    file: str, lines: list[tuple[int, str]], width: int, faults: list[Fault]
+    file: str, lines: list[tuple[int, str]], names: list[str], faults: list[Fault]
 ) -> tuple[list[list[str]], list[int]]:
     """Return the cells of the rows that have as many as the header names, and the numbers of their lines; faults of the others are added."""
     rows, numbers = [], []
@@ -191,8 +200,10 @@ def _rows(
         cells = split(line)
         if cells is None:
             faults.append(Fault(file, "a quote is not closed; close or remove it", number))
-        elif len(cells) != width:
-            message = f"{len(cells)} cells where the header names {width}; complete or remove the row"
+        elif cells == names:
+            faults.append(Fault(file, HEADER_AGAIN, number))
+        elif len(cells) != len(names):
+            message = f"{len(cells)} cells where the header names {len(names)}; complete or remove the row"
             faults.append(Fault(file, message, number))
         else:
             rows.append(cells)

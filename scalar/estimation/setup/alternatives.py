@@ -28,7 +28,8 @@ ZERO_STEP = (
 LENGTH_UNITS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0, "feet": 304.8}
 """Units that are mistaken for millimetres or metres, each with its size in millimetres."""
 CORRECT_TABLE = "correct the table of joints in dataset.yaml"
-CORRECT_JOINT = f"{CORRECT_TABLE}; where 'scalar import' made the tables, write sign or offset of this joint into the mapping, and import again"
+CORRECT_JOINT = f"{CORRECT_TABLE}; where 'scalar import' made the tables, change sign or offset of this joint in the mapping, and import again"
+CORRECT_SIGNS = f"{CORRECT_TABLE}; where 'scalar import' made the tables, change the signs of these joints in the mapping, and import again"
 A, ALPHA, D, THETA, BETA = range(len(GEOMETRY))
 
 

@@ -29,6 +29,8 @@ from scalar.units import DEG, MM
 COLUMNS = ["rx", "ry", "rz"]
 _FILE, _COLUMN = "points.csv", "rx,ry,rz"
 _EULER_AXES = ("xyz", "XYZ", "ZYX", "ZYZ")  # capitals: about moving axes; "xyz" is roll, pitch and yaw
+_MISREAD_AXES = ("ZYX", "zyx", "XYZ", "xyz")  # of Euler angles that an import may have taken for one another
+_ROUNDING = 1e-6  # of rotations that are the same
 _NEARLY_HALF_A_TURN = 3.0  # rad: beyond it, a small error may turn the axis round
 _WIDE = 50.0  # times what the positions leave: over places that are spread as far, a frame is known to about a degree
 _SWAPPED = "quaternions whose columns"
@@ -213,6 +215,30 @@ def _readings(dataset: Dataset, frames: Array | None) -> Iterator[tuple[float, s
                 f"{says} of the inverse rotation",
                 convert,
             )
+    yield from _other_axes(dataset, frames)
+
+
+def _other_axes(dataset: Dataset, frames: Array | None) -> Iterator[tuple[float, str, str]]:
+    """Yield readings in which the Euler angles that an import converted turn about other axes than its mapping states; as ``_readings``."""
+    as_read = Rotation.from_rotvec(_vectors(dataset))
+    alike: list[
+        tuple[Array, list[str]]
+    ] = []  # angles in the other order about axes in the other order are the same rotation
+    for stated, meant in itertools.permutations(_MISREAD_AXES, 2):
+        R = Rotation.from_euler(meant, as_read.as_euler(stated)).as_matrix()
+        what = f"{meant} if it states {stated}"
+        same = [words for other, words in alike if np.allclose(other, R, rtol=0.0, atol=_ROUNDING)]
+        if same:
+            same[0].append(what)
+        else:
+            alike.append((R, [what]))
+    for R, words in alike:
+        remedy = f"if 'scalar import' made them, write euler_axes: {', or '.join(words)} in the mapping, and import again"
+        yield (
+            disagreement(dataset, R, frames),
+            "Euler angles about other axes than they were read with",
+            remedy,
+        )
 
 
 def without_orientations(dataset: Dataset) -> Dataset:

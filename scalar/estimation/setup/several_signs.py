@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.estimation.setup.alternatives import CORRECT_TABLE, Alternative, with_sign_changed
+from scalar.estimation.setup.alternatives import CORRECT_SIGNS, Alternative, with_sign_changed
 
 MOST_SIGNS = 3
 
@@ -32,7 +32,7 @@ def several_signs(dataset: Dataset, count: int) -> Iterator[Alternative]:
             where,
             f"{where} count the other way",
             "with their signs changed",
-            CORRECT_TABLE,
+            CORRECT_SIGNS,
             replace(dataset, robot=robot),
             corrects_robot=True,
         )
