@@ -14,7 +14,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
-from scalar.data.located_table import NUMBER, Layout, Table, check_cells, did_you_mean, header_faults, shorten
+from scalar.data.located_table import (
+    MAX_SHOWN,
+    NUMBER,
+    Layout,
+    Table,
+    check_cells,
+    did_you_mean,
+    header_faults,
+    shorten,
+)
 from scalar.errors import Fault, InvalidInput
 
 if TYPE_CHECKING:
@@ -186,17 +195,21 @@ def _rows(
     file: str, lines: list[tuple[int, str]], width: int, faults: list[Fault]
 ) -> tuple[list[list[str]], list[int]]:
     """Return the cells of the rows that have as many as the header names, and the numbers of their lines; faults of the others are added."""
-    rows, numbers = [], []
+    rows, numbers, wrong = [], [], []
     for number, line in lines:
         cells = split(line)
         if cells is None:
-            faults.append(Fault(file, "a quote is not closed; close or remove it", number))
+            wrong.append((number, "a quote is not closed; close or remove it"))
         elif len(cells) != width:
             message = f"{len(cells)} cells where the header names {width}; complete or remove the row"
-            faults.append(Fault(file, message, number))
+            wrong.append((number, message))
         else:
             rows.append(cells)
             numbers.append(number)
+    faults += [Fault(file, message, number) for number, message in wrong[:MAX_SHOWN]]
+    if len(wrong) > MAX_SHOWN:
+        more = f"{len(wrong) - MAX_SHOWN} more rows that are not as long as the header, the last in row {wrong[-1][0]}"
+        faults.append(Fault(file, f"{more}; look for a common cause"))
     return rows, numbers
 
 
