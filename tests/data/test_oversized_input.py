@@ -2,6 +2,7 @@
 
 import json
 import re
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from scipy.io import savemat
 from scalar.data.dataset import validate_dataset
 from scalar.data.dataset_writer import write_dataset
 from scalar.data.io.json_reader import read_json
+from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
 from scalar.data.located_table import MAX_SHOWN, did_you_mean
 from scalar.errors import Fault, InvalidInput
 from scalar.ingest.foreign_tables import read_raw
@@ -97,3 +99,43 @@ def test_a_name_of_any_length_is_shown_in_part() -> None:
     assert did_you_mean(name, ["q1", "q2"]) == ""
     assert len(str(Fault("poses.csv", "an unknown column", 1, name))) < 400
     assert "column q1: " in str(Fault("poses.csv", "an unknown column", 1, "q1"))
+
+
+def test_a_long_table_with_one_wrong_cell_takes_little_memory(tmp_path: Path) -> None:
+    """The cell is named by its row; once every cell was kept as text, fifty times the size of the file."""
+    write_dataset(tmp_path / "d", mapping=description(), **tables())
+    edit_lines(tmp_path / "d", "scans.csv", lambda lines: [lines[0], *(2000 * lines[1:]), "10,0.1,+-2"])
+    size = (tmp_path / "d" / "scans.csv").stat().st_size
+    tracemalloc.start()
+    try:
+        (fault,) = validate_dataset(tmp_path / "d")
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert fault.row == 2000 * 36 + 2 and fault.column == "z" and "'+-2'" in fault.message
+    assert most < 12 * size
+
+
+def test_a_small_file_takes_no_buffer_of_the_largest(tmp_path: Path) -> None:
+    """The buffer is that of the file; once it was a gigabyte, which a process with limited memory does not get."""
+    path = tmp_path / "a.csv"
+    path.write_text("pose\n1\n")
+    tracemalloc.start()
+    try:
+        assert read_regular_file(path, MAX_TABLE_BYTES) == b"pose\n1\n"
+        assert tracemalloc.get_traced_memory()[1] < 1_000_000
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.skipif(
+    not Path("/proc/self/status").exists(), reason="a file whose size the system does not state"
+)
+def test_a_file_that_has_more_than_its_size_says_is_read_whole() -> None:
+    """A file that grows while it is read, or states no size, is read up to the limit."""
+    path = Path("/proc/self/status")
+    assert path.stat().st_size == 0
+    raw = read_regular_file(path, 1_000_000)
+    assert raw.startswith(b"Name:") and b"Threads:" in raw
+    with pytest.raises(InvalidInput, match="longer than"):
+        read_regular_file(path, 10)

@@ -85,7 +85,9 @@ def atomic_directory(
         InvalidInput: the place cannot be written, or holds something that may not be replaced.
     """
     path = Path(path)
-    place = Path(os.path.realpath(path)) if path.is_dir() else path  # where a link leads, which stays a link
+    place = (
+        Path(os.path.realpath(path)) if path.is_symlink() and path.is_dir() else path
+    )  # where a link leads, which stays a link
     temporary = temporary_beside(place)
     sweep_once(place.parent)
     check_replaceable(path, may_replace, remedy)
