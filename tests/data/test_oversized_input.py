@@ -139,3 +139,15 @@ def test_a_file_that_has_more_than_its_size_says_is_read_whole() -> None:
     assert raw.startswith(b"Name:") and b"Threads:" in raw
     with pytest.raises(InvalidInput, match="longer than"):
         read_regular_file(path, 10)
+
+
+def test_an_unknown_column_of_words_and_a_few_numbers_is_one_fault(tmp_path: Path) -> None:
+    """Most of its cells are no numbers: the column is at fault, and not each of its cells."""
+    write_dataset(tmp_path / "d", mapping=description(), **tables())
+    edit_lines(
+        tmp_path / "d",
+        "poses.csv",
+        lambda lines: [f"{lines[0]},remark", f"{lines[1]},1e400", *(f"{x},good" for x in lines[2:])],
+    )
+    (fault,) = validate_dataset(tmp_path / "d")
+    assert fault.column == "remark" and "not of numbers ('good')" in fault.message

@@ -258,7 +258,7 @@ def _check_numeric_cells(
         hint = did_you_mean(name, known)
         message = f"an unknown column, and not of numbers ({text}); {hint}rename or remove it"
         faults.append(Fault(table.file, message, 1, name))
-        table.bad[name] = np.ones(len(cells), dtype=bool)
+        table.bad[name] = np.ones(count, dtype=bool)
         return
 
     filled = np.zeros(count, dtype=bool)
