@@ -9,6 +9,10 @@ There are two main kinds, because the user does different things about them: the
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+_LONGEST_PLACE = (
+    200  # characters of a column or key that are shown; a damaged file may have names of any length
+)
+
 
 def printable(text: str) -> str:
     """Return `text` as one line that is safe to print: control characters and line ends become escapes.
@@ -43,7 +47,8 @@ class Fault:
             place += f", row {self.row}"
         if self.column is not None:
             is_table = self.file.endswith((".csv", ".parquet"))
-            place += f", column {self.column}" if is_table else f", {self.column}"
+            name = self.column if len(self.column) <= _LONGEST_PLACE else f"{self.column[:_LONGEST_PLACE]}..."
+            place += f", column {name}" if is_table else f", {name}"
         return printable(f"{place}: {self.message}")
 
 

@@ -22,7 +22,7 @@ from scalar.cli.compared_words import (
     what_was_compared,
 )
 from scalar.cli.group import cli
-from scalar.cli.options import EFFECTS_MODULE, PATH, load_effects
+from scalar.cli.options import EFFECTS_MODULE, PATH, Number, load_effects
 from scalar.cli.outputs import FORCE, json_of, refuse_foreign
 from scalar.cli.terminal import say
 from scalar.units import DEG, MM
@@ -51,7 +51,7 @@ _SHOWS_A_SHIFT = 0.1  # mm; a smaller difference of the sensor's place needs no 
 @click.option("-o", "--output", type=PATH, metavar="FILE.json", help="Also write the comparison as JSON.")
 @click.option(
     "--alpha",
-    type=click.FloatRange(0.0, 0.5, min_open=True),
+    type=Number(0.0, 0.5, min_open=True),
     default=0.01,
     show_default=True,
     help="Probability that any change is named although nothing changed, over all parameters together.",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -227,7 +228,7 @@ def _columns(at: Sequence[str], effects: Sequence[Effect]) -> dict[str, float]:
             found[name.strip()] = float(number)
         except ValueError:
             equals = ""
-        if not equals:
+        if not equals or not math.isfinite(found[name.strip()]):
             raise InvalidInput(Fault("--at", f"{text!r} is not a column and a number; write temperature=35"))
     known = sorted({name for effect in effects for name in (*effect.follows, *effect.depends_on)})
     for name in found:

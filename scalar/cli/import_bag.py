@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -100,7 +101,7 @@ def import_bag(
       scalar diagnose measured -o out
     """
     for name, value in (("--still", still), ("--settled", settled), ("--least", least)):
-        if not value >= 0.0 or (value == 0.0 and name != "--settled"):
+        if not 0.0 <= value < math.inf or (value == 0.0 and name != "--settled"):
             raise InvalidInput(
                 Fault(name, f"{value:g} is not greater than 0; write a time or an angle, or leave it out")
             )

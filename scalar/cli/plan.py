@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +12,7 @@ import click
 
 from scalar.cli.convention import MAPPING, convention_of, imported_of, lines_on_convention
 from scalar.cli.group import cli
-from scalar.cli.options import OUTPUT, PATH, lock_output
+from scalar.cli.options import OUTPUT, PATH, Number, lock_output
 from scalar.cli.outputs import FORCE, refuse_foreign_plan
 from scalar.cli.plan_source import (
     calibration_near,
@@ -45,7 +46,7 @@ _LEAST_NOISE = 5e-4  # mm; of no sensor
 @click.option(
     "--near", type=PATH, metavar="CALIBRATION", help="Plan for the arm as it was calibrated before."
 )
-@click.option("--accuracy", type=click.FloatRange(0, min_open=True), metavar="MM",
+@click.option("--accuracy", type=Number(0, 1e6, min_open=True), metavar="MM",
               help="Say how many poses this error of predicted positions takes, and plan as many if --poses is not given.")  # fmt: skip
 @click.option("--after", type=PATH, metavar="DIAGNOSIS",
               help="diagnosis.json: plan the poses that separate what it could not distinguish.")  # fmt: skip
@@ -54,13 +55,18 @@ _LEAST_NOISE = 5e-4  # mm; of no sensor
 @click.option("--range", "limits", default="0.10,0.45", show_default=True, metavar="NEAR,FAR",
               help="Least and largest distance that a scanner measures along a ray [m].")  # fmt: skip
 @click.option(
-    "--fan", default=15.0, show_default=True, metavar="DEG", help="Half of a scanner's opening angle."
+    "--fan",
+    type=Number(0, 90, min_open=True, max_open=True),
+    default=15.0,
+    show_default=True,
+    metavar="DEG",
+    help="Half of a scanner's opening angle.",
 )
-@click.option("--incidence", default=50.0, show_default=True, metavar="DEG",
+@click.option("--incidence", type=Number(0, 90, min_open=True), default=50.0, show_default=True, metavar="DEG",
               help="Largest angle between a scanner's ray and the normal of a plane.")  # fmt: skip
-@click.option("--noise", type=click.FloatRange(0, min_open=True), metavar="MM",
+@click.option("--noise", type=Number(0, 1e3, min_open=True), metavar="MM",
               help="Noise of the sensor, 1 sigma; if not given, that of dataset.yaml, of the calibration, or 0.1.")  # fmt: skip
-@click.option("--repeatability", type=click.FloatRange(0), default=REPEATABILITY / MM, show_default=True, metavar="MM",
+@click.option("--repeatability", type=Number(0, 1e3), default=REPEATABILITY / MM, show_default=True, metavar="MM",
               help="Repeatability of the arm, 1 sigma along each axis.")  # fmt: skip
 @click.option("--candidates", type=click.IntRange(100, 10_000), default=N_CANDIDATES, show_default=True,
               help="How many poses to choose from.")  # fmt: skip
@@ -224,7 +230,7 @@ def _range(text: str) -> tuple[float, float]:
         near, far = (float(part) for part in text.split(","))
     except ValueError:
         near = far = 0.0
-    if not 0 < near < far:
+    if not 0 < near < far < math.inf:
         raise InvalidInput(Fault("--range", f"{text!r} is not a range; write it as 0.10,0.45 [m]"))
     if near > _NEAREST_IN_METRES:
         message = f"no scanner sees only what is {near:g} m away; are these millimetres? write metres"

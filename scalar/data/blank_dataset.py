@@ -7,6 +7,7 @@ pose if the sensor needs one, and every row of the tables.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -56,7 +57,9 @@ def write_blank_dataset(
     folder = Path(folder)
     n = len(robot["joints"])
     files = {
-        DESCRIPTION: _description(folder.resolve().name, robot, format, [*about_robot, *remarks]),
+        DESCRIPTION: _description(
+            Path(os.path.realpath(folder)).name, robot, format, [*about_robot, *remarks]
+        ),
         _POSES: ",".join(_pose_columns(n, format)) + "\n",
         README: _readme(robot, format, remarks),
     }

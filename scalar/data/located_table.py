@@ -29,6 +29,7 @@ _MANY_ROWS = (
 _IDS_SHOWN = 3  # poses that are reported one by one; if there are more, in one line
 MAX_COLUMNS = 2000
 """Most columns of a table that is read; the log of a robot has hundreds."""
+_LONGEST_NAME = 200  # characters; a longer one resembles no name that is known, and comparing a file without separators takes minutes
 MAX_INTEGER = 2.0**53  # the largest up to which float64 holds every integer
 MAX_NUMBER = 1e100
 """Largest number in a table; products of a few such numbers still fit into float64."""
@@ -180,7 +181,7 @@ class Table:
 
 def did_you_mean(name: str, known: list[str]) -> str:
     """Return ``did you mean 'noise'? `` if a known name resembles `name`, else an empty text."""
-    meant = closest(name, known, 0.6)
+    meant = closest(name, known, 0.6) if len(name) <= _LONGEST_NAME else ""
     return f"did you mean {meant!r}? " if meant else ""
 
 

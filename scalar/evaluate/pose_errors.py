@@ -129,12 +129,13 @@ def evaluate(
 
 def _plane_errors(calibration: Calibration, truth: Mapping[str, Any] | None) -> pd.DataFrame:
     target = calibration.model.target
-    if truth is None or not isinstance(target, Planes) or "planes" not in truth:
+    planes = None if truth is None else truth.get("planes")
+    if planes is None or not isinstance(target, Planes):
         return pd.DataFrame()
-    normals = np.array(truth["planes"]["normals"], dtype=float)
-    distances = np.array(truth["planes"]["distances"], dtype=float)
+    normals = np.array(planes["normals"], dtype=float)
+    distances = np.array(planes["distances"], dtype=float)
     # A truth without names lists its planes in the order of the dataset, which is that of a calibration with one session.
-    names = truth["planes"].get("names") or list(target.names)
+    names = planes.get("names") or list(target.names)
     rows = []
     for name, normal, distance in zip(target.names, target.normals, target.distances, strict=True):
         if name not in names or names.index(name) >= len(normals):

@@ -88,11 +88,35 @@ def refuse_truth_of_another_robot(
             raise InvalidInput(Fault(str(folder / "truth.json"), message))
 
 
-def _check_truth(content: dict[str, Any]) -> None:
-    """Convert the numbers of a truth to arrays, and let the error of NumPy or Python pass where one cannot be converted."""
+def _check_truth(content: Any) -> None:
+    """Refuse a truth whose lists are not lists of numbers, or whose planes do not belong together.
+
+    Raises:
+        ValueError, TypeError, KeyError, AttributeError: Something is not what ``scalar simulate`` writes.
+    """
     parameters, planes = content.get("parameters", {}), content.get("planes")
     for key in (*GEOMETRY, "t", "r"):
-        np.array(parameters.get(key, []), dtype=float).reshape(-1)
-    if planes is not None:
-        normals = np.array(planes["normals"], dtype=float).reshape(-1, 3)
-        np.array(planes["distances"], dtype=float).reshape(len(normals))
+        _numbers(parameters.get(key, []))
+    if planes is None:
+        return
+    normals = np.array([_numbers(row) for row in _listed(planes["normals"])]).reshape(-1, 3)
+    if not np.all(np.linalg.norm(normals, axis=1) > 0.0):
+        raise ValueError("a normal of no length")
+    names = planes.get("names")
+    for column in (_numbers(planes["distances"]), *(() if names is None else (_listed(names),))):
+        if len(column) != len(normals):
+            raise ValueError("planes without one normal, distance and name each")
+
+
+def _listed(value: Any) -> list[Any]:
+    """Return a list as it is; whatever else may be iterated, such as text or a mapping, is an error."""
+    if not isinstance(value, list):
+        raise TypeError("not a list")
+    return value
+
+
+def _numbers(value: Any) -> list[float]:
+    """Return a list of numbers as floats; text that looks like a number is none."""
+    if any(isinstance(x, bool) or not isinstance(x, int | float) for x in _listed(value)):
+        raise TypeError("not a list of numbers")
+    return [float(x) for x in value]

@@ -5,6 +5,7 @@ MATLAB's newer HDF5 files (save with -v7 instead) and spreadsheets older than .x
 """
 
 import csv
+import math
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -101,12 +102,19 @@ def _rows(content: str, separator: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _read_matrix(path: Path, file: str, variable: str | None) -> RawTable:
-    from scipy.io import loadmat
+    from scipy.io import loadmat, whosmat
 
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about parts of the file that are not read
+            held = whosmat(path, appendmat=False)
+            size = sum(8 * math.prod(shape) for name, shape, _ in held if variable in (None, name))
+            if size > MAX_TABLE_BYTES:  # compressed, zeros without end are a small file
+                message = f"holds a matrix of {size / 1e6:.0f} MB, more than the {MAX_TABLE_BYTES // 1_000_000} MB that are read; make it shorter"
+                raise InvalidInput(Fault(file, message))
             content = loadmat(path, appendmat=False, variable_names=None if variable is None else [variable])
+    except InvalidInput:
+        raise
     except NotImplementedError as error:
         raise InvalidInput(Fault(file, _IS_HDF5)) from error
     except MemoryError as error:

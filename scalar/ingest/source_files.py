@@ -1,5 +1,6 @@
 """Match the files that the user gives with the files that a mapping names."""
 
+import os
 import re
 import unicodedata
 from collections import Counter
@@ -150,6 +151,6 @@ def _given_files(
                 given.append(path)
     first_given: dict[Path, Path] = {}  # a file that two sources hold is one file
     for path in given:
-        first_given.setdefault(path.resolve(), path)
+        first_given.setdefault(Path(os.path.realpath(path)), path)
     given = list(first_given.values())
     return given, dict(zip(given, distinct_names(given, folders), strict=True))

@@ -13,9 +13,13 @@ from typing import Any
 
 from scalar.data.located_table import did_you_mean, shorten
 from scalar.errors import Fault, InvalidInput
-from scalar.ingest.raw_table import MISSING, MOST_COLUMNS, RawTable
+from scalar.ingest.raw_table import MISSING, RawTable
 from scalar.ingest.rows_of_text import table_of_rows
 from scalar.ingest.written_numbers import Written
+
+_MOST_ROWS = (
+    1_048_576  # of a sheet in this format; the library makes up every row before one with a higher number
+)
 
 
 def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable:
@@ -40,12 +44,16 @@ def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable
             message = f"no sheet {shorten(wanted)}; {hint}it has {', '.join(names)}; correct text.sheet"
             raise InvalidInput(Fault(file, message))
         sheet = book[wanted]
+        sheet.reset_dimensions()  # what the file says of its size may be wrong, and every row would be filled up to it
         written = Written(text.get("decimal", "."), text.get("thousands", ""))
         marks = MISSING | {mark.strip().lower() for mark in text.get("missing", [])}
-        rows = [
-            (line, [_cell(value, written, marks) for value in cells])
-            for line, cells in enumerate(sheet.iter_rows(values_only=True, max_col=MOST_COLUMNS + 1), 1)
-        ]
+        rows = []
+        for line, cells in enumerate(sheet.iter_rows(values_only=True), 1):
+            if line > _MOST_ROWS:
+                message = f"has a row beyond {_MOST_ROWS}, the last that a spreadsheet can have; save it again, or as CSV"
+                raise InvalidInput(Fault(file, message))
+            if cells:
+                rows.append((line, [_cell(value, written, marks) for value in cells]))
     except InvalidInput:
         raise
     except Exception as error:  # whatever the library raises on a damaged file is a fault of that file
@@ -57,8 +65,11 @@ def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable
         message = f"the sheet {shorten(wanted)} holds no table; there is also {', '.join(others)}: name the sheet that is meant as text.sheet"
         raise InvalidInput(Fault(file, message))
     width = max((k + 1 for _, cells in rows for k, cell in enumerate(cells) if cell), default=0)
+    blank = [""] * width
     return table_of_rows(
-        file, [(line, cells[:width]) for line, cells in rows], {**text, "decimal": ".", "thousands": ""}
+        file,
+        [(line, (cells + blank)[:width]) for line, cells in rows],
+        {**text, "decimal": ".", "thousands": ""},
     )
 
 

@@ -173,6 +173,37 @@ def test_evaluate_refuses_a_truth_that_is_none(sound, tmp_path):
     refused(run("evaluate", calibration, truth, "-o", out), INPUT_AT_FAULT, "q6", "rz", output=out)
 
 
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"parameters": {"a": 3}},
+        {"parameters": {"a": [[0.1], [0.2]]}},
+        {"parameters": {"r": 0.1}},
+        {"parameters": {"d": ["0.1"]}},
+        {"planes": {"normals": [[0, 0, 1], [1, 0]], "distances": [0, 0]}},
+        {"planes": {"normals": [[0, 0, 0]], "distances": [0]}},
+        {"planes": {"normals": [[0, 0, 1]], "distances": [0], "names": "floor"}},
+        {"planes": {"normals": [[0, 0, 1]], "distances": [0, 1]}},
+    ],
+)
+def test_evaluate_refuses_a_truth_with_other_shapes(sound, tmp_path, damage):
+    """A number in the place of a list, text in the place of a number and planes that do not belong together were once a fault of the program."""
+    truth = Path(shutil.copytree(sound / "truth", tmp_path / "truth"))
+    content = json.loads((truth / "truth.json").read_text(encoding="utf-8"))
+    (truth / "truth.json").write_text(json.dumps(content | damage), encoding="utf-8")
+    result = run("evaluate", sound / "out/calibration.json", truth, "-o", tmp_path / "e")
+    refused(result, INPUT_AT_FAULT, "not a truth", output=tmp_path / "e", lines=1)
+
+
+def test_a_truth_whose_planes_are_null_has_none(sound, tmp_path):
+    """``planes: null`` is the same as no planes."""
+    truth = Path(shutil.copytree(sound / "truth", tmp_path / "truth"))
+    content = json.loads((truth / "truth.json").read_text(encoding="utf-8"))
+    (truth / "truth.json").write_text(json.dumps(content | {"planes": None}), encoding="utf-8")
+    result = run("evaluate", sound / "out/calibration.json", truth, "-o", tmp_path / "e")
+    assert result.exit_code == 0, result.output
+
+
 def test_evaluate_refuses_the_truth_of_another_robot(sound, tmp_path):
     """A truth with as many joints but another table is refused with the parameter that differs most."""
     calibration = sound / "out/calibration.json"

@@ -87,3 +87,30 @@ def test_what_has_no_plain_form_is_refused() -> None:
     """An object is refused, not written as text."""
     with pytest.raises(TypeError, match="no plain form"):
         plain({"a": object()})
+
+
+@pytest.mark.parametrize("full", [False, True])
+def test_a_link_to_a_folder_stays_a_link(tmp_path: Path, full: bool) -> None:
+    """The folder to which an output leads is replaced, on whatever disk it is; once the link was, and was left under a hidden name."""
+    there, link = tmp_path / "disk" / "there", tmp_path / "out"
+    there.mkdir(parents=True)
+    if full:
+        (there / "old").touch()
+    link.symlink_to(there, target_is_directory=True)
+    with atomic_directory(link, lambda _: True) as temporary:
+        (temporary / "new").touch()
+    assert link.is_symlink()
+    assert sorted(str(p.relative_to(tmp_path)) for p in (tmp_path / "disk").rglob("*")) == [
+        "disk/there",
+        "disk/there/new",
+    ]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["disk", "out"]
+
+
+def test_a_circle_of_links_is_refused(tmp_path: Path) -> None:
+    """A place that leads to itself is no place for an output, and no fault of the program."""
+    (tmp_path / "circle").symlink_to("circle")
+    for path in (tmp_path / "circle", tmp_path / "circle" / "out"):
+        with pytest.raises(InvalidInput, match="cannot be written"), atomic_directory(path):
+            pass
+    assert [p.name for p in tmp_path.iterdir()] == ["circle"]

@@ -242,6 +242,7 @@ def test_a_description_that_differs_in_one_frame_is_refused_with_that_frame(join
             "differs from the nominal arm",
         ),
         (["--at", "temperature", "-o", "out.md"], "write temperature=35"),
+        (["--at", "temperature=nan", "-o", "out.md"], "write temperature=35"),
         (["--at", "temp=20", "-o", "out.md"], "follows 'temp'"),
         (["-o", "out.yaml"], "kinematics.yaml is for arms of Universal Robots"),
         (["--urdf", "in.urdf", "--sensor-link", "l1", "-o", "out.urdf"], "--sensor-link"),

@@ -77,7 +77,7 @@ def atomic_directory(
     """Yield an empty temporary folder beside `path`; rename it to `path` on success, remove it on failure.
 
     Args:
-        path: the folder that is to appear. Missing parents are made.
+        path: the folder that is to appear. Missing parents are made. A link to a folder stays, and what it leads to is replaced.
         may_replace: asked about a folder that is already there and not empty; True lets it be replaced.
         remedy: end of the message about a folder that may not be replaced.
 
@@ -85,18 +85,21 @@ def atomic_directory(
         InvalidInput: the place cannot be written, or holds something that may not be replaced.
     """
     path = Path(path)
-    temporary = temporary_beside(path)
-    sweep_once(path.parent)
+    place = (
+        Path(os.path.realpath(path)) if path.is_symlink() and path.is_dir() else path
+    )  # where a link leads, which stays a link
+    temporary = temporary_beside(place)
+    sweep_once(place.parent)
     check_replaceable(path, may_replace, remedy)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        place.parent.mkdir(parents=True, exist_ok=True)
         temporary.mkdir()
     except OSError as error:
         raise cannot_write(path, error) from error
     try:
         yield temporary
         try:
-            _swap_in(temporary, path)
+            _swap_in(temporary, place)
         except OSError as error:
             raise cannot_write(path, error) from error
     except BaseException as error:

@@ -8,15 +8,19 @@ from __future__ import annotations
 
 import csv
 import re
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scalar.data.io.cells import CellsOfNumbers, CellsOfText, text_column
 from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
 from scalar.data.located_table import (
     HEADER_AGAIN,
-    NUMBER,
+    MAX_SHOWN,
     Layout,
     Table,
     check_cells,
@@ -31,7 +35,6 @@ if TYPE_CHECKING:
 
 _SPREADSHEET = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # how files of Excel and LibreOffice begin, new and old
 _LINE_END = re.compile(r"\r\n|\r|\n")
-_NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
 _DIGIT_AT_THE_START = re.compile(r"[-+.,]*[0-9]")
 
 
@@ -88,7 +91,7 @@ def _parse_fast(raw: bytes, names: list[str], layout: Layout) -> dict[str, np.nd
     except pa.ArrowException:
         return None
     return {
-        name: _text(table[name].to_pylist())
+        name: text_column(table[name].to_pylist())
         if name in layout.text
         else np.array(np.from_dlpack(table[name].combine_chunks()))  # not to_numpy: that imports pandas
         for name in names
@@ -128,19 +131,19 @@ def _read_by_cell(file: str, raw: bytes, layout: Layout, faults: list[Fault]) ->
     """Return the table in a CSV file, read cell by cell, and add every fault with its row."""
     if (text := _decoded(file, raw, faults)) is None:
         return None
-    lines = [(i, line) for i, line in enumerate(_LINE_END.split(text), 1) if line.strip()]
-    if (names := _header(file, lines, layout, faults)) is None:
+    if (names := _header(file, text, layout, faults)) is None:
         return None
-    rows, numbers = _rows(file, lines[1:], names, faults)
-    table = Table(file, {}, lambda: np.array(numbers, dtype=np.int64), whole=len(rows) == len(lines) - 1)
-    for j, name in enumerate(names):
-        if name and names.count(name) == 1:
-            cells = [row[j] for row in rows]
-            if _is_copied(name, cells, layout):
-                table.columns[name] = _text(cells)
-                continue
-            table.columns[name] = _text(cells) if name in layout.text else _numbers(cells)
-            _check_numeric_cells(table, name, cells, layout, faults)
+    columns = [_column(name, layout) for name in names]
+    numbers, whole = _read_rows(file, text, names, columns, faults)
+    table = Table(file, {}, lambda: np.array(numbers, dtype=np.int64), whole=whole)
+    for name, column in zip(names, columns, strict=True):
+        if not name or names.count(name) > 1:
+            continue
+        if isinstance(column, CellsOfText):
+            table.columns[name] = column.array() if name in layout.text else column.numbers_or_text()
+            continue
+        table.columns[name] = column.array()
+        _check_numeric_cells(table, name, column.others, layout, faults)
     check_cells(table, layout, faults)
     return table
 
@@ -161,20 +164,32 @@ def _decoded(file: str, raw: bytes, faults: list[Fault]) -> str | None:
         return None
 
 
-def _header(file: str, lines: list[tuple[int, str]], layout: Layout, faults: list[Fault]) -> list[str] | None:
+def _lines(text: str) -> Iterator[tuple[int, str]]:
+    """Yield the lines of a text that are not blank, each with its number, one at a time: all of them take several times the memory of the text."""
+    start, number = 0, 1
+    for end in _LINE_END.finditer(text):
+        if (line := text[start : end.start()]).strip():
+            yield number, line
+        start, number = end.end(), number + 1
+    if (line := text[start:]).strip():
+        yield number, line
+
+
+def _header(file: str, text: str, layout: Layout, faults: list[Fault]) -> list[str] | None:
     """Return the names of the columns; None, with the fault, if the file is empty, has comments, or its columns cannot be distinguished.
 
     Args:
         file: Name of the file.
-        lines: Its lines that are not blank, each with its number.
+        text: Its content.
         layout: The columns that it may have.
         faults: Faults of names are added here as well.
     """
-    if not lines:
+    first = next(_lines(text), None)
+    if first is None:
         faults.append(Fault(file, f"the file is empty; its first line has to be {','.join(layout.required)}"))
         return None
-    comments = [number for number, line in lines if line.lstrip().startswith("#")]
-    if comments and comments[0] == lines[0][0] and _is_header(lines[0][1].lstrip("# "), layout):
+    comments = [number for number, line in _lines(text) if line.lstrip().startswith("#")]
+    if comments and comments[0] == first[0] and _is_header(first[1].lstrip("# "), layout):
         faults.append(Fault(file, "the header begins with #; remove this character", comments[0]))
         return None
     if comments:
@@ -182,33 +197,53 @@ def _header(file: str, lines: list[tuple[int, str]], layout: Layout, faults: lis
         message = f"a line that begins with #{more}: a table has no comments; remove such lines"
         faults.append(Fault(file, message, comments[0]))
         return None
-    names = split(lines[0][1])
+    names = split(first[1])
     if names is None:
-        faults.append(Fault(file, "a quote in the header is not closed; close or remove it", lines[0][0]))
+        faults.append(Fault(file, "a quote in the header is not closed; close or remove it", first[0]))
         return None
-    wrong = header_faults(file, names, layout, lines[0][0])
+    wrong = header_faults(file, names, layout, first[0])
     faults += wrong
     return None if len(wrong) == 1 and wrong[0].column is None else names
 
 
-def _rows(
-    file: str, lines: list[tuple[int, str]], names: list[str], faults: list[Fault]
-) -> tuple[list[list[str]], list[int]]:
-    """Return the cells of the rows that have as many as the header names, and the numbers of their lines; faults of the others are added."""
-    rows, numbers = [], []
-    for number, line in lines:
+def _column(name: str, layout: Layout) -> CellsOfNumbers | CellsOfText:
+    """Return what collects the cells of a column: text where the layout says so, or where a column that it does not know is copied as it is."""
+    known = name in layout.required or name in layout.optional
+    return CellsOfText() if name in layout.text or (layout.copied and not known) else CellsOfNumbers()
+
+
+def _read_rows(
+    file: str,
+    text: str,
+    names: Sequence[str],
+    columns: Sequence[CellsOfNumbers | CellsOfText],
+    faults: list[Fault],
+) -> tuple[array[int], bool]:
+    """Add the cells of the rows that have as many as there are columns to these; faults of the others are added.
+
+    Returns:
+        The numbers of the lines that were taken, and whether all were.
+    """
+    numbers, wrong = array("q"), []
+    width = len(columns)
+    for number, line in islice(_lines(text), 1, None):
         cells = split(line)
         if cells is None:
-            faults.append(Fault(file, "a quote is not closed; close or remove it", number))
+            wrong.append((number, "a quote is not closed; close or remove it"))
         elif cells == names:
-            faults.append(Fault(file, HEADER_AGAIN, number))
-        elif len(cells) != len(names):
-            message = f"{len(cells)} cells where the header names {len(names)}; complete or remove the row"
-            faults.append(Fault(file, message, number))
+            wrong.append((number, HEADER_AGAIN))
+        elif len(cells) != width:
+            message = f"{len(cells)} cells where the header names {width}; complete or remove the row"
+            wrong.append((number, message))
         else:
-            rows.append(cells)
+            for column, cell in zip(columns, cells, strict=True):
+                column.append(cell)
             numbers.append(number)
-    return rows, numbers
+    faults += [Fault(file, message, number) for number, message in wrong[:MAX_SHOWN]]
+    if len(wrong) > MAX_SHOWN:
+        more = f"{len(wrong) - MAX_SHOWN} more rows that are not as long as the header, the last in row {wrong[-1][0]}"
+        faults.append(Fault(file, f"{more}; look for a common cause"))
+    return numbers, not wrong
 
 
 def _is_header(line: str, layout: Layout) -> bool:
@@ -216,47 +251,27 @@ def _is_header(line: str, layout: Layout) -> bool:
     return {*(split(line) or ())} >= {*layout.required}
 
 
-def _is_copied(name: str, cells: list[str], layout: Layout) -> bool:
-    """Return whether a column is kept as text: one that the layout does not know, and that is not all numbers."""
-    known = name in layout.required or name in layout.optional
-    return layout.copied and not known and not all(map(NUMBER.fullmatch, cells))
-
-
-def _text(cells: list[str]) -> np.ndarray:
-    """Return text as an array of objects, without the blanks around it."""
-    column = np.empty(len(cells), dtype=object)
-    column[:] = [cell.strip() for cell in cells]
-    return column
-
-
-def _numbers(cells: list[str]) -> np.ndarray:
-    """Return the cells as float64, NaN where one is not a number."""
-    return np.array(
-        [float(c) if NUMBER.fullmatch(c) or _NOT_FINITE.fullmatch(c) else np.nan for c in cells], dtype=float
-    )
-
-
 def _check_numeric_cells(
-    table: Table, name: str, cells: list[str], layout: Layout, faults: list[Fault]
+    table: Table, name: str, others: Mapping[int, str], layout: Layout, faults: list[Fault]
 ) -> None:
-    """Report the cells of a numeric column that are not numbers; nothing for a column of text."""
-    if name in layout.text:
-        return
-    wrong = np.array([not (NUMBER.fullmatch(c) or _NOT_FINITE.fullmatch(c)) for c in cells], dtype=bool)
-    if name in layout.blank:
-        wrong &= np.array([bool(c) for c in cells], dtype=bool)
+    """Report the cells of a numeric column that are not numbers, which ``others`` has by their row."""
+    count = table.n_rows
+    cells = {i: cell for i, cell in others.items() if cell or name not in layout.blank}
+    wrong = np.zeros(count, dtype=bool)
+    wrong[list(cells)] = True
     known = [*layout.required, *layout.optional]
-    if name not in known and 2 * np.count_nonzero(wrong) > len(cells):
+    if name not in known and 2 * len(cells) > count:
         text = shorten(cells[int(np.argmax(wrong))])
         hint = did_you_mean(name, known)
         message = f"an unknown column, and not of numbers ({text}); {hint}rename or remove it"
         faults.append(Fault(table.file, message, 1, name))
-        table.bad[name] = np.ones(len(cells), dtype=bool)
+        table.bad[name] = np.ones(count, dtype=bool)
         return
 
-    filled = wrong & np.array([bool(c) for c in cells], dtype=bool)
-    if name in layout.integers and 2 * np.count_nonzero(filled) > len(cells):
-        table.report(faults, name, wrong & (np.cumsum(filled) == 1) & filled, lambda i: _labels(cells[i]))
+    filled = np.zeros(count, dtype=bool)
+    filled[[i for i, cell in cells.items() if cell]] = True
+    if name in layout.integers and 2 * np.count_nonzero(filled) > count:
+        table.report(faults, name, (np.cumsum(filled) == 1) & filled, lambda i: _labels(cells[i]))
         table.bad[name] |= filled
 
     def message_of(i: int) -> str:

@@ -1,6 +1,7 @@
 """Read Parquet files as tables of numbers and, in the columns that the layout says, text; damaged files are refused."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,14 +23,20 @@ def read_parquet(path: Path, layout: Layout, faults: list[Fault]) -> Table | Non
         return None
     try:
         with pq.ParquetFile(path) as parquet:
-            content = parquet.read()
+            names = parquet.schema_arrow.names
+            used = [name for name in dict.fromkeys(names) if name in {*layout.required, *layout.optional}]
+            _refuse_too_large(file, parquet, len(used))
+            content = parquet.read(columns=used)
+    except InvalidInput as error:
+        faults += error.faults
+        return None
     except Exception as error:  # a damaged file makes pyarrow raise nearly anything
         reason = " ".join(str(error).split())[:80]
         faults.append(
             Fault(file, f"cannot be read as Parquet ({reason}); it may be cut short: write or copy it again")
         )
         return None
-    faults += header_faults(file, content.column_names, layout, None)
+    faults += header_faults(file, names, layout, None)
     table = Table(file, {}, lambda: np.arange(1, content.num_rows + 1))
     for name in (*layout.required, *(name for name in layout.optional if name in content.column_names)):
         if content.column_names.count(name) != 1:
@@ -49,3 +56,12 @@ def read_parquet(path: Path, layout: Layout, faults: list[Fault]) -> Table | Non
         table.report(faults, name, empty, lambda i: "an empty cell; write the number, or remove the row")
     check_cells(table, layout, faults)
     return table
+
+
+def _refuse_too_large(file: str, parquet: Any, columns: int) -> None:
+    """Refuse a file whose content is larger than a table may be, by what its end says: compressed, zeros without end are a small file."""
+    groups = (parquet.metadata.row_group(k) for k in range(parquet.metadata.num_row_groups))
+    size = max(8 * columns * parquet.metadata.num_rows, sum(group.total_byte_size for group in groups))
+    if size > MAX_TABLE_BYTES:
+        message = f"holds {size / 1e6:.0f} MB of data, more than the {MAX_TABLE_BYTES // 1_000_000} MB that are read of a table; make it shorter"
+        raise InvalidInput(Fault(file, message))

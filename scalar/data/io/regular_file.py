@@ -94,8 +94,11 @@ def _read(path: Path, max_bytes: int, file: str | None, *, content: bool) -> byt
         _check(os.stat(path), max_bytes, file)  # a device is not even opened: that may already have an effect
         descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
         with os.fdopen(descriptor, "rb") as stream:
-            _check(os.fstat(descriptor), max_bytes, file)
-            raw = stream.read(max_bytes + 1) if content else b""
+            status = os.fstat(descriptor)
+            _check(status, max_bytes, file)
+            raw = stream.read(status.st_size + 1) if content else b""
+            if len(raw) > status.st_size:  # it grows, or the system does not know its size
+                raw += stream.read(max(max_bytes + 1 - len(raw), 0))
     except OSError as error:
         reason = "no such file" if isinstance(error, FileNotFoundError) else error.strerror or str(error)
         message = f"cannot be read ({reason}); check the path {str(path)!r} and its permissions"
