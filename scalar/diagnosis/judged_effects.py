@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import expit
 
 from scalar.diagnosis.akaike_rivals import akaike_weight, compared_by_akaike, name_and_target, weight_among
-from scalar.diagnosis.candidate_columns import CandidateColumns
+from scalar.diagnosis.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.conditional_scores import background_without, rivals, rivals_of_strongest_part
 from scalar.diagnosis.confidence import confidence
 from scalar.diagnosis.explained import Explained
@@ -24,6 +24,7 @@ from scalar.diagnosis.leads_of_terms import leads_of_terms
 from scalar.diagnosis.merging import merged
 from scalar.diagnosis.ranking import Scored, rank
 from scalar.diagnosis.repeated_changes import repeated_changes_doubted
+from scalar.diagnosis.rival_sets import CLEAR_ODDS, nearest_set
 from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.unmodelled_structure import evidence_without_a_name
 from scalar.effects import Effect
@@ -57,11 +58,36 @@ def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Findin
         )
         if not effect.flexible:
             found[-1] = found[-1].limited(float(expit(-leads[i])), after.settings.naming.least_confidence)
+            found[-1] = _against_sets(found[-1], scored, i, candidates)
         if run.rival is not None and of_instrument[i] > -after.settings.selection.confounded_margin:
             rivals_too = (*found[-1].confounded_with, *errors_of_instrument_in(run.rival))
             found[-1] = replace(found[-1], confounded_with=rivals_too)
         error_before = errors[1]
     return repeated_changes_doubted(found, after.settings.naming.least_confidence)
+
+
+def _against_sets(found: Finding, scored: FittedState, i: int, candidates: CandidateSet) -> Finding:
+    """Return a finding with at most the confidence that the nearest set of other effects leaves; the first effect of a set that
+    explains about as much is confounded with it.
+
+    Args:
+        found: The finding for effect i.
+        scored: The state with the priors for whitened rows.
+        i: Index of the effect.
+        candidates: The candidate set of named effects.
+    """
+    least = scored.settings.naming.least_confidence
+    undecided = found.confidence >= least and found.grounds.log_odds <= CLEAR_ODDS
+    if found.doubtful or is_shrunk(scored.effects[i]) or not undecided:
+        return found
+    nearest = nearest_set(scored, i, candidates)
+    if nearest is None:
+        return found
+    limited, instead = found.limited(nearest.probability, least), nearest.effects[0]
+    near = nearest.lead < scored.settings.selection.confounded_margin
+    if not near or any(instead.same_place(effect) for effect in found.confounded_with):
+        return limited
+    return replace(limited, confounded_with=(*found.confounded_with, instead))
 
 
 def _finding(

@@ -260,6 +260,7 @@ def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
         "fold_odds": lambda *_: np.array([9.0, 3.0, 6.0]),
         "grounds_of_effect": lambda *_: None,
         "confidence": lambda *_: 0.9,
+        "_against_sets": lambda found, *_: found,
     }
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(judged_effects, name, stand_in)
