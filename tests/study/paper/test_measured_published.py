@@ -91,7 +91,7 @@ def test_what_the_paper_says_in_words_is_so():
 
 def test_the_page_on_what_was_measured_says_the_same():
     """Every row of the documentation's table has the numbers of the summary and of the table of published values, to two places."""
-    page = (ROOT / "docs/results.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/measured_arms.md").read_text(encoding="utf-8")
     sets = json.loads(SUMMARY.read_text(encoding="utf-8"))["sets"]
     rows = re.findall(r"^\| (fit|unseen), (\d+) poses of `(\w+)` \| (.+) \|$", page, re.MULTILINE)
     assert {(name, part) for part, _, name, _ in rows} == {
@@ -108,7 +108,7 @@ def test_the_page_on_what_was_measured_says_the_same():
 
 def test_the_page_says_what_the_authors_reach_on_each_grid():
     """The page lists the root mean squares of the authors' best model of each grid, which follow from mean and standard deviation."""
-    page = " ".join((ROOT / "docs/results.md").read_text(encoding="utf-8").split())
+    page = " ".join((ROOT / "docs/measured_arms.md").read_text(encoding="utf-8").split())
     best = {
         name: min((row["mean_mm"] ** 2 + row["std_mm"] ** 2) ** 0.5 for row in methods.values())
         for name, methods in stated(TABLE).items()

@@ -276,7 +276,7 @@ def test_every_reference_is_cited():
 
 def test_the_readme_shows_what_is_committed():
     """Every figure in README and documentation is a small copy that `make readme-figures` refreshes."""
-    pages = (ROOT / "README.md", ROOT / "docs/results.md")
+    pages = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
     text = "".join(page.read_text(encoding="utf-8") for page in pages)
     shown = re.findall(r"\((?:\.\./)?paper/figures/([^)]+)\)", text)
     copied = re.findall(r'"([\w.]+)": "', (PAPER / "refresh_figures.py").read_text(encoding="utf-8"))
