@@ -77,11 +77,21 @@ class ColumnProducts:
         found = np.zeros((T, width, width))
         for k, block in enumerate(self.blocks):
             mine = np.flatnonzero(self._block[groups[:, 0]] == k)
+            if not len(mine):
+                continue
             at_once = max(_MOST_NUMBERS // (width * block.rows.shape[1]), 1)
             for part in np.split(mine, range(at_once, len(mine), at_once)):
-                own = block.rows[self._place[groups[part]]]
+                own = _gathered(block.rows, self._place[groups[part]])
                 found[part] = own @ np.swapaxes(own, 1, 2)
         return found
+
+
+def _gathered(rows: Array, places: Array) -> Array:
+    """Return the rows ``(T, w, N)`` at the places ``(T, w)`` of rows ``(k, N)``; where they follow one another, as they do mostly, without a copy."""
+    first = places[0, 0]
+    if np.array_equal(places.ravel(), np.arange(first, first + places.size)):
+        return rows[first : first + places.size].reshape(*places.shape, -1)
+    return rows[places]
 
 
 def one_joint_each(joints: Array, groups: Iterable[Array]) -> Array:

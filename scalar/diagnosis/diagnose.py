@@ -113,7 +113,9 @@ def diagnose(
         depends_on=final_residuals.along if noise else (),
         noise_place=only_place(run.after, noise[0]) if noise else None,
         unobservable=tuple(
-            unobservable_effects(run.after, [candidate for candidate, _ in run.candidates.tried])
+            unobservable_effects(
+                run.after, [candidate for candidate, _ in run.candidates.tried], run.candidates.bases
+            )
         ),
         ranking=ranking,
         outer=outer,

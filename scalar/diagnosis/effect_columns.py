@@ -59,9 +59,15 @@ class Bases(dict[Effect, Basis]):
     Attributes:
         of_products: The effects of the set that owns these bases, sorted by joint (``EffectColumns.products``); None until they are, or if their
             bases are large.
+        on_points: Effects on points, bound to the poses.
     """
 
     of_products: list[PartOfSet] | None = None
+
+    def __init__(self) -> None:
+        """Begin without any."""
+        super().__init__()
+        self.on_points: dict[Effect, BoundPointEffect] = {}
 
 
 class EffectColumns:
@@ -122,7 +128,7 @@ class EffectColumns:
                 self._fill(columns[:, :, start:stop], effect, basis)
         if on_points:
             at = np.concatenate([np.arange(place.start, place.stop) for _, place in on_points])
-            columns[:, :, at] = self._of_points([effect for effect, _ in on_points])
+            columns[:, :, at] = self._of_points([effect for effect, _ in on_points], bases)
         return found.reshape(-1, N * m).T
 
     def products(self, effects: Sequence[Effect], groups: Iterable[Array], bases: Bases) -> ColumnProducts:
@@ -205,14 +211,18 @@ class EffectColumns:
                 self._by_base if isinstance(effect, BaseEffect) else self._by_sensor, basis, out=columns
             )
 
-    def _of_points(self, effects: Sequence[PointEffect]) -> Array:
-        """Return the columns ``(N, m, k)`` of effects on points."""
+    def _of_points(self, effects: Sequence[PointEffect], bases: Bases) -> Array:
+        """Return the columns ``(N, m, k)`` of effects on points, which are bound to the poses once for all states."""
         names = tuple(dict.fromkeys(extra_basis_of(effects)))
         if names not in self._profiles:
             rows = self._rows.with_functions(names)
             self._profiles[names] = profile_measurement(rows, self._model, self._residuals)
         T = self._residuals.kinematics(self._model).T_base_sensor
-        bound = [BoundPointEffect(effect, self._residuals.poses) for effect in effects]
+        known, poses = bases.on_points, self._residuals.poses
+        bound = [
+            known.get(effect) or known.setdefault(effect, BoundPointEffect(effect, poses))
+            for effect in effects
+        ]
         return self._whitened(self._profiles[names].extra_columns(T, self._model.target, bound))
 
     def _whitened(self, rows: Array) -> Array:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from scalar.diagnosis.effect_columns import Bases
 from scalar.diagnosis.fitted_state import FittedState, whitened
 from scalar.diagnosis.predicted_displacements import displacements, random_poses
 from scalar.effects import Effect
@@ -52,10 +53,17 @@ class Unobservable:
         }
 
 
-def unobservable_effects(state: FittedState, candidates: Sequence[Effect]) -> list[Unobservable]:
+def unobservable_effects(
+    state: FittedState, candidates: Sequence[Effect], bases: Bases | None = None
+) -> list[Unobservable]:
     """Return the unobservable candidates, each with the prediction error that it would cause.
 
     Only candidates with a single term and a natural size are tested, and only of kinds of which no effect was found.
+
+    Args:
+        state: The fitted state.
+        candidates: The candidates.
+        bases: As for ``FittedState.columns_of``.
     """
     found_names = {effect.name for effect in state.effects}
     wanted = [
@@ -63,17 +71,18 @@ def unobservable_effects(state: FittedState, candidates: Sequence[Effect]) -> li
         for effect in candidates
         if effect.natural_sizes.any() and effect.n_terms == 1 and effect.name not in found_names
     ]
-    E = state.columns_of(wanted)
+    E = state.columns_of(wanted, bases)
     background = state.background()
     left = E - background.Q @ (background.Q.T @ E)
+    lengths_of_all, lengths_left = np.linalg.norm(E, axis=0), np.linalg.norm(left, axis=0)
     ends = np.cumsum([0, *(len(effect.coefficients) for effect in wanted)], dtype=int)
     result = []
     for effect, start, stop in zip(wanted, ends[:-1], ends[1:], strict=True):
-        lengths = np.linalg.norm(E[:, start:stop], axis=0)
+        lengths = lengths_of_all[start:stop]
         acts = lengths > 0
         if not acts.any():
             continue
-        share = float(np.max(np.linalg.norm(left[:, start:stop], axis=0)[acts] / lengths[acts]))
+        share = float(np.max(lengths_left[start:stop][acts] / lengths[acts]))
         if share < state.settings.observability.unobservable:
             errors = prediction_errors(state, effect, E[:, start:stop])
             which = int(np.argmax(errors))

@@ -54,7 +54,8 @@ class OnsetColumns:
         gram[s:, :s] = since.take(steady, axis=1)
         gram[:s, s:] = gram[s:, :s].T
         both = since.take(source, axis=1)
-        gram[s:, s:] = np.where(onset[:, None] >= onset, both, both.T)
+        gram[s:, s:] = both
+        np.copyto(gram[s:, s:], both.T, where=onset[:, None] < onset)
         return gram
 
     def _products_since(self, onsets: Array, moving: Array) -> Array:

@@ -111,7 +111,7 @@ def _add_changes(
 
 @dataclass
 class _ScoreTable:
-    """Candidates with their gains; p-values and evidence of all candidates are computed at once.
+    """Candidates with their gains; the evidence of all, and the p-values of the best, are computed at once.
 
     Attributes:
         effects: The candidates.
@@ -135,12 +135,13 @@ class _ScoreTable:
     def scored(self, background: Background, most: int | None = None, least: float = -np.inf) -> list[Scored]:
         """Return the candidates with their scores, the one with the most evidence first: at most ``most``, with ``least`` log evidence or more."""
         gain, dof, observability, log_family, total = np.concatenate([np.zeros((0, 5)), *self.numbers]).T
-        p = np.minimum(1.0, np.maximum(p_value(background, gain, dof), _LEAST_P_VALUE) * total)
         nats = evidence(background, gain, dof, log_family)
         best = np.argsort(-nats, kind="stable")[:most]
         best = best[nats[best] >= least]
+        gain, dof, nats, observability, total = (x[best] for x in (gain, dof, nats, observability, total))
+        p = np.minimum(1.0, np.maximum(p_value(background, gain, dof), _LEAST_P_VALUE) * total)
         numbers = zip(
-            gain[best].tolist(), dof[best].astype(int).tolist(), nats[best].tolist(), p[best].tolist(), observability[best].tolist(),
+            gain.tolist(), dof.astype(int).tolist(), nats.tolist(), p.tolist(), observability.tolist(),
             strict=True,
         )  # fmt: skip
         return [Scored(self.effects[k], *row) for k, row in zip(best.tolist(), numbers, strict=True)]

@@ -212,7 +212,8 @@ class _ElementRows:
             for name in ("prior_std", "plausible_std")
         )
         squares = np.diag(gram)
-        gram = gram - along.T @ along
+        given = along.T @ along
+        gram = np.subtract(gram, given, out=given)
         observable = np.diag(gram) > settings.unobservable_share * squares
         scale = np.where(observable, in_prior_units(background, squares, prior_std), 0.0)
         gram *= scale[:, None]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,10 @@ class BoundPointEffect:
 
     def course(self) -> tuple[str, BoundPointEffect, Array] | None:
         """Return the effect that acts alike at all poses with a text that tells it from others, and the shares of it; None if there is none."""
+        return self._course
+
+    @cached_property
+    def _course(self) -> tuple[str, BoundPointEffect, Array] | None:
         found = self.effect.course(self.poses)
         if found is None:
             return None

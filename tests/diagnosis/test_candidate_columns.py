@@ -14,6 +14,7 @@ from scalar.diagnosis.fitted_state import refit
 from scalar.effects.flexible.arm_step import UnattributedArmStep
 from scalar.effects.flexible.variable import Variable
 from scalar.effects.joint_scale import JointScale
+from scalar.effects.plane_moved import PlaneMoved
 from scalar.estimation.geometry_fit import geometry_fit
 from tests.random_scene import make_scene
 
@@ -88,6 +89,21 @@ def test_without_an_effect_no_further_pass_over_the_rows_is_needed():
     for (_, short), (_, long) in changes:
         np.testing.assert_allclose(short.gain, long.gain, rtol=1e-7, atol=1e-9)
         np.testing.assert_array_equal(short.dof, long.dof)
+
+
+def test_shares_of_an_effect_on_points_are_computed_once_for_all_states(monkeypatch):
+    """With the bases of a set, another state asks no effect again how it acts in the course of the poses, and its columns are those without."""
+    dataset = make_scene(seed=3, poses_per_plane=15).dataset
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    moved = [
+        effect.beginning(order, None) for effect, _ in PlaneMoved.changes(dataset) for order in (9.0, 20.0)
+    ]
+    first = refit(dataset, model, prepared.free, ())
+    second, bases = first.refitted([JointScale(2)]), Bases()
+    first.columns_of(moved, bases)
+    expected = second.columns_of(moved)
+    monkeypatch.setattr(PlaneMoved, "course", None)
+    np.testing.assert_array_equal(second.columns_of(moved, bases), expected)
 
 
 def test_products_of_columns_are_those_of_the_columns_themselves():
