@@ -11,8 +11,9 @@ import signal
 import sys
 
 # With several threads, small matrices take longer and results are not the same to the byte. NumPy reads these variables when it is first imported.
+# They are set whatever they were: clusters set them to the cores of a job, and a result would then depend on its machine.
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_variable, "1")
+    os.environ[_variable] = "1"
 
 from scalar.cli import (  # noqa: E402, F401
     calibrate,

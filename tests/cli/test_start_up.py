@@ -1,6 +1,7 @@
 """What a command imports: nothing that it does not use, since that is most of what a short command costs."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -84,3 +85,14 @@ def test_predicting_imports_no_solver(dataset: Path, tmp_path: Path) -> None:
     found = imported_by(*arguments, "-o", str(tmp_path / "frames.csv"))
     assert "pandas" in found  # the check can fail: what is used is seen
     assert found.isdisjoint({"jinja2", "lmfit", "matplotlib", "pybullet", "rich"})
+
+
+def test_a_command_computes_with_one_thread_whatever_its_surroundings_say():
+    """With two threads of BLAS the same diagnosis had other last digits, and so another number of its run."""
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+    code = f"import os, scalar.cli; print(*(os.environ[name] for name in {names}))"
+    surroundings = {**os.environ, **dict.fromkeys(names, "2")}
+    ran = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=surroundings
+    )
+    assert ran.stdout.split() == ["1", "1", "1"]

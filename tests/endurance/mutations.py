@@ -64,6 +64,32 @@ def _lines(raw: bytes, rng: random.Random) -> bytes:
     return b"\n".join(lines)
 
 
+def _columns(raw: bytes, rng: random.Random) -> bytes:
+    """Exchange, repeat or remove a column of a table, or give all cells of one the same content; other files get another word."""
+    rows = [line.split(b",") for line in raw.split(b"\n")]
+    width = len(rows[0])
+    if width < 2:
+        return _word(raw, rng)
+    i, j, what, word = rng.randrange(width), rng.randrange(width), rng.randrange(5), rng.choice(WORDS)
+    for k, row in enumerate(rows):
+        if len(row) != width:
+            continue
+        match what:
+            case 0:
+                row[i], row[j] = row[j], row[i]
+            case 1:
+                row.insert(j, row[i])
+            case 2:
+                del row[i]
+            case 3 if k:
+                row[i] = word
+            case 4 if not k:
+                row[i] = row[j]
+            case _:
+                pass
+    return b"\n".join(b",".join(row) for row in rows)
+
+
 def _found(pattern: re.Pattern[bytes], raw: bytes, rng: random.Random) -> list[re.Match[bytes]]:
     """Return where a pattern occurs, in a file that is long in a part of it that is drawn."""
     start = rng.randint(0, max(len(raw) - _WINDOW, 0))
@@ -120,5 +146,5 @@ def _tree(raw: bytes, rng: random.Random) -> bytes:
 
 
 _WAYS: tuple[Callable[[bytes, random.Random], bytes], ...] = (
-    _bytes, _bit, _cut, _lines, _lines, _word, _word, _word, _number, _number, _tree, _tree, _tree, _tree,
+    _bytes, _bit, _cut, _lines, _lines, _columns, _columns, _word, _word, _word, _number, _number, _tree, _tree, _tree, _tree,
 )  # fmt: skip

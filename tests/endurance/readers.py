@@ -11,7 +11,7 @@ from typing import Any
 
 from scalar.data.io.json_reader import read_json
 from scalar.data.io.plain_yaml import load_yaml
-from tests.endurance import foreign_files, own_files, used_files
+from tests.endurance import binary_files, foreign_files, own_files, used_files
 from tests.endurance.mutations import mutated
 
 
@@ -70,6 +70,17 @@ READERS = {
             "joints, by the command", own_files.write_joints_file, own_files.read_joints_file, ("joints.csv",)
         ),
         Reader("truth", own_files.write_truth_folder, own_files.read_truth_folder),
+        Reader(
+            "truth, evaluated", used_files.write_truth_to_use, used_files.evaluate_by_truth, ("truth.json",)
+        ),
+        Reader(
+            "spreadsheet",
+            binary_files.write_spreadsheet,
+            binary_files.importer("table.xlsx"),
+            ("*.xlsx",),
+            damage=binary_files.mutated_within,
+        ),
+        Reader("matrix of MATLAB", binary_files.write_matrix, binary_files.importer("table.mat"), ("*.mat",)),
         Reader("bag", foreign_files.write_bag_file, foreign_files.read_bag_file),
         Reader("dataset with all of version 2", used_files.write_campaign, used_files.read_campaign),
         Reader("dataset, calibrated", used_files.write_campaign, used_files.calibrate_campaign),

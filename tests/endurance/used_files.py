@@ -167,6 +167,22 @@ def use_calibration(folder: Path) -> list[str]:
     return said
 
 
+def write_truth_to_use(folder: Path) -> None:
+    """Write a calibration and the truth of its scene."""
+    scene = make_scene("vs060", "line-laser", poses_per_plane=8, points_per_scan=10)
+    calibrate(scene.dataset).save(folder / "calibration.json")
+    scene.write_truth(folder / "truth", np.random.default_rng(0))
+    poses = pd.read_csv(folder / "truth" / "truth_poses.csv")
+    poses.head(20).to_csv(folder / "truth" / "truth_poses.csv", index=False)
+
+
+def evaluate_by_truth(folder: Path) -> str:
+    """Return what ``scalar evaluate`` says and writes."""
+    out = folder.parent / f"{folder.name}-evaluated"
+    arguments = ["evaluate", folder / "calibration.json", folder / "truth", "-o", out]
+    return outcome(arguments, out).replace(str(folder), "FOLDER")
+
+
 @functools.cache
 def _whole_diagnosis() -> str:
     from scalar.diagnosis import diagnose
