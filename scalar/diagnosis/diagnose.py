@@ -83,7 +83,8 @@ def diagnose(
     halves = two_halves(dataset, run, answer_without, of_parts, cores)
     found = limited_by_halves(found, halves, settings.naming.least_confidence)
     found = limited_by_rounding(found, run.before, settings.naming.least_confidence)
-    found = limited_by_orders(found, run.cleaned.dataset.n_poses, settings.naming.least_confidence)
+    n_poses, many = run.cleaned.dataset.n_poses, settings.spectrum.many_orders
+    found = limited_by_orders(found, n_poses, many, settings.naming.least_confidence)
     found = limited_by_order(found, given, settings.naming.least_confidence)
     run, found, refused = _confirmed(run, found, outer)
     if refused:

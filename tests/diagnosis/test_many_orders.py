@@ -8,7 +8,7 @@ from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from tests.diagnosis.stand_ins import finding_of
 
-LEAST = 0.6
+LEAST, MANY = 0.6, 4
 SEVEN = (3, 8, 10, 11, 26, 27, 32)
 
 
@@ -30,9 +30,22 @@ def with_orders(orders):
 )
 def test_many_orders_of_few_poses_are_doubtful(effect, n_poses, doubtful):
     """A name is limited by the number of its orders; all orders at once have priors, and other names have no orders."""
-    (found,) = limited_by_orders([finding_of(effect, 0.9)], n_poses, LEAST)
+    (found,) = limited_by_orders([finding_of(effect, 0.9)], n_poses, MANY, LEAST)
     assert found.doubtful == doubtful
     assert found.confidence == (MOST_CONFIDENCE if doubtful else 0.9)
+
+
+@pytest.mark.parametrize(
+    ("orders", "joint", "doubtful"),
+    [((1, 3, 4, 6, 8), 3, True), ((1, 3, 4, 6, 8), 2, False), ((1, 2), 3, False)],
+    ids=["same joint", "another joint", "few orders"],
+)
+def test_a_scale_beside_many_orders_of_its_joint_may_be_one_of_them(orders, joint, doubtful):
+    """The orders keep their name; the scale of the same joint is doubtful."""
+    found = [finding_of(with_orders(orders), 0.96), finding_of(JointScale(joint), 0.7)]
+    gear, scale = limited_by_orders(found, 60, MANY, LEAST)
+    assert gear.confidence == 0.96 and not gear.doubtful
+    assert scale.doubtful == doubtful and scale.confidence == (MOST_CONFIDENCE if doubtful else 0.7)
 
 
 @pytest.mark.parametrize(("times", "more_than_half"), [(0.9, True), (2.0, False)])
