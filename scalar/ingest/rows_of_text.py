@@ -63,6 +63,12 @@ def table_of_rows(
         if len(cells) != width:
             what = f"{len(cells)} cell{'s' if len(cells) > 1 else ''} where {width} are expected"
             faults.append(Fault(file, f"{what}; {_remedy(cells)}", line))
+    if faults and separator == written.decimal:
+        message = (
+            f"{len(faults)} rows have other numbers of cells than the first: where a comma separates the cells and is the decimal sign, numbers "
+            "have to stand in quotes; set text.separator in the mapping to the sign between the cells, or quote them"
+        )
+        raise InvalidInput(Fault(file, message, faults[0].row))
     if faults:
         usual, times = Counter(len(cells) for _, cells in rows).most_common(1)[0]
         if names is not None and width < usual and times > _MOST_ROWS * len(rows):
