@@ -14,6 +14,7 @@ from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors, moving_joi
 from scalar.diagnosis.identified_components import identified_components, only_place
 from scalar.diagnosis.joint_selection import settings_for_parts
 from scalar.diagnosis.judged_effects import findings_of
+from scalar.diagnosis.many_orders import limited_by_orders
 from scalar.diagnosis.near_data_sheet import near_data_sheet
 from scalar.diagnosis.observability import unobservable_effects
 from scalar.diagnosis.outer_split import OuterSplit, outer_split
@@ -82,6 +83,8 @@ def diagnose(
     halves = two_halves(dataset, run, answer_without, of_parts, cores)
     found = limited_by_halves(found, halves, settings.naming.least_confidence)
     found = limited_by_rounding(found, run.before, settings.naming.least_confidence)
+    n_poses, many = run.cleaned.dataset.n_poses, settings.spectrum.many_orders
+    found = limited_by_orders(found, n_poses, many, settings.naming.least_confidence)
     found = limited_by_order(found, given, settings.naming.least_confidence)
     run, found, refused = _confirmed(run, found, outer)
     if refused:

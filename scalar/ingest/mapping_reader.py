@@ -85,8 +85,8 @@ def load_mapping(
     for_all_files = content.get("text", {})
     for place, own in ((), {}), (("points",), points or {}), (("nests",), nests or {}):
         text = {**for_all_files, **own.get("text", {})}
-        if text.get("separator", ",") == "," and text.get("decimal") == "," and (not place or "text" in own):
-            message = "a comma is the separator already; set text.separator as well, e.g. ';'"
+        if "separator" not in text and text.get("decimal") == "," and (not place or "text" in own):
+            message = "a comma is the separator already; set text.separator as well, e.g. ';', or ',' where the numbers stand in quotes"
             given.fault((*place, "text", "decimal"), message)
         if text.get("thousands") == text.get("decimal", ".") and (not place or "text" in own):
             message = f"'{text['thousands']}' is the decimal sign already; set text.decimal as well, e.g. ','"

@@ -56,7 +56,9 @@ def table_of_rows(
     width = len(names) if names is not None else len(rows[0][1])
     if width > MOST_COLUMNS:
         raise InvalidInput(Fault(file, too_many_columns(width, MOST_COLUMNS), first))
-    _check_widths(file, rows, width, named=names is not None, first=first)
+    _check_widths(
+        file, rows, width, named=names is not None, first=first, commas=separator == written.decimal
+    )
     columns = []
     for j in range(width):
         column = np.empty(len(rows), dtype=object)
@@ -67,7 +69,7 @@ def table_of_rows(
 
 
 def _check_widths(
-    file: str, rows: list[tuple[int, list[str]]], width: int, *, named: bool, first: int
+    file: str, rows: list[tuple[int, list[str]]], width: int, *, named: bool, first: int, commas: bool
 ) -> None:
     """Refuse rows that have not ``width`` cells; empty cells beyond are removed from ``rows``.
 
@@ -77,6 +79,7 @@ def _check_widths(
         width: number of the columns.
         named: whether a row names the columns.
         first: number of the line of that row.
+        commas: whether the decimal sign also separates the cells.
 
     Raises:
         InvalidInput: a row has more or fewer cells.
@@ -90,6 +93,12 @@ def _check_widths(
             faults.append(Fault(file, f"{what}; {_remedy(cells)}", line))
     if not faults:
         return
+    if commas:
+        message = (
+            f"{len(faults)} rows have other numbers of cells than the first: where a comma separates the cells and is the decimal sign, numbers "
+            "have to stand in quotes; set text.separator in the mapping to the sign between the cells, or quote them"
+        )
+        raise InvalidInput(Fault(file, message, faults[0].row))
     usual, times = Counter(len(cells) for _, cells in rows).most_common(1)[0]
     if named and width < usual and times > _MOST_ROWS * len(rows):
         begin = next(line for line, cells in rows if len(cells) == usual)

@@ -132,3 +132,21 @@ def test_an_axis_that_counts_the_other_way_is_mapped(tmp_path):
     mapping["poses"]["columns"]["y"]["sign"] = -1
     points = imported(tmp_path, mapping, write_table(tmp_path / "a.csv", cells())).points
     np.testing.assert_allclose(points, numbers()[:, 6:] / 1000 * [1, -1, 1], rtol=0, atol=1e-12)
+
+
+def test_a_comma_may_be_separator_and_decimal_sign_where_numbers_stand_in_quotes(tmp_path):
+    """Such a table is CSV by its standard; without the quotes nothing says where a cell ends, and the message says so."""
+    mapping = tracker_mapping()
+    mapping["text"]["separator"] = ","
+    quoted = [[f'"{cell}"' for cell in row] for row in cells()]
+    path = write_table(tmp_path / "a.csv", quoted, separator=",")
+    np.testing.assert_allclose(
+        imported(tmp_path, mapping, path).points, numbers()[:, 6:] / 1000, rtol=0, atol=1e-12
+    )
+    path = write_table(tmp_path / "a.csv", cells(), separator=",")
+    (tmp_path / "again").mkdir()
+    refused(
+        tmp_path / "again", run(tmp_path / "again", mapping, path), "a.csv, row 2: 9 rows", "stand in quotes"
+    )
+    del mapping["text"]["separator"]
+    refused(tmp_path / "again", run(tmp_path / "again", mapping, path), "a comma is the separator already")
