@@ -16,8 +16,8 @@ from PIL import Image
 from study.plots.style import save_figure, styled
 
 from docs.site.catalogue import CATALOGUE, Shown, effect_of, simulated
-from scalar.diagnosis.fitted_state import refit
-from scalar.diagnosis.partial_residuals import FittedView
+from scalar.diagnosis.fit.fitted_state import refit
+from scalar.diagnosis.fit.partial_residuals import FittedView
 from scalar.effects.effect import Effect
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.variable import Variable

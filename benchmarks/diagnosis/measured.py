@@ -27,8 +27,8 @@ from benchmarks.diagnosis.learners import Network, Process  # noqa: E402
 from scalar.data.dataset import Dataset, read_dataset  # noqa: E402
 from scalar.data.io.atomic import write_json  # noqa: E402
 from scalar.diagnosis.diagnose import diagnose  # noqa: E402
-from scalar.diagnosis.hold_out import first_of_repetitions  # noqa: E402
-from scalar.diagnosis.nested_models import LIMITS  # noqa: E402
+from scalar.diagnosis.held_out.hold_out import first_of_repetitions  # noqa: E402
+from scalar.diagnosis.shipping.nested_models import LIMITS  # noqa: E402
 from scalar.estimation.gross_errors import clean  # noqa: E402
 from scalar.estimation.model import Model  # noqa: E402
 from scalar.estimation.residuals import Residuals  # noqa: E402

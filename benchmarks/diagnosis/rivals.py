@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from scalar.diagnosis.candidate_columns import CandidateColumns, named_candidates
-from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.merging import merged
-from scalar.diagnosis.ranking import rank
-from scalar.diagnosis.score_test import gram_given
+from scalar.diagnosis.fit.fitted_state import FittedState
+from scalar.diagnosis.scoring.candidate_columns import CandidateColumns, named_candidates
+from scalar.diagnosis.scoring.merging import merged
+from scalar.diagnosis.scoring.ranking import rank
+from scalar.diagnosis.scoring.score_test import gram_given
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 

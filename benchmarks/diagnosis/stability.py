@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.diagnosis.rivals import LEAST_SHARE, descend, entries
-from scalar.diagnosis.candidate_columns import named_candidates
-from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.merging import merged
+from scalar.diagnosis.fit.fitted_state import FittedState
+from scalar.diagnosis.scoring.candidate_columns import named_candidates
+from scalar.diagnosis.scoring.merging import merged
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 

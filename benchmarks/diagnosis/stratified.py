@@ -34,7 +34,7 @@ from benchmarks.diagnosis.rivals import chosen_by_lasso, chosen_by_steps, entrie
 from benchmarks.diagnosis.stability import chosen_by_stability  # noqa: E402
 from scalar.data.io.atomic import write_json  # noqa: E402
 from scalar.diagnosis.diagnose import diagnose  # noqa: E402
-from scalar.diagnosis.fitted_state import FittedState  # noqa: E402
+from scalar.diagnosis.fit.fitted_state import FittedState  # noqa: E402
 from scalar.effects import Effect  # noqa: E402
 from scalar.errors import ScalarError  # noqa: E402
 from scalar.estimation.reporting import sensor_mapping  # noqa: E402

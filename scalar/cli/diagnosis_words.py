@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from math import inf
 from typing import Any
 
-from scalar.diagnosis.finding import UNATTRIBUTED, Finding
-from scalar.diagnosis.partial_residuals import FittedView
+from scalar.diagnosis.fit.partial_residuals import FittedView
+from scalar.diagnosis.naming.finding import UNATTRIBUTED, Finding
 from scalar.diagnosis.result import Diagnosis
 from scalar.effects.command_line import named_effects
 from scalar.effects.registry import module_of

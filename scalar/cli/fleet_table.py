@@ -29,7 +29,7 @@ def diagnose_fleet(folders: Sequence[Path], output: Path, folds: int, modules: S
     """
     import scalar.report.page  # noqa: F401  # imported once here, and not in each forked process
     from scalar.data.io.regular_file import refuse_special
-    from scalar.diagnosis.repeated_runs import available_cores
+    from scalar.diagnosis.held_out.repeated_runs import available_cores
     from scalar.report.fleet_row import COLUMNS, cells
 
     refuse_special(output / TABLE)

@@ -153,7 +153,7 @@ def _line_on_other_counts(info: Information, result: Plan, count: int) -> str:
 
 def _line_on_diagnosis(info: Information, count: int, equations_per_pose: int) -> list[str]:
     """Return a line if the measured and the planned poses together are fewer than a diagnosis needs, which the expected error does not show."""
-    from scalar.diagnosis.two_halves import EQUATIONS_FOR_EFFECTS
+    from scalar.diagnosis.naming.two_halves import EQUATIONS_FOR_EFFECTS
 
     needed = int(np.ceil(EQUATIONS_FOR_EFFECTS * len(info.free) / equations_per_pose))
     missing = needed - count - info.measured

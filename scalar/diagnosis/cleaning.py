@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.diagnosis.brief_changes import between_brief_changes
-from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.fit.fitted_state import FittedState
+from scalar.diagnosis.selection.brief_changes import between_brief_changes
 from scalar.diagnosis.settings import Settings
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, clean_given_effects

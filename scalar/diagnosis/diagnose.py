@@ -6,27 +6,27 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from scalar.data.dataset import Dataset
-from scalar.diagnosis.candidate_columns import CandidateColumns
 from scalar.diagnosis.explained import Explained, explained
-from scalar.diagnosis.finding import Finding
-from scalar.diagnosis.grounds import FinalResiduals, grounds_of_component
-from scalar.diagnosis.hold_out import HeldOutErrors, held_out_errors, moving_joints
-from scalar.diagnosis.identified_components import identified_components, only_place
-from scalar.diagnosis.joint_selection import settings_for_parts
-from scalar.diagnosis.judged_effects import findings_of
-from scalar.diagnosis.many_orders import limited_by_orders
-from scalar.diagnosis.near_data_sheet import near_data_sheet
-from scalar.diagnosis.observability import unobservable_effects
-from scalar.diagnosis.outer_split import OuterSplit, outer_split
-from scalar.diagnosis.ranking import Scored, rank
-from scalar.diagnosis.repeated_runs import Answer
+from scalar.diagnosis.fit.near_data_sheet import near_data_sheet
+from scalar.diagnosis.fit.variance_components import VarianceComponent, whitening_for
+from scalar.diagnosis.held_out.hold_out import HeldOutErrors, held_out_errors, moving_joints
+from scalar.diagnosis.held_out.outer_split import OuterSplit, outer_split
+from scalar.diagnosis.held_out.repeated_runs import Answer
+from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.naming.grounds import FinalResiduals, grounds_of_component
+from scalar.diagnosis.naming.judged_effects import findings_of
+from scalar.diagnosis.naming.many_orders import limited_by_orders
+from scalar.diagnosis.naming.observability import unobservable_effects
+from scalar.diagnosis.naming.rounded_record import limited_by_rounding
+from scalar.diagnosis.naming.two_halves import limited_by_halves, two_halves
+from scalar.diagnosis.naming.unstated_order import limited_by_order, unstated_order
+from scalar.diagnosis.noise.identified_components import identified_components, only_place
 from scalar.diagnosis.result import Diagnosis
-from scalar.diagnosis.rounded_record import limited_by_rounding
+from scalar.diagnosis.scoring.candidate_columns import CandidateColumns
+from scalar.diagnosis.scoring.ranking import Scored, rank
+from scalar.diagnosis.selection.joint_selection import settings_for_parts
 from scalar.diagnosis.settings import DEFAULTS, Settings
-from scalar.diagnosis.shipped_fit import ShippedFit, shipped_fit, unconfirmed_effects_help
-from scalar.diagnosis.two_halves import limited_by_halves, two_halves
-from scalar.diagnosis.unstated_order import limited_by_order, unstated_order
-from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
+from scalar.diagnosis.shipping.shipped_fit import ShippedFit, shipped_fit, unconfirmed_effects_help
 from scalar.effects.acquisition import numbered
 from scalar.estimation.conclude import with_plainer_reading, with_suspicions
 from scalar.estimation.measured_effects import with_target_motion

@@ -9,25 +9,25 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from scalar.data.dataset import Dataset
-from scalar.diagnosis.candidate_columns import CandidateSet, named_candidates
 from scalar.diagnosis.cleaning import (
     cleaned_given,
     cleaned_or_refused,
     refuse_gross_errors_left,
     refuse_misfit,
 )
-from scalar.diagnosis.fitted_state import FittedState, refit
-from scalar.diagnosis.harmonic_spectrum import priors_for_whitened_rows, with_spectrum
-from scalar.diagnosis.instrument_errors import leads, with_error_of_instrument
-from scalar.diagnosis.measured_rows import rows_given_own_noise
-from scalar.diagnosis.near_data_sheet import near_data_sheet
-from scalar.diagnosis.ranked_terms import flexible_candidate_sets
-from scalar.diagnosis.selected_effects import with_selected_effects
+from scalar.diagnosis.fit.fitted_state import FittedState, refit
+from scalar.diagnosis.fit.measured_rows import rows_given_own_noise
+from scalar.diagnosis.fit.near_data_sheet import near_data_sheet
+from scalar.diagnosis.fit.variance_components import VarianceComponent, whitening_for
+from scalar.diagnosis.fit.whitened_measurement import WhitenedMeasurement
+from scalar.diagnosis.scoring.candidate_columns import CandidateSet, named_candidates
+from scalar.diagnosis.selection.harmonic_spectrum import priors_for_whitened_rows, with_spectrum
+from scalar.diagnosis.selection.instrument_errors import leads, with_error_of_instrument
+from scalar.diagnosis.selection.selected_effects import with_selected_effects
 from scalar.diagnosis.settings import Settings
-from scalar.diagnosis.shipped_fit import BY_COMPONENT, ShippedFit
-from scalar.diagnosis.unmodelled_structure import with_flexible_terms
-from scalar.diagnosis.variance_components import VarianceComponent, whitening_for
-from scalar.diagnosis.whitened_measurement import WhitenedMeasurement
+from scalar.diagnosis.shipping.shipped_fit import BY_COMPONENT, ShippedFit
+from scalar.diagnosis.structure.ranked_terms import flexible_candidate_sets
+from scalar.diagnosis.structure.unmodelled_structure import with_flexible_terms
 from scalar.estimation.conclude import conclude
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.gross_errors import Cleaned

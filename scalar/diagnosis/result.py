@@ -7,20 +7,20 @@ from typing import Any
 
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import plain
-from scalar.diagnosis.confidence import confidence
-from scalar.diagnosis.expected_errors import shipped_entry
-from scalar.diagnosis.finding import UNATTRIBUTED, Finding, unattributed_entry
-from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.grounds import Grounds
-from scalar.diagnosis.hold_out import HeldOutErrors
-from scalar.diagnosis.noise_floor import noise_entry, noise_floor
-from scalar.diagnosis.observability import Unobservable
-from scalar.diagnosis.outer_split import OuterSplit
-from scalar.diagnosis.ranking import Scored
-from scalar.diagnosis.shipped_fit import ShippedFit
-from scalar.diagnosis.stated_errors import held_out, unseen
-from scalar.diagnosis.two_halves import most_confidence
-from scalar.diagnosis.variance_components import JITTER, VarianceComponent
+from scalar.diagnosis.accuracy.expected_errors import shipped_entry
+from scalar.diagnosis.accuracy.stated_errors import held_out, unseen
+from scalar.diagnosis.fit.fitted_state import FittedState
+from scalar.diagnosis.fit.variance_components import JITTER, VarianceComponent
+from scalar.diagnosis.held_out.hold_out import HeldOutErrors
+from scalar.diagnosis.held_out.outer_split import OuterSplit
+from scalar.diagnosis.naming.confidence import confidence
+from scalar.diagnosis.naming.finding import UNATTRIBUTED, Finding, unattributed_entry
+from scalar.diagnosis.naming.grounds import Grounds
+from scalar.diagnosis.naming.observability import Unobservable
+from scalar.diagnosis.naming.two_halves import most_confidence
+from scalar.diagnosis.noise.noise_floor import noise_entry, noise_floor
+from scalar.diagnosis.scoring.ranking import Scored
+from scalar.diagnosis.shipping.shipped_fit import ShippedFit
 from scalar.estimation.gross_errors import Cleaned
 from scalar.estimation.result import Calibration
 from scalar.units import MM

@@ -19,7 +19,7 @@ _NOT_POSITIVE = -1  # status: a matrix has lost so many digits that it is not po
 
 
 def shrunk_gains(grams: Array, projections: Array) -> tuple[Array, IntArray] | None:
-    """Return gains ``(T,)`` and degrees of freedom ``(T,)`` as ``scalar.diagnosis.score_test.shrunk_gain``; None without the library.
+    """Return gains ``(T,)`` and degrees of freedom ``(T,)`` as ``scalar.diagnosis.scoring.score_test.shrunk_gain``; None without the library.
 
     Args:
         grams: ``(T, w, w)``, inner products of the w columns of each of T candidates.

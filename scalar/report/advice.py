@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.diagnosis.finding import UNATTRIBUTED
+from scalar.diagnosis.naming.finding import UNATTRIBUTED
 from scalar.effects import registry
 from scalar.effects.title import joints_in_words
 from scalar.effects.wording import KNOWN_LENGTH_ADVICE
@@ -23,7 +23,7 @@ from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.finding import Finding
+    from scalar.diagnosis.naming.finding import Finding
     from scalar.diagnosis.result import Diagnosis
 
 WEAK_LENGTH = 0.2 * MM  # standard error from which more poses are advised

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.data.io.atomic import plain
-from scalar.diagnosis.expected_errors import expected_errors
+from scalar.diagnosis.accuracy.expected_errors import expected_errors
 from scalar.geometry.se3 import Array
 from scalar.planning.left_open import LeftOpen, left_open
 from scalar.report.words import length, listed, quoted

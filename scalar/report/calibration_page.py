@@ -6,8 +6,8 @@ from typing import Any
 
 from scalar.data.dataset import Dataset
 from scalar.data.poses import Poses
-from scalar.diagnosis.discrepancy_of_fit import discrepancy_of_calibration
-from scalar.diagnosis.fitted_state import state_of
+from scalar.diagnosis.accuracy.discrepancy_of_fit import discrepancy_of_calibration
+from scalar.diagnosis.fit.fitted_state import state_of
 from scalar.estimation.misfit import lacks_something, may_lack_something
 from scalar.estimation.result import Calibration
 from scalar.estimation.usual_noise import exceeds_usual_noise

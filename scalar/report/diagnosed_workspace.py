@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.diagnosis.discrepancy_of_fit import discrepancy_of_shipped
-from scalar.diagnosis.expected_errors import expected_errors
-from scalar.diagnosis.repeated_poses import repeated_poses
+from scalar.diagnosis.accuracy.discrepancy_of_fit import discrepancy_of_shipped
+from scalar.diagnosis.accuracy.expected_errors import expected_errors
+from scalar.diagnosis.noise.repeated_poses import repeated_poses
 from scalar.evaluate.workspace_errors import MEAN_OVER_RMS
 from scalar.report import words
 from scalar.report.beyond_ranges import error_left_open

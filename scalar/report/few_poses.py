@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scalar.diagnosis.two_halves import EQUATIONS_FOR_EFFECTS
+from scalar.diagnosis.naming.two_halves import EQUATIONS_FOR_EFFECTS
 
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis

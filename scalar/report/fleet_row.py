@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from scalar.diagnosis.discrepancy_of_fit import discrepancy_of_shipped
-from scalar.diagnosis.finding import UNATTRIBUTED
+from scalar.diagnosis.accuracy.discrepancy_of_fit import discrepancy_of_shipped
+from scalar.diagnosis.naming.finding import UNATTRIBUTED
 from scalar.errors import ScalarError, printable
 from scalar.evaluate.workspace_errors import NOMINAL, errors_within_limits, mean_over_poses
 from scalar.report.pose_numbers import with_pose_numbers

@@ -19,7 +19,7 @@ from scalar.planning.workcell import Workcell
 from scalar.report.words import quoted
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.finding import Finding
+    from scalar.diagnosis.naming.finding import Finding
     from scalar.diagnosis.result import Diagnosis
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scalar.data.formats import PAYLOAD, TORQUE
-from scalar.diagnosis.finding import UNATTRIBUTED
+from scalar.diagnosis.naming.finding import UNATTRIBUTED
 from scalar.effects.effect import WEIGHT
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.diagnosis.variance_components import JITTER, VarianceComponent, whitening_for
+from scalar.diagnosis.fit.variance_components import JITTER, VarianceComponent, whitening_for
 from scalar.effects.flexible.first_steps import first_steps
 from scalar.report import unseen_words, words
 from scalar.report.residual_pictures import draw_scatter

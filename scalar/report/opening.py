@@ -17,7 +17,7 @@ from scalar.report.further_poses import answer_on
 from scalar.report.noise_card import SURE, noise_advice, noise_clause, noise_size
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.finding import Finding
+    from scalar.diagnosis.naming.finding import Finding
     from scalar.diagnosis.result import Diagnosis
     from scalar.effects import Effect
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scalar.diagnosis.partial_residuals import FittedView
-from scalar.diagnosis.shipped_fit import BY_COMPONENT
+from scalar.diagnosis.fit.partial_residuals import FittedView
+from scalar.diagnosis.shipping.shipped_fit import BY_COMPONENT
 from scalar.effects.command_line import named_effects
 from scalar.effects.picture import Map, Profile
 from scalar.report import further_poses, shipped_words, unseen_words, words
@@ -26,7 +26,7 @@ from scalar.sensors import kind_of
 from scalar.units import MM
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.finding import Finding
+    from scalar.diagnosis.naming.finding import Finding
     from scalar.diagnosis.result import Diagnosis
     from scalar.effects import Effect
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.scan_residuals import signed_residual
+from scalar.diagnosis.fit.fitted_state import FittedState
+from scalar.diagnosis.fit.scan_residuals import signed_residual
 from scalar.effects.picture import Axis
 from scalar.geometry.se3 import Array
 from scalar.report.axes import dot_titles, range_of, shown

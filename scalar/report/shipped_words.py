@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scalar.diagnosis.nested_models import LIMITS
-from scalar.diagnosis.shipped_fit import BY_COMPONENT
+from scalar.diagnosis.shipping.nested_models import LIMITS
+from scalar.diagnosis.shipping.shipped_fit import BY_COMPONENT
 from scalar.report.beyond_ranges import beyond_ranges
 from scalar.report.narrow_ranges import narrow_ranges
 from scalar.report.words import length, listed, number, quoted
 from scalar.units import MM
 
 if TYPE_CHECKING:
-    from scalar.diagnosis.focused_choice import FocusedChoice
     from scalar.diagnosis.result import Diagnosis
+    from scalar.diagnosis.shipping.focused_choice import FocusedChoice
 
 
 def shipped_sentences(diagnosis: Diagnosis) -> list[str]:

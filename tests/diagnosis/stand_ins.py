@@ -4,8 +4,8 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
-from scalar.diagnosis.finding import Finding
-from scalar.diagnosis.ranking import Scored
+from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.scoring.ranking import Scored
 from scalar.diagnosis.settings import DEFAULTS
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from scalar.diagnosis.explained import _final_fit
-from scalar.diagnosis.fitted_state import FittedState, refit
+from scalar.diagnosis.fit.fitted_state import FittedState, refit
 from scalar.effects import Effect
 from scalar.effects.joint_scale import JointScale
 from scalar.effects.range_offset import RangeOffset

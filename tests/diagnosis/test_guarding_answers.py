@@ -11,25 +11,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scalar.diagnosis import (
-    focused_choice,
-    judged_effects,
-    shipped_fit,
-)
 from scalar.diagnosis.explained import Explained
-from scalar.diagnosis.finding import Finding
-from scalar.diagnosis.fitted_state import refit
-from scalar.diagnosis.identified_components import identified_components
+from scalar.diagnosis.fit.fitted_state import refit
+from scalar.diagnosis.fit.variance_components import VarianceComponent
+from scalar.diagnosis.naming import judged_effects
+from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.noise.identified_components import identified_components
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS
-from scalar.diagnosis.variance_components import VarianceComponent
+from scalar.diagnosis.shipping import focused_choice, shipped_fit
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
 from tests.diagnosis.stand_ins import scored, state
 from tests.effects.injected import make_cell
 
-components = sys.modules["scalar.diagnosis.identified_components"]
+components = sys.modules["scalar.diagnosis.noise.identified_components"]
 NOISES = (("best", 30.0), ("near", 28.0), ("far", 26.0))  # with the log likelihood that each gains
 DIAGNOSE = sys.modules["scalar.diagnosis.diagnose"]  # the package's own name for it is the function
 

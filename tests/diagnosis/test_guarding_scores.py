@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scalar.diagnosis.background import Background
-from scalar.diagnosis.hold_out import (
+from scalar.diagnosis.fit.background import Background
+from scalar.diagnosis.held_out.hold_out import (
     HeldOutErrors,
     blocks,
     first_of_repetitions,
@@ -20,7 +20,7 @@ from scalar.diagnosis.hold_out import (
     moving_joints,
     no_worse,
 )
-from scalar.diagnosis.score_test import Projected, in_prior_units, remainder
+from scalar.diagnosis.scoring.score_test import Projected, in_prior_units, remainder
 from scalar.diagnosis.settings import DEFAULTS
 from tests.diagnosis.stand_ins import doubled
 

@@ -11,16 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scalar.diagnosis import (
-    backward_elimination,
-    forward_selection,
-    joint_selection,
-    ranking,
-    subset_search,
-)
-from scalar.diagnosis.fitted_state import FittedState
-from scalar.diagnosis.hold_out import blocks
-from scalar.diagnosis.ranking import Scored
+from scalar.diagnosis.fit.fitted_state import FittedState
+from scalar.diagnosis.held_out.hold_out import blocks
+from scalar.diagnosis.scoring import ranking
+from scalar.diagnosis.scoring.ranking import Scored
+from scalar.diagnosis.selection import backward_elimination, forward_selection, joint_selection, subset_search
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.joint_compliance import JointCompliance

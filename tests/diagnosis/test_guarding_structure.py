@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from scalar.diagnosis import dropped_effects, ranked_terms, replaced_names, unmodelled_structure
 from scalar.diagnosis.settings import DEFAULTS
+from scalar.diagnosis.structure import dropped_effects, ranked_terms, replaced_names, unmodelled_structure
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from tests.diagnosis.stand_ins import Tried, scored, state

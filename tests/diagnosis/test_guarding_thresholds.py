@@ -11,19 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scalar.diagnosis import (
-    autocorrelation,
-    explained,
-    forward_selection,
-    harmonic_spectrum,
-    unmodelled_structure,
-)
-from scalar.diagnosis.autocorrelation import _moving_angles, neighbours_in_order
-from scalar.diagnosis.fitted_state import FittedState, refit
-from scalar.diagnosis.harmonic_spectrum import LinearSystem, _series
+from scalar.diagnosis import explained
+from scalar.diagnosis.fit.fitted_state import FittedState, refit
+from scalar.diagnosis.fit.variance_components import VarianceComponent, variance_components
+from scalar.diagnosis.noise import autocorrelation
+from scalar.diagnosis.noise.autocorrelation import _moving_angles, neighbours_in_order
 from scalar.diagnosis.result import Diagnosis
+from scalar.diagnosis.selection import forward_selection, harmonic_spectrum
+from scalar.diagnosis.selection.harmonic_spectrum import LinearSystem, _series
 from scalar.diagnosis.settings import DEFAULTS
-from scalar.diagnosis.variance_components import VarianceComponent, variance_components
+from scalar.diagnosis.structure import unmodelled_structure
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation import gauss_newton
 from scalar.estimation.gauss_newton import optimum_near

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from scalar.diagnosis.finding import Finding
-from scalar.diagnosis.observability import Unobservable
+from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.naming.observability import Unobservable
 from scalar.diagnosis.result import Diagnosis
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale

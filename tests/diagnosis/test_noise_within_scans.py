@@ -8,8 +8,8 @@ import pytest
 
 from scalar.data.io.atomic import plain
 from scalar.diagnosis import diagnose
-from scalar.diagnosis.fitted_state import refit
-from scalar.diagnosis.measured_rows import MeasuredRows, rows_given_own_noise
+from scalar.diagnosis.fit.fitted_state import refit
+from scalar.diagnosis.fit.measured_rows import MeasuredRows, rows_given_own_noise
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS

@@ -5,8 +5,8 @@ from dataclasses import FrozenInstanceError, fields, is_dataclass, replace
 import pytest
 
 from scalar.diagnosis import diagnose
-from scalar.diagnosis.fitted_state import refit
-from scalar.diagnosis.hold_out import held_out_errors
+from scalar.diagnosis.fit.fitted_state import refit
+from scalar.diagnosis.held_out.hold_out import held_out_errors
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.settings import changed, documentation

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from scalar.diagnosis.fitted_state import refit
+from scalar.diagnosis.fit.fitted_state import refit
 from scalar.effects.saving import effect_from_mapping, effect_to_mapping
 from scalar.effects.thermal_drift import ThermalDrift
 from scalar.estimation.geometry_fit import geometry_fit

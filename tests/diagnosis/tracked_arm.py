@@ -6,7 +6,7 @@ import numpy as np
 
 from scalar.data.poses import Poses
 from scalar.diagnosis.explained import explained
-from scalar.diagnosis.fitted_state import FittedState
+from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.settings import DEFAULTS
 from tests.estimation.test_data_sheet_priors import workcell
 

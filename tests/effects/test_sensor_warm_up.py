@@ -7,10 +7,10 @@ import pytest
 
 from scalar.data.poses import Poses
 from scalar.diagnosis import diagnose
-from scalar.diagnosis.candidate_columns import named_candidates
-from scalar.diagnosis.fitted_state import refit
-from scalar.diagnosis.ranked_terms import flexible_candidate_sets
-from scalar.diagnosis.unmodelled_structure import with_flexible_terms
+from scalar.diagnosis.fit.fitted_state import refit
+from scalar.diagnosis.scoring.candidate_columns import named_candidates
+from scalar.diagnosis.structure.ranked_terms import flexible_candidate_sets
+from scalar.diagnosis.structure.unmodelled_structure import with_flexible_terms
 from scalar.effects.flexible.sensor_warm_up import UnattributedSensorWarmUp
 from scalar.effects.flexible.variable import Variable
 from scalar.effects.flexible.wander import COMPONENTS

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from scalar.data.io.atomic import plain
-from scalar.diagnosis.observability import Unobservable
+from scalar.diagnosis.naming.observability import Unobservable
 from scalar.effects.flexible.link import UnattributedLink
 from scalar.effects.flexible.variable import GRAVITY
 from scalar.effects.joint_backlash import JointBacklash

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from scalar.cli.diagnosis_words import describe_diagnosis
+from scalar.diagnosis.accuracy.excess_residual import excess_distance_after
 from scalar.diagnosis.diagnose import diagnose
-from scalar.diagnosis.excess_residual import excess_distance_after
 from scalar.diagnosis.result import Diagnosis
-from scalar.diagnosis.shipped_fit import BY_COMPONENT
+from scalar.diagnosis.shipping.shipped_fit import BY_COMPONENT
 from scalar.estimation.calibrate import calibrate
 from scalar.evaluate.workspace_errors import aligned_errors
 from scalar.report.calibration_page import calibration_page

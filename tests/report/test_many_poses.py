@@ -7,11 +7,11 @@ import re
 import pytest
 
 from scalar.diagnosis import Diagnosis
-from scalar.diagnosis.finding import Finding
-from scalar.diagnosis.fitted_state import refit
-from scalar.diagnosis.grounds import EFFECT, FinalResiduals, Grounds
-from scalar.diagnosis.hold_out import held_out_errors
-from scalar.diagnosis.shipped_fit import shipped_fit
+from scalar.diagnosis.fit.fitted_state import refit
+from scalar.diagnosis.held_out.hold_out import held_out_errors
+from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.naming.grounds import EFFECT, FinalResiduals, Grounds
+from scalar.diagnosis.shipping.shipped_fit import shipped_fit
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.estimation.conclude import conclude
 from scalar.estimation.geometry_fit import geometry_fit

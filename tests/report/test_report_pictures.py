@@ -9,8 +9,8 @@ import pytest
 
 from scalar.cli.diagnosis_words import describe_diagnosis
 from scalar.diagnosis import Diagnosis
-from scalar.diagnosis.partial_residuals import FittedView
-from scalar.diagnosis.scan_residuals import signed_residual
+from scalar.diagnosis.fit.partial_residuals import FittedView
+from scalar.diagnosis.fit.scan_residuals import signed_residual
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.picture import Map, Profile
 from scalar.report import render_report

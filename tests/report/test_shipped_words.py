@@ -7,8 +7,8 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from scalar.diagnosis.expected_errors import ExpectedErrors
-from scalar.diagnosis.focused_choice import FocusedChoice
+from scalar.diagnosis.accuracy.expected_errors import ExpectedErrors
+from scalar.diagnosis.shipping.focused_choice import FocusedChoice
 from scalar.evaluate.workspace_errors import Banded
 from scalar.geometry.robot import Robot
 from scalar.report.shipped_words import _left_out, _without_effects, shipped_sentences

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scalar.diagnosis.whitened_measurement import WhitenedMeasurement
+from scalar.diagnosis.fit.whitened_measurement import WhitenedMeasurement
 from scalar.sensors import NoiseComponent, measure
 from tests.random_scene import make_scene
 

@@ -2,7 +2,7 @@
 # half. It is not part of the default target; a run that was stopped goes on where it was. The fitted coefficients are part of the package, and the
 # tables are committed:
 #   snakemake confidence --cores 2
-#   cp results/confidence/coefficients.json scalar/diagnosis/confidence_coefficients.json
+#   cp results/confidence/coefficients.json scalar/diagnosis/naming/confidence_coefficients.json
 #   cp results/confidence/{answers.csv,reliability.csv,numbers.json} paper/summaries/confidence/
 CONFIDENCE_DIR = f"{RESULTS}/confidence"
 try:

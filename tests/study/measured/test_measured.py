@@ -116,7 +116,9 @@ def committed():
     """Return the sets of the committed summary that have errors on unseen poses, README, and the page on measured arms."""
     sets = json.loads((ROOT / "paper/summaries/measured/numbers.json").read_text(encoding="utf-8"))["sets"]
     judged = {name: found for name, found in sets.items() if found["unseen"]["before_rms_mm"] is not None}
-    return judged, *((ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "docs/measured_arms.md"))
+    return judged, *(
+        (ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "docs/measured_arms.md")
+    )
 
 
 def test_readme_and_documentation_say_in_how_many_sets_a_correction_helps():

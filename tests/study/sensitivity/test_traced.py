@@ -108,7 +108,7 @@ def test_a_result_that_is_itself_traced_is_computed_for_every_alternative():
 def test_plain_ranges_stay_as_they_are():
     """Without a traced bound ``range`` is the built-in, and after the study the modules have their own functions again."""
     from scalar.diagnosis import diagnose as module_of_its_own  # so that the modules are there
-    from scalar.diagnosis import hold_out
+    from scalar.diagnosis.held_out import hold_out
 
     before = hold_out.first_of_repetitions
     assert counted(2, 5) == range(2, 5)

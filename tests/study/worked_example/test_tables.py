@@ -7,8 +7,9 @@ from study.worked_example.tables import RANKED, diagnosis_tables
 
 from scalar.data.dataset import read_dataset
 from scalar.data.dataset_writer import write_dataset
-from scalar.diagnosis import diagnose, forward_selection
-from scalar.diagnosis.scan_residuals import signed_residual
+from scalar.diagnosis import diagnose
+from scalar.diagnosis.fit.scan_residuals import signed_residual
+from scalar.diagnosis.selection import forward_selection
 from scalar.report.output import write_diagnosis
 from scalar.units import MM
 from tests.diagnosis.cases import harmonic

@@ -12,9 +12,9 @@ from typing import Any
 
 import pandas as pd
 
-from scalar.diagnosis.confidence import features
-from scalar.diagnosis.grounds import COMPONENT, EFFECT, STRUCTURE, FinalResiduals, Grounds
-from scalar.diagnosis.repeated_changes import repetitions
+from scalar.diagnosis.naming.confidence import features
+from scalar.diagnosis.naming.grounds import COMPONENT, EFFECT, STRUCTURE, FinalResiduals, Grounds
+from scalar.diagnosis.naming.repeated_changes import repetitions
 from study.blind_trials.score import NOISES, UNATTRIBUTED, same
 from study.blind_trials.stratified_score import acceptable, flaws
 from study.blind_trials.stratified_summaries import truth_in

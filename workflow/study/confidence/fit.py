@@ -15,8 +15,8 @@ import pandas as pd
 from scipy.optimize import minimize
 from scipy.special import expit
 
-from scalar.diagnosis.confidence import features, logistic_probability
-from scalar.diagnosis.grounds import COMPONENT, EFFECT, STRUCTURE, FinalResiduals, Grounds
+from scalar.diagnosis.naming.confidence import features, logistic_probability
+from scalar.diagnosis.naming.grounds import COMPONENT, EFFECT, STRUCTURE, FinalResiduals, Grounds
 from scalar.geometry.se3 import Array
 from study.blind_trials.score import SURE
 from study.blind_trials.statistics import wilson
@@ -47,9 +47,9 @@ _LEAST_STD = 1e-9  # a feature with a smaller standard deviation counts as const
 
 
 def fitted(answers: pd.DataFrame) -> dict[str, Any]:
-    """Return ``{kind: coefficients}``, as ``scalar.diagnosis.confidence.logistic_probability`` takes them.
+    """Return ``{kind: coefficients}``, as ``scalar.diagnosis.naming.confidence.logistic_probability`` takes them.
 
-    Answers of which several probably describe one cause (``repeated`` above 1, ``scalar.diagnosis.repeated_changes``) are left out: their
+    Answers of which several probably describe one cause (``repeated`` above 1, ``scalar.diagnosis.naming.repeated_changes``) are left out: their
     confidence is divided by that number.
 
     Args:

@@ -15,9 +15,9 @@ import numpy as np
 import pandas as pd
 
 from scalar.data.dataset import Dataset, read_dataset
-from scalar.diagnosis.fitted_state import FittedState, refit
-from scalar.diagnosis.partial_residuals import FittedView
-from scalar.diagnosis.scan_residuals import signed_residual
+from scalar.diagnosis.fit.fitted_state import FittedState, refit
+from scalar.diagnosis.fit.partial_residuals import FittedView
+from scalar.diagnosis.fit.scan_residuals import signed_residual
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.picture import Profile
 from scalar.estimation.gross_errors import clean

@@ -1,0 +1,55 @@
+"""The states that were fitted last, which several stages of a diagnosis ask for: a candidate that one stage refuses is tried again by the next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from typing import TYPE_CHECKING
+
+from scalar.effects import Effect
+
+if TYPE_CHECKING:
+    from scalar.diagnosis.fit.fitted_state import FittedState
+
+MOST_STATES = 16
+_MOST_BYTES = (
+    64_000_000  # of all that the states have computed; of thousands of poses only the last state is kept
+)
+
+
+class LatelyFitted:
+    """The last states of some rows that were asked for, with all that they have computed since."""
+
+    def __init__(self) -> None:
+        """Begin without any."""
+        self._states: dict[Hashable, FittedState] = {}
+
+    def of(self, key: Hashable, fit: Callable[[], FittedState]) -> FittedState:
+        """Return the state of a key; it is fitted if it is not among those that are kept.
+
+        Args:
+            key: All on which the optimum depends (``key_of``), wherever the fit starts. None to fit anew and not to keep the state: priors on
+                parameters have weights that depend on the start.
+            fit: Fits the state.
+        """
+        if key is None:
+            return fit()
+        known = self._states.pop(key, None)
+        state = self._states[key] = fit() if known is None else known
+        total = 0
+        for k, older in enumerate(reversed(list(self._states))):
+            total += _size(self._states[older])
+            if k and (k >= MOST_STATES or total > _MOST_BYTES):
+                del self._states[older]
+        return state
+
+
+def key_of(state: FittedState, effects: Sequence[Effect]) -> Hashable:
+    """Return all on which the optimum depends that is fitted with other effects to the rows of a state, but for priors on parameters."""
+    kept = ((type(each), str(each.to_mapping()), each.prior_std.tobytes()) for each in effects)
+    return id(state.settings), state.geometry_free.tobytes(), *kept
+
+
+def _size(state: FittedState) -> int:
+    """Return the size of the Jacobian and of the candidates' columns of a state as far as they are known [bytes]."""
+    jacobian = state.__dict__["_linearised"][1].nbytes if "_linearised" in state.__dict__ else 0
+    return jacobian + sum(columns.nbytes for columns in state.candidate_columns.values())

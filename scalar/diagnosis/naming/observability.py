@@ -1,0 +1,113 @@
+"""Unobservable effects: the other parameters absorb them, so they leave no residual, but predictions at other poses may be wrong.
+
+If an effect with coefficient c is present and not in the model, the fit moves the free parameters by ``J^+ E c``, with J and E the whitened columns
+of the parameters and of the effect, and leaves the residual ``(I - J J^+) E c``. If that is almost zero, the effect is unobservable.
+Its consequence is the difference between ``J^+ E c`` and the effect itself in the predicted positions, within the joint limits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scalar.diagnosis.fit.effect_columns import Bases
+from scalar.diagnosis.fit.fitted_state import FittedState, whitened
+from scalar.diagnosis.fit.predicted_displacements import displacements, random_poses
+from scalar.effects import Effect
+from scalar.geometry.se3 import Array
+
+_RANK_TOLERANCE = 1e-10  # smaller singular values of the parameters' columns, over the largest, count as zero
+
+
+@dataclass(frozen=True, eq=False)
+class Unobservable:
+    """An effect that leaves no residual in these data.
+
+    Attributes:
+        effect: The effect, with coefficients of zero.
+        observability: ``|E'| / |E|``, the share of its columns that the model does not span; the largest if it has several columns.
+        prediction_error: [m], root mean square over random poses within the joint limits if the effect is present in its natural size; the largest
+            if it has several coefficients.
+        consequence: The same in words.
+    """
+
+    effect: Effect
+    observability: float
+    prediction_error: float
+    consequence: str
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the entry of ``diagnosis.json``.
+
+        ``settings`` distinguishes effects with the same name and target, for example a backlash whose side follows from the moves or from the torque.
+        """
+        return {
+            "name": self.effect.name,
+            "target": self.effect.target,
+            "settings": self.effect.to_mapping(),
+            "observability": self.observability,
+            "consequence": self.consequence,
+        }
+
+
+def unobservable_effects(
+    state: FittedState, candidates: Sequence[Effect], bases: Bases | None = None
+) -> list[Unobservable]:
+    """Return the unobservable candidates, each with the prediction error that it would cause.
+
+    Only candidates with a single term and a natural size are tested, and only of kinds of which no effect was found.
+
+    Args:
+        state: The fitted state.
+        candidates: The candidates.
+        bases: As for ``FittedState.columns_of``.
+    """
+    found_names = {effect.name for effect in state.effects}
+    wanted = [
+        effect
+        for effect in candidates
+        if effect.natural_sizes.any() and effect.n_terms == 1 and effect.name not in found_names
+    ]
+    E = state.columns_of(wanted, bases)
+    background = state.background()
+    left = E - background.Q @ (background.Q.T @ E)
+    lengths_of_all, lengths_left = np.linalg.norm(E, axis=0), np.linalg.norm(left, axis=0)
+    ends = np.cumsum([0, *(len(effect.coefficients) for effect in wanted)], dtype=int)
+    result = []
+    for effect, start, stop in zip(wanted, ends[:-1], ends[1:], strict=True):
+        lengths = lengths_of_all[start:stop]
+        acts = lengths > 0
+        if not acts.any():
+            continue
+        share = float(np.max(lengths_left[start:stop][acts] / lengths[acts]))
+        if share < state.settings.observability.unobservable:
+            errors = prediction_errors(state, effect, E[:, start:stop])
+            which = int(np.argmax(errors))
+            words = effect.consequence(float(errors[which]), which)
+            result.append(Unobservable(effect, share, float(errors[which]), words))
+    return result
+
+
+def prediction_errors(state: FittedState, effect: Effect, E: Array) -> Array:
+    """Return the prediction error ``(k,)`` [m] that each coefficient causes if it has its natural size and the model lacks it.
+
+    It is the root mean square over random poses within the joint limits.
+
+    Args:
+        state: The fitted state, without the effect.
+        effect: The effect.
+        E: ``(N m, k)``, its whitened columns.
+    """
+    J = whitened(state.whitening, state.linearised()[1])[: len(E)]
+    absorbed = np.linalg.lstsq(J, E * effect.natural_sizes, rcond=_RANK_TOLERANCE)[0]
+    poses = random_poses(state)
+    errors = []
+    for k, size in enumerate(effect.natural_sizes):
+        steps = np.zeros(len(state.free) + len(effect.coefficients))
+        steps[: len(state.free)][state.free] = absorbed[:, k]
+        steps[len(state.free) + k] = -size
+        errors.append(float(np.sqrt(np.mean(displacements(state, [effect], steps, poses) ** 2))))
+    return np.array(errors)

@@ -1,0 +1,61 @@
+"""Lower the confidence in names that are given several times: a single cause that no effect describes is more probable than so many of one kind.
+
+A target plane is knocked, or a sensor slips, by accident and at one moment. A base that sways or an encoder that drifts acts all the time. Several
+changes at different moments then approximate its effect, as the steps of a staircase approximate a slope. The evidence for each change is large, but
+all their names are wrong.
+
+Any other effect acts at a place once and all the time. If it is found twice at one place (two warm-ups of the arm, or play twice in one joint), its
+form is not that of the cause: the second describes the part of the cause that the first does not fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from scalar.diagnosis.naming.finding import Finding
+
+MOST_ACCIDENTS = 2  # changes of one kind in a campaign, each at another place, that may be accidents
+
+
+def repeated_changes_doubted(found: Sequence[Finding], least_confidence: float) -> tuple[Finding, ...]:
+    """Return the findings; if a name is given more often than one cause of its kind can explain, the confidence in each is divided by their number.
+
+    Args:
+        found: All findings.
+        least_confidence: A repeated name with no more confidence is doubtful.
+    """
+    result = []
+    times_of = iter(repetitions([(f.effect.name, f.effect.target) for f in found if not f.effect.flexible]))
+    for f in found:
+        times = 1 if f.effect.flexible else next(times_of)
+        confidence = f.confidence / times
+        doubtful = f.doubtful or (times > 1 and confidence <= least_confidence)
+        result.append(replace(f, confidence=confidence, doubtful=doubtful))
+    return tuple(result)
+
+
+def repetitions(answers: Sequence[tuple[str, Mapping[str, Any]]]) -> list[int]:
+    """Return for each answer (name, target) the number of answers that one cause would explain better; one if each may have its own.
+
+    Changes at a moment may each have their own cause if there are at most ``MOST_ACCIDENTS`` of a kind and each is at another place; other effects
+    if each is at another place. A change at a moment and one that lasts are at one place where both are of one kind: a tracker that drifts and is
+    knocked as well.
+    """
+    result = []
+    for name, target in answers:
+        of_kind = [other for kind, other in answers if kind == name]
+        places = [_place(other) for other in of_kind]
+        if "at" not in target:
+            result.append(places.count(_place(target)))
+            continue
+        again = any(place in places[:i] for i, place in enumerate(places))
+        many = again or sum("at" in other for other in of_kind) > MOST_ACCIDENTS
+        result.append(len(places) if many else 1)
+    return result
+
+
+def _place(target: Mapping[str, Any]) -> dict[str, Any]:
+    """Return where an effect acts, whenever that is."""
+    return {key: value for key, value in target.items() if key != "at"}

@@ -1,0 +1,74 @@
+"""How far tracked points of one pose scatter when the arm comes back to it: no model of the joint angles can predict them better.
+
+A return is a further standstill at the same joint angles, in the same session and with the same load; readings of one standstill are averaged. The
+scatter holds the arm's repeatability, the noise of the tracker, and what changed in between and depends on no joint angle (temperature, a drift of
+the tracker, the direction of approach).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.data.formats import PAYLOAD
+from scalar.diagnosis.held_out.hold_out import first_of_repetitions
+from scalar.estimation.design_effect import standstills
+from scalar.geometry.se3 import Array
+
+SAME_ANGLES = 1e-5  # rad, or m of a joint that slides (chosen): an arm of 1 m then stands within 0.01 mm of the same place
+LEAST_RETURNS = 5  # chosen: fewer give a scatter that is wrong by a third or more
+_COORDINATES = 3  # of a tracked point
+
+
+@dataclass(frozen=True)
+class RepeatedPoses:
+    """The scatter of poses to which the arm came back.
+
+    Attributes:
+        scatter: Root mean square distance [m] of a point from its mean over the standstills at the same joint angles, by their degrees of freedom.
+        returns: Number of standstills beyond the first at each pose.
+        poses: Number of poses to which the arm came back.
+    """
+
+    scatter: float
+    returns: int
+    poses: int
+
+
+def repeated_poses(dataset: Dataset) -> RepeatedPoses | None:
+    """Return the scatter of poses to which the arm came back; None without tracked points, or with too few returns."""
+    if dataset.planes or dataset.points.shape[1:] != (_COORDINATES,) or not len(dataset.points):
+        return None
+    pose_of_point = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
+    known = dataset.known_poses
+    standstill = standstills(dataset.q, known.order)
+    # A pose is the same only in the same session, since the tracker may stand elsewhere in another, and with the same load.
+    session = np.zeros(dataset.n_poses) if dataset.session is None else dataset.session
+    load = known.columns.get(PAYLOAD[0], np.zeros(dataset.n_poses))
+    others = np.column_stack([session, np.nan_to_num(np.asarray(load, dtype=float), nan=-1.0)])
+    place = first_of_repetitions(np.column_stack([dataset.q, others]), SAME_ANGLES)
+    target = dataset.point_columns.get("target", np.zeros(len(dataset.points)))
+    # One mean for each target at each standstill, and the place of each of these means.
+    keys = np.column_stack([place[pose_of_point], target, standstill[pose_of_point]])
+    read, index = np.unique(keys, axis=0, return_inverse=True)
+    means = _means(dataset.points, index.ravel(), len(read))
+    places, of_place = np.unique(read[:, :2], axis=0, return_inverse=True)
+    of_place = of_place.ravel()
+    off = means - _means(means, of_place, len(places))[of_place]
+    count = np.bincount(of_place)
+    freedom = int(np.sum(count - 1))
+    standing = np.unique(read[:, [0, 2]], axis=0)[:, 0]
+    at_place = np.unique(standing, return_counts=True)[1]
+    returns = int(np.sum(at_place - 1))
+    if returns < LEAST_RETURNS or freedom < LEAST_RETURNS:
+        return None
+    return RepeatedPoses(float(np.sqrt(np.sum(off**2) / freedom)), returns, int(np.sum(at_place > 1)))
+
+
+def _means(points: Array, index: Array, groups: int) -> Array:
+    """Return the mean ``(groups, 3)`` of the points ``(P, 3)`` of each group; ``index`` ``(P,)`` is the group of each point."""
+    sums = np.zeros((groups, points.shape[1]))
+    np.add.at(sums, index, points)
+    return sums / np.bincount(index, minlength=groups)[:, None]

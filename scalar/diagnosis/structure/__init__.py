@@ -1,0 +1,1 @@
+"""Structure that no named effect explains, described by flexible terms."""

@@ -1,0 +1,48 @@
+"""The final fits of a diagnosis keep what the poses hardly determine near the data sheet, and nothing else."""
+
+import numpy as np
+import pytest
+
+from scalar import calibrate, diagnose
+from scalar.diagnosis.fit.fitted_state import refit
+from scalar.diagnosis.fit.near_data_sheet import near_data_sheet
+from scalar.estimation.geometry_fit import geometry_fit
+from tests.effects.injected import Flaws, make_cell
+from tests.estimation.test_data_sheet_priors import elsewhere, workcell
+
+
+def fitted(count: int, gear: float):
+    """Return a dataset of some poses with worn gears, and its state without effects and without priors."""
+    dataset, _ = workcell(7, elsewhere(np.random.default_rng(7), count), gear=gear)
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    return dataset, refit(dataset, model, prepared.free, ())
+
+
+def test_few_poses_with_gears_end_where_a_calibration_ends():
+    """The geometry that a diagnosis ships without effects is that of a calibration of the same data."""
+    dataset, state = fitted(18, 1e-3)
+    assert not state.model.priors
+    found = near_data_sheet(state).model
+    expected = calibrate(dataset).model
+    assert found.priors and len(found.priors) == len(expected.priors)
+    apart = found.robot.geometry - expected.robot.geometry
+    changed = expected.robot.geometry - dataset.robot.geometry
+    assert np.linalg.norm(apart) < 0.1 * np.linalg.norm(changed)
+
+
+def test_what_the_poses_determine_stays_as_it_is():
+    """With many poses and no misfit, the priors change the geometry by at most a twentieth of its distance from the data sheet."""
+    dataset, state = fitted(200, 0.0)
+    apart = near_data_sheet(state).model.robot.geometry - state.model.robot.geometry
+    changed = state.model.robot.geometry - dataset.robot.geometry
+    assert np.linalg.norm(apart) < 0.05 * np.linalg.norm(changed)
+
+
+def test_variance_components_are_identified_without_priors():
+    """If each scan has its own error, the priors have much weight; the errors that they would leave in the geometry are not named a jitter."""
+    cell = make_cell(Flaws(bias=1.3e-4), seed=4, poses_per_plane=20, points_per_scan=30, noise=5e-5)
+    diagnosis = diagnose(cell.dataset)
+    assert diagnosis.calibration_before.model.priors
+    (effect,) = diagnosis.to_mapping()["effects"]
+    assert effect["name"] == "scan_bias"
+    assert effect["coefficients"]["std_m"]["value"] == pytest.approx(1.3e-4, rel=0.3)

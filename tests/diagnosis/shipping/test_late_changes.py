@@ -1,0 +1,68 @@
+"""Changes without a sure name that only the last poses show are not applied to later poses."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from scalar.diagnosis.settings import DEFAULTS
+from scalar.diagnosis.shipping import focused_choice
+from scalar.diagnosis.shipping.focused_choice import _is_late
+from scalar.effects.flexible.shape import UnattributedShape
+from scalar.effects.flexible.variable import Variable
+from scalar.effects.joint_scale import JointScale
+from scalar.effects.sensor_slip import SensorSlip
+from scalar.effects.thermal_drift import ThermalDrift
+from scalar.estimation.measured_ranges import measured_columns, ranges_of_columns
+from tests.effects.injected import make_cell
+
+
+def state(n: int = 100):
+    """Return a stand-in for a state with n poses, in the order of which the time passes."""
+    order = np.arange(n, dtype=float)
+    poses = SimpleNamespace(order=order, columns={"time": order})
+    poses.column = lambda name: poses.columns[name]
+    poses.__len__ = lambda: n
+    return SimpleNamespace(residuals=SimpleNamespace(poses=poses))
+
+
+@pytest.mark.parametrize(("first", "is_late"), [(94, True), (80, False)])
+def test_a_slip_before_the_last_tenth_is_late(first, is_late):
+    """Six of a hundred poses after a slip are few; twenty are enough."""
+    assert _is_late(SensorSlip(float(first)), state()) == is_late
+
+
+@pytest.mark.parametrize(("unsure", "left_out"), [(True, 1), (False, 0)])
+def test_only_a_late_change_without_a_sure_name_is_not_corrected(unsure, left_out, monkeypatch):
+    """A doubtful slip that six of a hundred poses show is not applied to later poses; one with a sure name is."""
+    slip = SensorSlip(94.0)
+    wide = SimpleNamespace(errors=lambda kept: (1.0 if kept else 9.0,) * 3, std=lambda kept: 1.0)
+    monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
+    monkeypatch.setattr(focused_choice, "nuisances_beside", lambda *_: [])
+    after = state()
+    after.effects, after.dataset, after.settings, after.is_plausible = (slip,), None, DEFAULTS, True
+    after.refitted = lambda _: SimpleNamespace(is_plausible=True)
+    assert len(focused_choice.focused_choice(after, [slip.key] if unsure else []).left_out) == left_out
+
+
+def test_a_step_in_time_is_late_and_one_over_an_angle_is_none():
+    """A flexible term has no name. Only one that begins at a moment can be late."""
+    time = Variable("time", 49.5, 49.5)
+    step = UnattributedShape(3, (time,), "step", at=0.97, width=0.01)
+    assert _is_late(step, state())
+    assert not _is_late(replace(step, at=0.2), state())
+    assert not _is_late(replace(step, shape="line"), state())
+    assert JointScale(2).since(state().residuals.poses) is None
+
+
+def test_what_effects_follow_is_recorded_with_its_range():
+    """Of a growth with the temperature the measured range is stated, and nothing of a scale error."""
+    dataset = make_cell(seed=3, poses_per_plane=10).dataset
+    dataset = replace(
+        dataset, poses=dataset.poses.assign(temperature=np.linspace(18.0, 30.0, dataset.n_poses))
+    )
+    ranges = ranges_of_columns(dataset, [ThermalDrift("temperature", 21.0), JointScale(2)])
+    assert ranges == {"temperature": [18.0, 30.0]}
+    assert measured_columns({"measured_columns": ranges})["temperature"].tolist() == [18.0, 30.0]
+    assert ranges_of_columns(dataset, [JointScale(2)]) == {} == measured_columns({})
