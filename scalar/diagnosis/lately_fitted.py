@@ -16,9 +16,7 @@ if TYPE_CHECKING:
     from scalar.estimation.model import Model
 
 MOST_STATES = 16
-_MOST_BYTES = (
-    64_000_000  # of all that the states have computed; of thousands of poses only the last state is kept
-)
+_MOST_BYTES = 64_000_000  # of all that the states have computed; of thousands of poses only the last is kept
 
 
 class LatelyFitted:
