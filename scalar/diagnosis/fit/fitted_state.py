@@ -73,11 +73,10 @@ class FittedState:
         return self.results[key]
 
     def refitted(self, effects: Sequence[Effect], start: Model | None = None) -> FittedState:
-        """Return the joint optimum with other effects, kept or fitted from this state's or the ``start`` model, whose priors have other weights."""
+        """Return the joint optimum with other effects, fitted from this state's model or from ``start``, or kept from that fit (``LatelyFitted``)."""
         model = self.model if start is None else start
-        key = None if model.priors else key_of(self, effects)
         fit = partial(refit, self.dataset, model, self.geometry_free, effects, self.settings, self.rows)
-        return self.rows.fitted.of(key, fit)
+        return self.rows.fitted.of(key_of(self.settings, self.geometry_free, effects, model), fit)
 
     def with_equal_weights(self) -> FittedState:
         """Return the same state with no variance component, so that tests at it weight all poses equally; states refitted from it have their own."""

@@ -48,7 +48,7 @@ class MeasuredRows:
         self._known: dict[tuple[str, ...], Measurement] = {}
         self._derivatives: Array | None = None
         self._results: dict[tuple[Any, ...], Any] = {}
-        self.fitted = LatelyFitted()
+        self.fitted: LatelyFitted[Any] = LatelyFitted()
 
     def once(self, key: tuple[Any, ...], compute: Callable[[], _Result]) -> _Result:
         """Return a result that all models of these rows share; it is computed when first asked for.
