@@ -284,3 +284,11 @@ def test_profiles_in_rows_without_a_number(folder):
     assert status == 0, said
     check(dataset, lost=2)
     assert list(dataset.pose_ids) == [1, 2, 3, 4, 5, 6]
+
+
+def test_a_damaged_number_of_a_profile_is_shown_in_part(folder):
+    """A damaged file may have thousands of characters where a number should be; the line that refuses it is short."""
+    text = f"%YAML:1.0\n---\nscan_line: [ 1., 0., {'2' * 5000}x ]\n"
+    (folder / "11_line.yml").write_text(text, encoding="utf-8")
+    status, said, _ = imported(folder, points_block("*_line.yml"))
+    assert status == 2 and "number 3 of scan_line is '222" in said and len(said) < 400
