@@ -14,7 +14,7 @@ from io import StringIO
 
 import numpy as np
 
-from scalar.data.located_table import NUMBER
+from scalar.data.located_table import NUMBER, shorten
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
 from scalar.ingest.raw_table import RawTable
@@ -44,7 +44,9 @@ def read_opencv(file: str, raw: bytes) -> RawTable:
     wrong = [k for k, word in enumerate(words) if not NUMBER.fullmatch(word) and word.lower() != ".nan"]
     if wrong or not words or len(words) % 3:
         what = (
-            f"number {wrong[0] + 1} of scan_line is {words[wrong[0]]!r}" if wrong else f"{len(words)} numbers"
+            f"number {wrong[0] + 1} of scan_line is {shorten(words[wrong[0]])}"
+            if wrong
+            else f"{len(words)} numbers"
         )
         raise InvalidInput(
             Fault(file, f"{what}; triples x, y, z are expected, .Nan where nothing was measured")

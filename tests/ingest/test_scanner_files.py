@@ -297,3 +297,11 @@ def test_a_mark_for_no_value_in_every_file_is_named_once(folder):
     assert status == 2 and "stands in 2 of 25 points" in said and "text.missing" in said
     assert "millimetres" not in said and said.count("'no value'") == 3
     assert "3 more faults of this kind in other files" in said
+
+
+def test_a_damaged_number_of_a_profile_is_shown_in_part(folder):
+    """A damaged file may have thousands of characters where a number should be; the line that refuses it is short."""
+    text = f"%YAML:1.0\n---\nscan_line: [ 1., 0., {'2' * 5000}x ]\n"
+    (folder / "11_line.yml").write_text(text, encoding="utf-8")
+    status, said, _ = imported(folder, points_block("*_line.yml"))
+    assert status == 2 and "number 3 of scan_line is '222" in said and len(said) < 400
