@@ -76,7 +76,7 @@ class FittedState:
         """Return the joint optimum with other effects, fitted from this state's model or from ``start``, or kept from that fit (``LatelyFitted``)."""
         model = self.model if start is None else start
         fit = partial(refit, self.dataset, model, self.geometry_free, effects, self.settings, self.rows)
-        return self.rows.fitted.of(key_of(self, effects, model), fit)
+        return self.rows.fitted.of(key_of(self.settings, self.geometry_free, effects, model), fit)
 
     def with_equal_weights(self) -> FittedState:
         """Return the same state with no variance component, so that tests at it weight all poses equally; states refitted from it have their own."""

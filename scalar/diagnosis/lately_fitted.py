@@ -7,16 +7,17 @@ and which effects are selected depends on it: with states of the same effects fr
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
-from typing import TYPE_CHECKING
+from typing import Any, TypeVar
 
 from scalar.effects import Effect
-
-if TYPE_CHECKING:
-    from scalar.diagnosis.fitted_state import FittedState
-    from scalar.estimation.model import Model
+from scalar.estimation.model import Model
+from scalar.geometry.se3 import Array
 
 MOST_STATES = 16
 _MOST_BYTES = 64_000_000  # of all that the states have computed; of thousands of poses only the last is kept
+
+
+_State = TypeVar("_State")  # ``FittedState``, whose module imports this one
 
 
 class LatelyFitted:
@@ -24,9 +25,9 @@ class LatelyFitted:
 
     def __init__(self) -> None:
         """Begin without any."""
-        self._states: dict[Hashable, FittedState] = {}
+        self._states: dict[Hashable, Any] = {}
 
-    def of(self, key: Hashable, fit: Callable[[], FittedState]) -> FittedState:
+    def of(self, key: Hashable, fit: Callable[[], _State]) -> _State:
         """Return the state of a key; it is fitted if it is not among those that are kept.
 
         Args:
@@ -43,16 +44,16 @@ class LatelyFitted:
         return state
 
 
-def key_of(state: FittedState, effects: Sequence[Effect], start: Model) -> Hashable:
-    """Return all on which a fit of effects to the rows of a state depends: the effects, from where it starts, and the thresholds."""
+def key_of(settings: object, geometry_free: Array, effects: Sequence[Effect], start: Model) -> Hashable:
+    """Return all on which a fit of effects to the same rows depends; thresholds and start are told apart as objects."""
     given = (
         (type(each), str(each.to_mapping()), each.prior_std.tobytes(), each.coefficients.tobytes())
         for each in effects
     )
-    return id(state.settings), state.geometry_free.tobytes(), start, *given
+    return id(settings), geometry_free.tobytes(), start, *given
 
 
-def _size(state: FittedState) -> int:
+def _size(state: Any) -> int:
     """Return the size of the Jacobian and of the candidates' columns of a state as far as they are known [bytes]."""
     jacobian = state.__dict__["_linearised"][1].nbytes if "_linearised" in state.__dict__ else 0
     return jacobian + sum(columns.nbytes for columns in state.candidate_columns.values())
