@@ -8,10 +8,8 @@ from scipy.stats import binom
 
 from scalar.cli.compare import describe_comparison
 from scalar.comparison import compare
-from scalar.comparison.beyond_chance import most_by_chance
 from scalar.comparison.changes import Candidate, find_changes
 from scalar.comparison.invariants import Invariants
-from scalar.data.io.plain_yaml import load_yaml
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
@@ -19,48 +17,14 @@ from scalar.effects.payload_deflection import PayloadDeflection
 from scalar.effects.pose_lag import PoseLag
 from scalar.effects.torque_compliance import TorqueCompliance
 from scalar.estimation.random_poses import RECORDS_IN_WORDS
-from scalar.geometry.robot import GEOMETRY, Robot
-from tests.calibrated_arms import calibrated
-from tests.robot_configs import ROBOT_CONFIGS
-
-ANGLE, LENGTH = 2e-5, 2e-5  # standard errors [rad, m]
-FRAMES = ("a_1", "alpha_1", "d_1", "theta_1", "d_6", "theta_6", "d_2")  # fixed by the choice of frames
-
-
-def ur10e() -> Robot:
-    """Return an arm with three parallel axes."""
-    return Robot.from_mapping(load_yaml(ROBOT_CONFIGS / "ur10e.yaml"))
-
-
-def with_errors(calibration, fixed=FRAMES, cause="structural"):
-    """Return a calibration with independent standard errors of all that is neither beta nor fixed."""
-    geometry = [name for name in calibration.model.robot.parameter_names if not name.startswith("beta")]
-    effects = [name for names in calibration.model.effect_names for name in names]
-    free = tuple(name for name in (*geometry, "sensor_x", *effects) if name not in fixed)
-    sizes = [LENGTH if name[0] in "ads" and not name.startswith("alpha") else ANGLE for name in free]
-    gauge = tuple({"held": name, "reason": "", "moves_with": [], "cause": cause} for name in fixed)
-    return replace(calibration, free=free, covariance=np.diag(sizes) ** 2, gauge=gauge)
+from scalar.geometry.robot import GEOMETRY
+from tests.comparison.arms import FRAMES, arm_before, by_chance, changed, with_errors
 
 
 @pytest.fixture(scope="module")
 def before():
-    """Return a calibration of an arm whose axes are off by little, so that parallel ones stay as good as parallel."""
-    return with_errors(calibrated(ur10e(), np.random.default_rng(3), size=1e-3))
-
-
-def changed(calibration, **by):
-    """Return a calibration with some parameters larger."""
-    model = calibration.model
-    vector = model.vector.copy()
-    for name, step in by.items():
-        vector[model.names.index(name)] += step
-    return replace(calibration, model=model.with_vector(vector))
-
-
-def by_chance(calibration, rng):
-    """Return a calibration whose estimates differ as its covariance says."""
-    steps = np.sqrt(np.diag(calibration.covariance)) * rng.standard_normal(len(calibration.free))
-    return changed(calibration, **dict(zip(calibration.free, steps, strict=True)))
+    """Return a calibration of an arm, before any change."""
+    return arm_before()
 
 
 def test_a_calibration_has_not_changed_from_itself(before):
@@ -241,67 +205,3 @@ def test_candidates_that_respond_alike_are_named_together():
     assert [change.candidate.name for change in changes] == ["1"]
     assert [rival.name for rival in changes[0].rivals] == ["3"]
     assert rest == pytest.approx(1.0)
-
-
-def test_two_kinds_of_sensors_are_said_to_be_two(before):
-    """Another instrument sits at another place, which is no displacement of the first."""
-    assert "sensor_kinds" not in compare(before, before).campaign
-    assert before.sensor["kind"] != "probe"
-    found = compare(before, replace(before, sensor={**before.sensor, "kind": "probe"}))
-    assert found.campaign["sensor_kinds"] == [before.sensor["kind"], "probe"]
-    lines = describe_comparison(found)
-    assert any(f"A has a {before.sensor['kind']} and B a probe" in line for line in lines)
-
-
-def test_a_residual_that_is_no_noise_is_said_where_no_noise_is_known(before):
-    """A change may hide behind what both models lack: the residual is stated for each calibration that leaves more than instruments scatter by."""
-    lines = describe_comparison(compare(before, before), {"B": 5e-4})
-    assert any("the model of B leaves 0.500 mm RMS, which is more than noise" in line for line in lines)
-    assert not any("leaves" in line for line in describe_comparison(compare(before, before)))
-
-
-def test_a_difference_called_beyond_chance_is_one_that_chance_seldom_makes():
-    """Normal differences along one direction exceed the limit as often as alpha says, and along several directions less often."""
-    draws = np.random.default_rng(11).standard_normal((200_000, 3))
-    for weights in ([1.0, 0.0, 0.0], [1.0, 0.5, 0.2], [1.0, 1.0, 1.0]):
-        rms = np.sqrt((draws**2 @ np.array(weights)) / np.sum(weights))
-        share = np.mean(rms > most_by_chance(1.0, 0.01))
-        assert share < 0.011
-        assert share > 0.009 or weights[1] > 0
-
-
-def with_estimated_noise(calibration, noise, stated=None):
-    """Return a calibration of tracked points whose noise [m] was estimated from the residual, to 5 %; with ``stated``, one whose noise is known."""
-    summary = {**calibration.summary, "misfit": 1.0, "misfit_p_value": None if stated is None else 0.5}
-    part = {"name": "position_noise", "target": {}, "value": noise, "std": 0.05 * noise, "unit": "m"}
-    sensor = {"kind": "tracker"}
-    return replace(calibration, noise=(part,), residual_rms=noise * 3**0.5, summary=summary, sensor=sensor)
-
-
-def test_a_campaign_that_leaves_more_than_the_other_may_lack_something(before):
-    """A damaged gear moves estimated lengths, without a change of any length: no change of the arm is claimed, and the note says of which model."""
-    quiet, loud = with_estimated_noise(before, 4e-5), with_estimated_noise(before, 8e-5)
-    found = compare(quiet, changed(loud, a_3=20 * LENGTH))
-    said = describe_comparison(found)
-    assert found.noisier == 1 and any(
-        "the model of B leaves 0.139 mm RMS, and that of A 0.069 mm" in line for line in said
-    )
-    assert any("the calibrations differ: 1 difference" in line for line in said)
-    assert not any("the arm changed" in line for line in said)
-
-
-@pytest.mark.parametrize(
-    "other",
-    [
-        lambda c: with_estimated_noise(c, 4.6e-5),
-        lambda c: with_estimated_noise(c, 8e-5, stated=8e-5),
-        lambda c: c,
-    ],
-    ids=["chance", "stated", "scanner"],
-)
-def test_noise_that_differs_by_chance_or_is_known_is_no_lack(before, other):
-    """A change between two such campaigns is one of the arm."""
-    quiet = with_estimated_noise(before, 4e-5)
-    found = compare(quiet, changed(other(before), a_3=20 * LENGTH))
-    assert found.noisier is None
-    assert any("the arm changed: 1 change" in line for line in describe_comparison(found))

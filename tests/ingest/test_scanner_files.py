@@ -3,74 +3,26 @@
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 
-from scalar.cli import cli
-from scalar.data.dataset import read_dataset
-
-RNG = np.random.default_rng(3)
-POSES = 6
-PLANES = ["floor", "wall_x", "wall_y"] * 2
-X = np.round(np.linspace(-30.0, 30.0, 25), 4)
-Z = np.round(200.0 + 5.0 * RNG.random((POSES, 25)), 4)  # mm
-Q = np.round(RNG.uniform(-90, 90, (POSES, 2)), 4)  # deg
-
-DESCRIPTION = """
-dataset_units: {length: mm, angle: deg}
-dataset:
-  name: cell
-  robot:
-    name: two
-    convention: modified-dh
-    joints: [{a: 0, alpha: 0, d: 300, theta: 0}, {a: 400, alpha: 90, d: 0, theta: 0}]
-  sensor: {kind: line-laser, nominal_pose: {translation: [0, 0, 10], rotation_euler: {axes: ZYX, angles: [90, 0, 180]}}}
-  planes:
-    - {name: floor, normal: [0, 0, 1], distance: 0}
-    - {name: wall_x, normal: [1, 0, 0], distance: 800}
-    - {name: wall_y, normal: [0, 1, 0], distance: 800}
-"""
-POSES_BLOCK = """
-format: scalar-mapping/1
-poses:
-  columns:
-    pose: {column: id}
-    plane: {column: target}
-    q1: {column: A1, unit: deg}
-    q2: {column: A2, unit: deg}
-  files: [{name: poses.csv}]
-"""
+from tests.ingest.scanner_folder import (
+    DESCRIPTION,
+    PLANES,
+    POSES,
+    POSES_BLOCK,
+    Q,
+    X,
+    Z,
+    check,
+    folder_of_poses,
+    imported,
+    points_block,
+)
 
 
 @pytest.fixture
 def folder(tmp_path):
     """Return a folder with the table of poses, whose ids begin at 11."""
-    table = {"id": np.arange(11, 11 + POSES), "target": PLANES, "A1": Q[:, 0], "A2": Q[:, 1]}
-    pd.DataFrame(table).to_csv(tmp_path / "poses.csv", index=False)
-    return tmp_path
-
-
-def imported(folder, mapping, *sources):
-    """Return status and output of an import, and the dataset where there is one."""
-    (folder / "m.yaml").write_text(mapping, encoding="utf-8")
-    arguments = ["import", str(folder / "m.yaml"), *map(str, sources or [folder]), "-o", str(folder / "d")]
-    result = CliRunner().invoke(cli, arguments)
-    return result.exit_code, result.output, read_dataset(folder / "d") if result.exit_code == 0 else None
-
-
-def points_block(files, columns="pose: {column: '@file_number'}"):
-    """Return a mapping whose points are in separate files."""
-    return POSES_BLOCK + (
-        f"points:\n  columns:\n    {columns}\n    x: {{column: x, unit: mm}}\n    z: {{column: z, unit: mm}}\n"
-        f"  drop_without: [z]\n  files: [{{name: '{files}'}}]\n" + DESCRIPTION
-    )
-
-
-def check(dataset, lost=0):
-    """Compare a dataset with the numbers written, in radians and metres, without the first ``lost`` points of each scan."""
-    np.testing.assert_allclose(dataset.q, np.deg2rad(Q), atol=1e-12)
-    for k in range(POSES):
-        mine = dataset.points[dataset.starts[k] : dataset.starts[k + 1]]
-        np.testing.assert_allclose(mine, np.column_stack([X, Z[k]])[lost:] / 1e3, atol=1e-12)
+    return folder_of_poses(tmp_path)
 
 
 def test_profiles_of_opencv(folder):
@@ -198,92 +150,6 @@ def test_a_unit_that_is_stated_already_is_not_advised(folder):
     (folder / "scans.csv").write_text("\n".join(["Nr,x,z", *lines]), encoding="utf-8")
     status, said, _ = imported(folder, points_block("scans.csv", "pose: {column: Nr}"))
     assert status == 2 and "states unit: mm already" in said and "are these millimetres" not in said
-
-
-ROWS = points_block("LJ.csv", "pose: {column: No.}").replace("column: x,", "column: '@x',")
-ROWS = ROWS.replace("column: z,", "column: '@z',").replace(
-    "points:\n", "points:\n  text: {separator: ;, decimal: ',', missing: ['-99,9999']}\n  row_profiles: {}\n"
-)
-
-
-def rows_of_profiles(headers):
-    """Return a table with a profile in each row, semicolons and decimal commas; the first two values of each profile are marked as not measured."""
-    lines = [
-        f"{11 + k};{20.5 + k};-99,9999;-99,9999;" + ";".join(f"{z}" for z in Z[k, 2:]) for k in range(POSES)
-    ]
-    return (
-        "\n".join([";".join(["No.", "T", *headers]), *lines]).replace(".", ",").replace("No,", "No.") + "\n"
-    )
-
-
-def test_a_profile_in_each_row(folder):
-    """The headers of the columns state x; the file may have other separators than that of the poses."""
-    (folder / "LJ.csv").write_text(rows_of_profiles([f"{x}" for x in X]), encoding="utf-8")
-    status, said, dataset = imported(folder, ROWS)
-    assert status == 0, said
-    check(dataset, lost=2)
-    assert f"LJ.csv: {2 * POSES} points in {POSES} rows left out" in said
-
-
-@pytest.mark.parametrize("headers", [[f"{i + 1}" for i in range(25)], [f"V{i}" for i in range(25)]])
-def test_profiles_in_rows_whose_headers_do_not_state_x(folder, headers):
-    """Heads that count the values, or name them, are not taken for x; first_x and step say where the values are."""
-    (folder / "LJ.csv").write_text(rows_of_profiles(headers), encoding="utf-8")
-    status, said, _ = imported(folder, ROWS)
-    assert status == 2 and "first_x" in said and "step" in said
-    where = f"row_profiles: {{first_column: '{headers[0]}', first_x: -30, step: 2.5}}"
-    status, said, dataset = imported(folder, ROWS.replace("row_profiles: {}", where))
-    assert status == 0, said
-    check(dataset, lost=2)
-    half = where.replace(", step: 2.5", "")
-    status, said, _ = imported(folder, ROWS.replace("row_profiles: {}", half))
-    assert status == 2 and "points.row_profiles" in said and "together" in said
-
-
-COLUMNS = ROWS.replace("row_profiles: {}", "column_profiles: {x: 'X/mm'}")
-
-
-def columns_of_profiles(headers):
-    """Return a table with a profile in each column, after a count of the values and their x; the first two values of each are not measured."""
-    rows = [[f"{x}", *("-99.9999" if i < 2 else f"{z}" for z in Z[:, i])] for i, x in enumerate(X)]
-    lines = [";".join([f"{i}", *row]) for i, row in enumerate(rows)]
-    return "\n".join([";".join(["i", "X/mm", *headers]), *lines]).replace(".", ",") + "\n"
-
-
-@pytest.mark.parametrize(("first", "where"), [(11, "@head_number"), (1, "@row")])
-def test_a_profile_in_each_column(folder, first, where):
-    """One column states x, and all after it are profiles: they are numbered by their headers, or counted."""
-    mapping = COLUMNS.replace("No.", f"'{where}'")
-    if where == "@row":
-        mapping = mapping.replace("column: id", f"column: '{where}'")
-    headers = [f"scan 2 P{first + k:03d}" for k in range(POSES)]
-    (folder / "LJ.csv").write_text(columns_of_profiles(headers), encoding="utf-8")
-    status, said, dataset = imported(folder, mapping)
-    assert status == 0, said
-    check(dataset, lost=2)
-    assert list(dataset.pose_ids) == list(range(first, first + POSES))
-
-
-def test_heads_that_number_no_profile_are_refused(folder):
-    """Where the number is the same in all headers, no profile is taken for another's."""
-    (folder / "LJ.csv").write_text(
-        columns_of_profiles([f"{'x' * k}_2026" for k in range(POSES)]), encoding="utf-8"
-    )
-    status, said, _ = imported(folder, COLUMNS.replace("No.", "'@head_number'"))
-    assert status == 2 and "a number of its own" in said and "@row" in said
-
-
-def test_profiles_in_rows_without_a_number(folder):
-    """Where neither file numbers its rows, both count them from 1 (@row)."""
-    table = rows_of_profiles([f"{x}" for x in X])
-    (folder / "LJ.csv").write_text(
-        "\n".join(line.split(";", 1)[1] for line in table.splitlines()), encoding="utf-8"
-    )
-    mapping = ROWS.replace("column: No.", "column: '@row'").replace("column: id", "column: '@row'")
-    status, said, dataset = imported(folder, mapping)
-    assert status == 0, said
-    check(dataset, lost=2)
-    assert list(dataset.pose_ids) == [1, 2, 3, 4, 5, 6]
 
 
 def test_a_mark_for_no_value_in_every_file_is_named_once(folder):
