@@ -15,7 +15,7 @@ Everything is computed from the columns at the state's optimum, without a refit.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import ndtr
@@ -151,11 +151,8 @@ def _best(
     excluded: Effect | None,
 ) -> Scored | None:
     """Return the score of the candidate that explains most given a background, among those that are possible; None if none explains anything."""
-    at_background = replace(state)
-    at_background.__dict__.update(_background=background, whitening=state.whitening)  # cached properties
-    scores: Iterable[Scored] = rank(
-        at_background, background, CandidateColumns(at_background, candidates), least=1e-9
-    )
+    columns = CandidateColumns(state, candidates, background)
+    scores: Iterable[Scored] = rank(state, background, columns, least=1e-9)
     scores = [s for s in scores if excluded is None or not s.effect.same_answer(excluded)]
     return next((s for s in scores[:_TRIED] if _is_possible(state, removed, [*added, s.effect])), None)
 

@@ -165,16 +165,22 @@ class CandidateColumns:
     Attributes:
         candidates: The candidate set.
         change_margin: Least number of poses before and after the beginning of a change.
-        full: The background of the state with all its effects.
+        full: The background of the state with all its effects, or of a model that stands for it.
         products: The e columns of the elements.
         of_changes: ``(N m, c)``, the columns of the changes.
     """
 
-    def __init__(self, state: FittedState, candidates: CandidateSet) -> None:
-        """Compute the columns of a candidate set at a fitted state."""
+    def __init__(self, state: FittedState, candidates: CandidateSet, full: Background | None = None) -> None:
+        """Compute the columns of a candidate set at a fitted state.
+
+        Args:
+            state: The fitted state.
+            candidates: The candidate set.
+            full: The background of a model with other columns at the state's optimum, which then stands for the state's own; None for this one.
+        """
         self.candidates = candidates
         self.change_margin = state.settings.selection.change_margin
-        self.full = state.background()
+        self.full = state.background() if full is None else full
         groups = candidates.groups.values()
         self.products = state.products_of(candidates.elements, groups, candidates.bases)
         self.of_changes = state.columns_of([effect for effect, _ in candidates.changes], candidates.bases)
