@@ -11,12 +11,11 @@ simulated campaigns of 60 poses in which joint 3 erred in six orders, with a con
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.selection.harmonic_spectrum import is_shrunk
 from scalar.effects import Effect
-from scalar.effects.joint_scale import JointScale
 from scalar.effects.series import Series
 
 MOST_CONFIDENCE = 0.5  # chosen: the cause is the gear or a random error of the joint
@@ -47,7 +46,12 @@ def limited_by_orders(
     irregular = {effect.joint for effect in one_by_one if len(effect.orders) >= many}
     return tuple(
         f.limited(MOST_CONFIDENCE, least_confidence)
-        if are_few(f.effect, n_poses) or (isinstance(f.effect, JointScale) and f.effect.joint in irregular)
+        if are_few(f.effect, n_poses) or _stands_for_an_order(f.effect, irregular)
         else f
         for f in found
     )
+
+
+def _stands_for_an_order(effect: Effect, irregular: Collection[int]) -> bool:
+    """Return whether an effect with a name is another error over the angle of a joint that errs in many orders."""
+    return not effect.flexible and not isinstance(effect, Series) and effect.own_angle_joint in irregular
