@@ -18,7 +18,7 @@ from scalar.geometry.se3 import Array
 
 @dataclass(frozen=True, eq=False)
 class UnattributedSway(MovedSensor):
-    """The sensor's pose on the flange sways as a sine in the course of the acquisition; for poses outside the acquisition the term is zero.
+    """The sensor's pose on the flange sways as a sine in the course of the acquisition; outside it the sensor has its mean pose.
 
     Attributes:
         variable: ``time`` or ``order``.
@@ -43,9 +43,14 @@ class UnattributedSway(MovedSensor):
         return ["sin", "cos"]
 
     def profile(self, robot: Robot, poses: Poses) -> Array:
-        """Return sine and cosine over the acquisition, zero before it and from its end on."""
+        """Return sine and cosine over the acquisition, and before it and from its end on their means over it.
+
+        The means are not zero: the periods are seldom whole, and a slow cosine hardly changes its sign.
+        """
         phase = np.pi * self.periods * self.variable.unit(poses)
-        return np.stack([np.sin(phase), np.cos(phase)], axis=1) * self.variable.within(poses)[:, None]
+        waves = np.stack([np.sin(phase), np.cos(phase)], axis=1)
+        means = np.array([0.0, np.sinc(self.periods)])
+        return np.where(self.variable.within(poses)[:, None], waves, means)
 
     def variations(self, scale: float) -> list[Self]:
         """Return the sway a little slower and faster."""
