@@ -50,9 +50,8 @@ class JointConvention:
             dataset: ``(N, n)`` [rad, m], joints of the dataset.
             limits: ``(n, 2)`` [rad, m], the limits of these.
         """
-        own = np.diag(
-            self.matrix
-        )  # 1 or -1: the column of a joint counts as the joint does, or the other way
+        # -1 where the column of a joint counts the other way than the joint, else 1.
+        own = np.diag(self.matrix)
         left = own[:, None] * (limits - dataset[:, :, None])
         return np.sort(self.to_controller(dataset)[:, :, None] + left, axis=2)
 

@@ -15,7 +15,7 @@ from scalar.diagnosis.held_out.repeated_runs import Answer
 from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.naming.grounds import FinalResiduals, grounds_of_component
 from scalar.diagnosis.naming.judged_effects import findings_of
-from scalar.diagnosis.naming.many_orders import limited_by_orders
+from scalar.diagnosis.naming.many_orders import limited_by_many_orders
 from scalar.diagnosis.naming.observability import unobservable_effects
 from scalar.diagnosis.naming.rounded_record import limited_by_rounding
 from scalar.diagnosis.naming.two_halves import limited_by_halves, two_halves
@@ -84,7 +84,7 @@ def diagnose(
     found = limited_by_halves(found, halves, settings.naming.least_confidence)
     found = limited_by_rounding(found, run.before, settings.naming.least_confidence)
     n_poses, many = run.cleaned.dataset.n_poses, settings.spectrum.many_orders
-    found = limited_by_orders(found, n_poses, many, settings.naming.least_confidence)
+    found = limited_by_many_orders(found, n_poses, many, settings.naming.least_confidence)
     found = limited_by_order(found, given, settings.naming.least_confidence)
     run, found, refused = _confirmed(run, found, outer)
     if refused:

@@ -17,9 +17,8 @@ from scalar.ingest.raw_table import MISSING, RawTable
 from scalar.ingest.rows_of_text import table_of_rows
 from scalar.ingest.written_numbers import Written
 
-_MOST_ROWS = (
-    1_048_576  # of a sheet in this format; the library makes up every row before one with a higher number
-)
+_MOST_ROWS = 1_048_576
+"""Of a sheet in this format; the library makes up every row before one with a higher number."""
 
 
 def read_spreadsheet(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable:

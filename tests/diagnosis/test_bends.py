@@ -1,39 +1,17 @@
 """An error that begins at an angle is no scale error and no harmonic of its joint, which together imitate it."""
 
-from dataclasses import replace
-
 import numpy as np
-import pandas as pd
 import pytest
 
 from scalar.diagnosis import diagnose
-from tests.kinematics import joint_names
-from tests.random_scene import make_scene
+from tests.diagnosis.erring_arm import erring_arm
 
-JOINT, NOISE = 2, 2e-5
+JOINT = 2
 
 
 def sure_of(flaw, seed=5, count=120):
     """Return the sure names that a diagnosis of tracked poses gives for an error ``flaw(q)`` [rad] of joint 2 alone."""
-    made = make_scene(
-        kind="tracker", seed=seed, poses_per_plane=4, noise=NOISE, angle_error=1e-3, length_error=3e-4
-    )
-    rng = np.random.default_rng(seed)
-    low, high = made.dataset.robot.limits.T
-    q = rng.uniform(0.8 * low, 0.8 * high, (count, len(low)))
-    stood = q.copy()
-    stood[:, JOINT - 1] += flaw(q[:, JOINT - 1])
-    T = made.truth.T_tracker_base
-    points = made.truth.sensor(stood)[:, :3, 3] @ T[:3, :3].T + T[:3, 3]
-    poses = pd.DataFrame(q, columns=joint_names(len(low)))
-    poses.insert(0, "pose", np.arange(count))
-    measured = replace(
-        made.dataset,
-        poses=poses,
-        points=points + NOISE * rng.standard_normal(points.shape),
-        starts=np.arange(count + 1),
-    )
-    findings = diagnose(measured).findings
+    findings = diagnose(erring_arm(JOINT, flaw, seed=seed, count=count)).findings
     return {
         f.effect.name
         for f in findings

@@ -1,4 +1,4 @@
-"""A folder with a table of poses, and the mapping with which profiles of a scanner are imported beside it."""
+"""A folder with a table of poses, and the mapping with which profiles of a scanner are imported together with it."""
 
 import numpy as np
 import pandas as pd

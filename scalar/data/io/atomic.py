@@ -85,9 +85,8 @@ def atomic_directory(
         InvalidInput: the place cannot be written, or holds something that may not be replaced.
     """
     path = Path(path)
-    place = (
-        Path(os.path.realpath(path)) if path.is_symlink() and path.is_dir() else path
-    )  # where a link leads, which stays a link
+    leads_to_folder = path.is_symlink() and path.is_dir()
+    place = Path(os.path.realpath(path)) if leads_to_folder else path
     temporary = temporary_beside(place)
     sweep_once(place.parent)
     check_replaceable(path, may_replace, remedy)

@@ -66,7 +66,7 @@ class MissingEffects:
 
 
 def without_absorbed(state: FittedState, effects: Sequence[Effect]) -> tuple[MissingEffects, Array, Array]:
-    """Return effects that a fit of R rows lacks, and what its data show of them beside its fitted parameters.
+    """Return effects that a fit of R rows lacks, and what its data show of them that its parameters cannot explain.
 
     Returns:
         The effects, with K coefficients. The rows ``(R, K)`` that are left of the whitened columns of the coefficients after the fit has adapted to

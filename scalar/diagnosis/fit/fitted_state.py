@@ -14,6 +14,7 @@ from scalar.diagnosis.fit.column_products import ColumnProducts
 from scalar.diagnosis.fit.effect_columns import Bases, EffectColumns
 from scalar.diagnosis.fit.lately_fitted import key_of
 from scalar.diagnosis.fit.measured_rows import MeasuredRows, profile_measurement
+from scalar.diagnosis.fit.plausibility import is_implausible
 from scalar.diagnosis.fit.variance_components import VarianceComponent, variance_components, whitening_for
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.effects import Effect
@@ -159,13 +160,12 @@ class FittedState:
 
     @property
     def implausible_effects(self) -> list[int]:
-        """Return the indices of effects that are impossible, or far beyond their size in real workcells, as a range scale of -1 is."""
+        """Return the indices of effects that are impossible, or far beyond their size in real workcells (``is_implausible``)."""
         most = self.settings.selection.plausible_coefficient
         return [
             i
             for i, effect in enumerate(self.effects)
-            if np.any(np.abs(effect.coefficients) > most * effect.plausible_std)
-            or effect.is_impossible(self.dataset.robot, self.residuals.poses)
+            if is_implausible(effect, self.dataset.robot, self.residuals.poses, most)
         ]
 
     def background_whitened_by(self, whitening: Array | None) -> Background:

@@ -31,7 +31,7 @@ def are_few(effect: Effect, n_poses: int) -> bool:
     )
 
 
-def limited_by_orders(
+def limited_by_many_orders(
     found: Sequence[Finding], n_poses: int, many: int, least_confidence: float
 ) -> tuple[Finding, ...]:
     """Return the findings, with the confidence limited in orders that a random error explains as well, and in scales that stand for an order.

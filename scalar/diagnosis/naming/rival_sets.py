@@ -2,7 +2,7 @@
 
 A rival is a single candidate in an effect's place. On measured arms, which err in more ways than a model has effects, two or three effects together
 may explain the same. Another half of the same campaign then chooses these, and the name is not found again. Each effect is therefore also compared
-with sets: a rival, and the candidates that explain most beside it, one after the other.
+with sets: a rival, and the candidates that explain most of what it leaves, one after the other.
 
 The lead of the effect is the difference of log evidence [nats] of the two models. The log likelihood ratio of two models that are both wrong varies
 from pose to pose, and its sum over the poses has a standard error that follows from this scatter (Vuong, Econometrica 57, 1989). Where one of the
@@ -14,7 +14,7 @@ Everything is computed from the columns at the state's optimum, without a refit.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,20 +22,19 @@ from scipy.special import ndtr
 
 from scalar.diagnosis.fit.background import Background
 from scalar.diagnosis.fit.fitted_state import FittedState, whitened
+from scalar.diagnosis.fit.plausibility import is_implausible
 from scalar.diagnosis.held_out.hold_out import first_of_repetitions, moving_joints
 from scalar.diagnosis.scoring.candidate_columns import CandidateColumns, CandidateSet
 from scalar.diagnosis.scoring.conditional_scores import background_without, columns_of_effects, rivals
 from scalar.diagnosis.scoring.ranking import Scored, rank
-from scalar.diagnosis.scoring.score_test import remainder
+from scalar.diagnosis.scoring.score_test import fall
 from scalar.effects import Effect
 from scalar.geometry.se3 import Array
 
 _FIRST = 3  # chosen: number of rivals, the best ones, with which sets begin
 _FURTHER = 2  # chosen: most further effects of a set
 _TRIED = 6  # candidates that are looked at for one that is possible
-_STD_OF_LOGISTIC = float(
-    np.pi / np.sqrt(3.0)
-)  # of the distribution whose cumulative probabilities are those of log odds
+_STD_OF_LOGISTIC = np.pi / 3**0.5  # of the distribution whose cumulative probabilities are those of log odds
 CLEAR_ODDS = 20.0  # nats, chosen: with larger log odds against all single rivals, no sets are looked for
 
 
@@ -45,7 +44,7 @@ class RivalSet:
 
     Attributes:
         effects: The effects of the set, the one that stands for the effect first.
-        lead: Log evidence of the effect less that of the set [nats], each with what explains most beside it.
+        lead: Log evidence of the effect less that of the set [nats], each in the model with the candidates that explain most of what it leaves.
         std: Standard error of the lead [nats].
     """
 
@@ -137,9 +136,7 @@ def _extended(
 
 def _penalty(background: Background, entry: Scored) -> float:
     """Return by how much the log evidence of a candidate is less than half the fall of the logarithm of the sum of squares that it makes [nats]."""
-    rest, _ = remainder(background, np.array(entry.gain), np.array(entry.dof))
-    fall = np.log((float(rest) + entry.gain) / float(rest))
-    return float(0.5 * background.degrees_of_freedom * fall - entry.evidence)
+    return float(0.5 * fall(background, np.array(entry.gain), np.array(entry.dof)) - entry.evidence)
 
 
 def _best(
@@ -152,8 +149,8 @@ def _best(
 ) -> Scored | None:
     """Return the score of the candidate that explains most given a background, among those that are possible; None if none explains anything."""
     columns = CandidateColumns(state, candidates, background)
-    scores: Iterable[Scored] = rank(state, background, columns, least=1e-9)
-    scores = [s for s in scores if excluded is None or not s.effect.same_answer(excluded)]
+    ranking = rank(state, background, columns, least=1e-9)
+    scores = [s for s in ranking if excluded is None or not s.effect.same_answer(excluded)]
     return next((s for s in scores[:_TRIED] if _is_possible(state, removed, [*added, s.effect])), None)
 
 
@@ -176,16 +173,16 @@ def _is_possible(state: FittedState, removed: Array, added: Sequence[Effect]) ->
     residual, J = _rows(state, removed, added)
     ends = np.cumsum([len(effect.coefficients) for effect in added])
     fitted = -np.linalg.lstsq(J, residual, rcond=state.settings.score_test.rank_tolerance)[0][-ends[-1] :]
-    robot, most = state.dataset.robot, state.settings.selection.plausible_coefficient
-    for effect, coefficients in zip(added, np.split(fitted, ends[:-1]), strict=True):
-        sized = effect.with_coefficients(coefficients)
-        if np.any(np.abs(coefficients) > most * sized.plausible_std):
-            return False
-        if sized.is_impossible(robot, state.residuals.poses):
-            return False
-        if sized.against_its_load(robot, state.residuals.poses):
-            return False
-    return True
+    robot, poses = state.dataset.robot, state.residuals.poses
+    most = state.settings.selection.plausible_coefficient
+    sized = (
+        effect.with_coefficients(coefficients)
+        for effect, coefficients in zip(added, np.split(fitted, ends[:-1]), strict=True)
+    )
+    return not any(
+        is_implausible(effect, robot, poses, most) or effect.against_its_load(robot, poses)
+        for effect in sized
+    )
 
 
 def _standard_error(state: FittedState, own: Background, other: Background) -> float:

@@ -211,6 +211,12 @@ def p_value(background: Background, gain: Array, dof: Array) -> Array:
     )
 
 
+def fall(background: Background, gain: Array, dof: Array) -> Array:
+    """Return the fall of -2 times the log likelihood ``(...)`` [nats] that gains make; arguments as for ``remainder``."""
+    rest, _ = remainder(background, gain, dof)
+    return background.degrees_of_freedom * np.log((rest + gain) / rest)
+
+
 def evidence(background: Background, gain: Array, dof: Array, log_tried: Array) -> Array:
     """Return the log evidence for candidates [nats]: half the drop of the Bayesian information criterion, less ``log_tried``.
 
@@ -220,7 +226,6 @@ def evidence(background: Background, gain: Array, dof: Array, log_tried: Array) 
         dof: ``(...)``, number of observable directions of each candidate; if it is zero, the log evidence is minus infinity.
         log_tried: ``(...)``, logarithm of the number of candidates of the same kind.
     """
-    rest, _ = remainder(background, gain, dof)
     n = background.degrees_of_freedom
-    found = 0.5 * (n * np.log((rest + gain) / rest) - dof * np.log(n)) - log_tried
+    found = 0.5 * (fall(background, gain, dof) - dof * np.log(n)) - log_tried
     return np.where(dof > 0, found, -np.inf)

@@ -28,8 +28,11 @@ ZERO_STEP = (
 LENGTH_UNITS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0, "feet": 304.8}
 """Units that are mistaken for millimetres or metres, each with its size in millimetres."""
 CORRECT_TABLE = "correct the table of joints in dataset.yaml"
-CORRECT_JOINT = f"{CORRECT_TABLE}; where 'scalar import' made the tables, change sign or offset of this joint in the mapping, and import again"
-CORRECT_SIGNS = f"{CORRECT_TABLE}; where 'scalar import' made the tables, change the signs of these joints in the mapping, and import again"
+_OR_THE_MAPPING = (
+    CORRECT_TABLE + "; where 'scalar import' made the tables, change {} in the mapping, and import again"
+)
+CORRECT_JOINT = _OR_THE_MAPPING.format("sign or offset of this joint")
+CORRECT_SIGNS = _OR_THE_MAPPING.format("the signs of these joints")
 A, ALPHA, D, THETA, BETA = range(len(GEOMETRY))
 
 

@@ -221,9 +221,8 @@ def _readings(dataset: Dataset, frames: Array | None) -> Iterator[tuple[float, s
 def _other_axes(dataset: Dataset, frames: Array | None) -> Iterator[tuple[float, str, str]]:
     """Yield readings in which the Euler angles that an import converted turn about other axes than its mapping states; as ``_readings``."""
     as_read = Rotation.from_rotvec(_vectors(dataset))
-    alike: list[
-        tuple[Array, list[str]]
-    ] = []  # angles in the other order about axes in the other order are the same rotation
+    # Angles in the other order about axes in the other order are the same rotation.
+    alike: list[tuple[Array, list[str]]] = []
     for stated, meant in itertools.permutations(_MISREAD_AXES, 2):
         R = Rotation.from_euler(meant, as_read.as_euler(stated)).as_matrix()
         what = f"{meant} if it states {stated}"

@@ -1,9 +1,6 @@
 """A measuring instrument that distorts space is not called an arm that gives way, and an arm that gives way keeps its name."""
 
-from dataclasses import replace
-
 import numpy as np
-import pandas as pd
 import pytest
 
 from scalar.diagnosis import diagnose
@@ -12,36 +9,14 @@ from scalar.diagnosis.selection.instrument_errors import leads_of_instrument
 from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.flexible.measured_space import UnattributedSpace
 from scalar.effects.joint_scale import JointScale
-from tests.kinematics import joint_names
-from tests.random_scene import make_scene
+from tests.diagnosis.erring_arm import erring_arm
 
 NOISE, COUNT = 2e-5, 90
 
 
-def found_in(*, joint_1=np.zeros_like, base=lambda p: p, instrument=lambda y: y, seed=5):
-    """Return the findings for tracked poses of an arm that errs, measured by an instrument that errs.
-
-    Args:
-        joint_1: Error of joint 1 [rad] over its angles ``(N,)`` [rad].
-        base: Where a base that gives way carries positions ``(N, 3)`` [m], in the base frame.
-        instrument: What is shown of positions ``(N, 3)`` [m], in the instrument's frame.
-        seed: Draws the arm, the poses and the noise.
-    """
-    made = make_scene(
-        kind="tracker", seed=seed, poses_per_plane=4, noise=NOISE, angle_error=1e-3, length_error=3e-4
-    )
-    rng = np.random.default_rng(seed)
-    low, high = made.dataset.robot.limits.T
-    q = rng.uniform(0.8 * low, 0.8 * high, (COUNT, len(low)))
-    stood = q.copy()
-    stood[:, 0] += joint_1(q[:, 0])
-    T = made.truth.T_tracker_base
-    points = instrument(base(made.truth.sensor(stood)[:, :3, 3]) @ T[:3, :3].T + T[:3, 3])
-    poses = pd.DataFrame(q, columns=joint_names(len(low)))
-    poses.insert(0, "pose", np.arange(COUNT))
-    shown = points + NOISE * rng.standard_normal(points.shape)
-    dataset = replace(made.dataset, poses=poses, points=shown, starts=np.arange(COUNT + 1))
-    return diagnose(dataset).findings
+def found_in(joint_1=np.zeros_like, **errors):
+    """Return the findings for tracked poses of an arm whose joint 1 errs, with further ``errors`` as of ``erring_arm``."""
+    return diagnose(erring_arm(1, joint_1, **errors)).findings
 
 
 def names(findings, least=0.6):
