@@ -16,6 +16,7 @@ from scalar.diagnosis.held_out.outer_split import OuterSplit
 from scalar.diagnosis.naming.confidence import confidence
 from scalar.diagnosis.naming.finding import UNATTRIBUTED, Finding, unattributed_entry
 from scalar.diagnosis.naming.grounds import Grounds
+from scalar.diagnosis.naming.jitter_at_returns import most_confidence_at_returns
 from scalar.diagnosis.naming.observability import Unobservable
 from scalar.diagnosis.naming.two_halves import most_confidence
 from scalar.diagnosis.noise.noise_floor import noise_entry, noise_floor
@@ -131,6 +132,7 @@ class Diagnosis:
         """Return the estimated probability that the likeliest variance component has its name rightly."""
         assert self.noise_grounds is not None
         result = confidence(self.noise_grounds, self.noise[0].name)
+        result = min(result, most_confidence_at_returns(self.after, self.noise[0]))
         if self.halves is not None:
             result = min(
                 result, most_confidence(self.halves.noise_selected_in(self.noise[0].name), self.halves)

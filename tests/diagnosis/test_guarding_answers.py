@@ -65,6 +65,19 @@ def test_what_leaves_most_of_the_error_is_not_corrected(share, shipped, monkeypa
     assert len(chosen(monkeypatch, errors).left_out) == 2 - shipped
 
 
+@pytest.mark.parametrize(
+    ("share", "beside_arm", "shipped"), [(0.1, False, 2), (0.3, False, 0), (0.3, True, 2)]
+)
+def test_several_errors_of_the_instrument_are_corrected_only_where_much_is_expected(
+    share, beside_arm, shipped, monkeypatch
+):
+    """A correction of two errors of the instrument is made if it leaves a tenth of the expected error, and not if it leaves 30 %; with an effect of
+    the arm it is."""
+    errors = {(0, 1): (share, share, share), (): (1.0, 1.0, 1.0)}
+    choice = chosen(monkeypatch, errors, of_instrument=True, acts_on_arm=beside_arm)
+    assert len(choice.left_out) == 2 - shipped
+
+
 def test_a_choice_that_becomes_implausible_is_not_made(monkeypatch):
     """Where the model with fewer effects ends with implausible coefficients, all that were found are kept."""
     errors = {(0, 1): (1.0, 1.0, 1.0), (0,): (0.5, 1.0, 1.0)}
@@ -137,6 +150,8 @@ def chosen(
     statistic=np.inf,
     equations=np.inf,
     nuisances=(),
+    of_instrument=False,
+    acts_on_arm=True,
 ):
     """Return the choice among two effects, given the expected errors of some models; those of all others are large."""
     wide = SimpleNamespace(
@@ -149,6 +164,8 @@ def chosen(
     monkeypatch.setattr(focused_choice, "nuisances_beside", lambda *_: list(nuisances))
     poses = SimpleNamespace(order=np.arange(10.0))
     effects = effect_of(0), effect_of(1, in_time)
+    for effect in (*effects, *nuisances):
+        effect.of_instrument, effect.acts_on_arm = of_instrument, acts_on_arm
     fewer = SimpleNamespace(is_plausible=plausible)
     after: Any = SimpleNamespace(
         effects=effects,

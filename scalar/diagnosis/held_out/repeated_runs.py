@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
@@ -78,11 +79,16 @@ def _begin_work(parent: int) -> None:
 
 
 def _answered(run: Run, dataset: Dataset, settings: Settings) -> Answer | ScalarError:
-    """Return the answer of a run, or the error that ended it."""
+    """Return the answer of a run, or the error that ended it.
+
+    States of a run and the rows that they share refer to one another, so that only the collector frees them, hundreds of megabytes at 12,000 poses.
+    """
     try:
         return run(dataset, settings)
     except ScalarError as error:
         return error
+    finally:
+        gc.collect()
 
 
 def available_cores() -> int:
