@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 from collections.abc import Iterable, Sequence
@@ -60,7 +61,11 @@ def table(jobs: Sequence[Job], cores: int = CORES) -> str:
 
 def main() -> None:
     """Print the table of a folder."""
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".") / ".snakemake" / "metadata"
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.run_times", description=__doc__)
+    parser.add_argument(
+        "folder", nargs="?", default=".", type=Path, help="where the workflow ran (this folder)"
+    )
+    folder = parser.parse_args().folder / ".snakemake" / "metadata"
     records = [json.loads(path.read_text(encoding="utf-8")) for path in folder.rglob("*") if path.is_file()]
     jobs = jobs_of(records)
     if not jobs:

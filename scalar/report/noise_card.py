@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
 
 REPEAT_POSES = (
-    "Measure a dozen poses ten times each, some near and some stretched out: errors of the joints grow with the reach, errors of the sensor "
-    "do not."
+    "Come back to a dozen poses ten times each, some near and some stretched out: an error that belongs to a pose, as of a hose or a loose mount, "
+    "is the same at each visit; random errors of the joints are not, and grow with the reach; errors of the sensor do not grow with it."
 )
 WAIT = (
     "Wait at each pose until the arm has settled, then log the angles and measure. If the controller can also record the commanded angles, "
@@ -48,7 +48,9 @@ def noise_clause(diagnosis: Diagnosis) -> str:
             "along the last move"
         )
     if diagnosis.noise[0].name == JITTER:
-        return "the joints come back to a pose only up to a random error"
+        sure = diagnosis.noise_confidence >= SURE
+        doubt = "" if sure else ", or an error that belongs to each pose scatters the poses alike, as that of a hose does"
+        return f"the joints come back to a pose only up to a random error{doubt}"
     return f"each {_measurement(diagnosis)} as a whole has a random error"
 
 
