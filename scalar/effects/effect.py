@@ -39,15 +39,11 @@ class Effect(Described):
     # Which kind of effect it is.
 
     flexible: ClassVar[bool] = False  # whether it describes a residual without naming a cause
-    frees: ClassVar[str] = (
-        ""  # a kind of geometric parameter that is fixed unless this effect is in the model
-    )
-    acts_on_arm: ClassVar[bool] = (
-        False  # whether it is a property of the arm or its pedestal, and not of the sensor or the target
-    )
-    of_instrument: ClassVar[bool] = (
-        False  # whether it is an error of the measuring instrument, and not of the arm
-    )
+    frees: ClassVar[str] = ""  # a kind of geometric parameter that is fixed unless the model has this effect
+    acts_on_arm: ClassVar[bool] = False  # whether it is one of the arm or its pedestal
+    of_instrument: ClassVar[bool] = False  # whether it is an error of the measuring instrument
+    # Whether it stands for an error of any smooth form, of which something remains that looks like another effect.
+    any_smooth_form: ClassVar[bool] = False
     load: ClassVar[str] = ""  # under which something gives way; effects of one load imitate one another
     acts_by_joint_angles: ClassVar[bool] = True  # whether its predictions depend on joint angles alone
     # Whether every set-up has effects of this kind to a small degree (nuisances). They do not count as a choice among the candidates: a diagnosis

@@ -56,6 +56,7 @@ class SensorMap(RangeError):
     name: ClassVar[str] = "sensor_map"
     kind: ClassVar[str] = "error of the scanner over its profile"
     sentence: ClassVar[str] = "the scanner's error varies smoothly over its profile"
+    any_smooth_form: ClassVar[bool] = True
     natural: ClassVar[Mapping[str, float]] = {"m": 3e-5}
     natural_source: ClassVar[str] = (
         "line scanners are sold with a linearity of 0.02 to 0.1 % of a range of 0.1 m and more (data sheets of Keyence's LJ-V7000 and "

@@ -66,16 +66,17 @@ def test_what_leaves_most_of_the_error_is_not_corrected(share, shipped, monkeypa
 
 
 @pytest.mark.parametrize(
-    ("share", "beside_arm", "shipped"), [(0.1, False, 2), (0.3, False, 0), (0.3, True, 2)]
+    ("share", "approximate", "beside_arm", "shipped"),
+    [(0.1, True, False, 2), (0.3, True, False, 0), (0.3, False, False, 2), (0.3, True, True, 2)],
 )
-def test_several_errors_of_the_instrument_are_corrected_only_where_much_is_expected(
-    share, beside_arm, shipped, monkeypatch
+def test_a_map_and_its_remainder_are_corrected_only_where_much_is_expected(
+    share, approximate, beside_arm, shipped, monkeypatch
 ):
-    """A correction of two errors of the instrument is made if it leaves a tenth of the expected error, and not if it leaves 30 %; with an effect of
-    the arm it is."""
+    """A correction of two errors of the instrument, one of any smooth form, is made if it leaves a tenth of the expected error, and not if it leaves
+    30 %; with an effect of the arm, or with two errors of known form, it is."""
     errors = {(0, 1): (share, share, share), (): (1.0, 1.0, 1.0)}
-    choice = chosen(monkeypatch, errors, of_instrument=True, acts_on_arm=beside_arm)
-    assert len(choice.left_out) == 2 - shipped
+    kind = {"of_instrument": True, "any_smooth_form": approximate, "acts_on_arm": beside_arm}
+    assert len(chosen(monkeypatch, errors, kind=kind).left_out) == 2 - shipped
 
 
 def test_a_choice_that_becomes_implausible_is_not_made(monkeypatch):
@@ -150,8 +151,7 @@ def chosen(
     statistic=np.inf,
     equations=np.inf,
     nuisances=(),
-    of_instrument=False,
-    acts_on_arm=True,
+    kind=None,
 ):
     """Return the choice among two effects, given the expected errors of some models; those of all others are large."""
     wide = SimpleNamespace(
@@ -164,8 +164,9 @@ def chosen(
     monkeypatch.setattr(focused_choice, "nuisances_beside", lambda *_: list(nuisances))
     poses = SimpleNamespace(order=np.arange(10.0))
     effects = effect_of(0), effect_of(1, in_time)
+    of_arm = {"of_instrument": False, "any_smooth_form": False, "acts_on_arm": True}
     for effect in (*effects, *nuisances):
-        effect.of_instrument, effect.acts_on_arm = of_instrument, acts_on_arm
+        vars(effect).update(of_arm if kind is None else kind)
     fewer = SimpleNamespace(is_plausible=plausible)
     after: Any = SimpleNamespace(
         effects=effects,

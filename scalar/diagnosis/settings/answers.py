@@ -60,9 +60,9 @@ class ShippedFitSettings:
         "chosen stricter than ``worth_correcting``: in simulated trials, corrections expected to leave 0.4 to 0.9 made predictions worse in "
         "three of five sets",
     )  # fmt: skip
-    worth_several_of_instrument: float = setting(
-        0.2, "of the expected error without effects", "several errors of the instrument, without an effect of the arm, are not corrected if the "
-        "correction leaves a larger share than this, both within the joint limits and at the measured poses",
+    worth_remainder: float = setting(
+        0.2, "of the expected error without effects", "a map of the scanner's error with a further error of it, and no effect of the arm, are "
+        "not corrected if the correction leaves a larger share than this, both within the joint limits and at the measured poses",
         "chosen between twelve simulated sets: corrections expected to leave 0.28 to 0.67 made predictions up to 1.28 times worse in five of six; "
         "those expected to leave at most 0.1 left 0.04 to 0.35 of the true errors",
     )  # fmt: skip

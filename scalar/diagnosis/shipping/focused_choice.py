@@ -95,8 +95,8 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
 
     Effects without a sure name have to pass further tests (``_with_doubtful_that_help``). Nuisances are shipped beside effects that were found, never
     alone. Finally, no effect is shipped if the error remains above ``settings.shipped_fit.worth_correcting`` times that of the model without effects,
-    both within the joint limits and at the measured poses. The share is smaller for several errors of the instrument without an effect of the arm
-    (``_are_several_of_instrument``).
+    both within the joint limits and at the measured poses. The share is smaller if one error of the instrument may be what another leaves, and no
+    effect of the arm is corrected (``_has_remainder``).
 
     Args:
         after: The state with all effects that were found.
@@ -117,8 +117,8 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
     kept = _with_least_error(wide, (found, sure), others, len(nuisances), after.settings)
     kept = _with_doubtful_that_help(wide, kept, doubtful, after)
     errors, shipping = wide.errors(kept), after.settings.shipped_fit
-    several = _are_several_of_instrument([everything[i] for i in kept])
-    worth = shipping.worth_several_of_instrument if several else shipping.worth_correcting
+    remainder = _has_remainder([everything[i] for i in kept])
+    worth = shipping.worth_remainder if remainder else shipping.worth_correcting
     if not set(kept) & set(found) or all(errors[k] > worth * without[k] for k in (LIMITS, MEASURED)):
         kept, errors = (), without
     chosen = after if kept == found else plausibly_refitted(after, [everything[i] for i in kept])
@@ -136,14 +136,15 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
     )
 
 
-def _are_several_of_instrument(effects: Sequence[Effect]) -> bool:
-    """Return whether effects are errors of the instrument, more than one, and none of the arm.
+def _has_remainder(effects: Sequence[Effect]) -> bool:
+    """Return whether effects are errors of the instrument and none of the arm, and one of them may be what another leaves.
 
-    An error over a scanner's profile never has exactly the form of its effect, and the remainder is taken for a second error, of the range. That is
-    almost confounded with the arm's lengths, so that the correction errs by more than its linear comparison with a wide model shows.
+    An error over a scanner's profile never has exactly the form of the effect that stands for it, and the remainder is taken for a second error, of
+    the range. That is almost confounded with the arm's lengths, so that the correction errs by more than its linear comparison with a wide model shows.
     """
     of_instrument = [effect for effect in effects if effect.of_instrument]
-    return len(of_instrument) > 1 and not any(effect.acts_on_arm for effect in effects)
+    approximate = any(effect.any_smooth_form for effect in of_instrument)
+    return approximate and len(of_instrument) > 1 and not any(effect.acts_on_arm for effect in effects)
 
 
 def _with_doubtful_that_help(
