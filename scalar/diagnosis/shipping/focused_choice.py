@@ -139,8 +139,8 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
 def _has_remainder(effects: Sequence[Effect]) -> bool:
     """Return whether effects are errors of the instrument and none of the arm, and one of them may be what another leaves.
 
-    An error over a scanner's profile never has exactly the form of the effect that stands for it, and the remainder is taken for a second error, of
-    the range. That is almost confounded with the arm's lengths, so that the correction errs by more than its linear comparison with a wide model shows.
+    An error over a scanner's profile never has exactly the form of the effect that stands for it. The remainder is taken for an error of the range,
+    which is almost confounded with the arm's lengths, so that the correction errs by more than its linear comparison with a wide model shows.
     """
     of_instrument = [effect for effect in effects if effect.of_instrument]
     approximate = any(effect.any_smooth_form for effect in of_instrument)
