@@ -228,19 +228,20 @@ class World:
             first_moments[k] = masses @ (np.array([state[0] for state in states]) - about)
         return np.cross(first_moments, arm.gravity)
 
-    def cast(self, starts: Array, ends: Array) -> tuple[Array, Array]:
+    def cast(self, starts: Array | list[list[float]], ends: Array) -> tuple[Array, Array]:
         """Return the id of the body that each ray meets first (R,) int, -1 for none, and at which fraction of its length (R,).
 
         Args:
-            starts, ends: (R, 3) [m] in the base frame.
+            starts, ends: (R, 3) [m] in the base frame; starts that rays have in common are converted once if they are lists.
 
         Raises:
             SimulationError: pybullet returned another number of results than there are rays.
         """
-        hit, fraction = np.empty(len(starts), int), np.empty(len(starts))
-        for k in range(0, len(starts), RAYS_PER_BATCH):
+        hit, fraction = np.empty(len(ends), int), np.empty(len(ends))
+        for k in range(0, len(ends), RAYS_PER_BATCH):
             batch = slice(k, k + RAYS_PER_BATCH)
-            asked = starts[batch].tolist()
+            begin = starts[batch]
+            asked = begin if isinstance(begin, list) else begin.tolist()
             answers = pybullet.rayTestBatch(asked, ends[batch].tolist(), physicsClientId=self._client)
             if len(answers) != len(asked):
                 raise SimulationError(f"{len(asked)} rays were asked and {len(answers)} answered by pybullet")
