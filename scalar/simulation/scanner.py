@@ -72,9 +72,13 @@ def cast_fan(world: World, T_base_sensor: Array, angles: Array, length: float) -
         angles: angles of the rays in the fan, (N, M) or (M,) [rad].
         length: length of the rays [m].
     """
-    u = directions(np.broadcast_to(angles, (len(T_base_sensor), np.shape(angles)[-1])))
-    rays = np.einsum("nij,nmj->nmi", T_base_sensor[:, :3, :3], u) * length
-    starts = np.broadcast_to(T_base_sensor[:, None, :3, 3], rays.shape)
-    hit, fraction = world.cast(starts.reshape(-1, 3), (starts + rays).reshape(-1, 3))
+    x, z, origins = (T_base_sensor[:, None, :3, k] for k in (0, 2, 3))
+    ends = np.sin(angles)[..., None] * x
+    ends += np.cos(angles)[..., None] * z
+    ends *= length
+    ends += origins
+    shape = ends.shape[:2]
+    starts = [origin for origin in origins[:, 0].tolist() for _ in range(shape[1])]
+    hit, fraction = world.cast(starts, ends.reshape(-1, 3))
     distance = np.where(hit >= 0, fraction * length, np.inf)
-    return hit.reshape(rays.shape[:2]), distance.reshape(rays.shape[:2])
+    return hit.reshape(shape), distance.reshape(shape)
