@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.diagnosis.learners import Network, Process, _forward, _gradient
-from benchmarks.diagnosis.measured import BLOCKS, halves
+from benchmarks.diagnosis.measured import BLOCKS, halves, left_by, rms
 
 FRAME = np.eye(3)[None]
 
@@ -71,3 +71,27 @@ def test_the_halves_share_no_pose():
     assert np.array_equal(first[150:190], first[:40])
     assert 0.35 < first.mean() < 0.65
     assert np.array_equal(first, block % 2 == 0)
+
+
+def test_targets_are_learned_one_by_one():
+    """Two targets on one flange whose errors are opposite are both learned to a third of their size or less."""
+    rng = np.random.default_rng(8)
+    q = rng.uniform(-2, 2, (300, 2))
+    y = np.column_stack([error(q), -error(q)]) + 2e-5 * rng.standard_normal((300, 6))
+    d = np.broadcast_to(np.tile(np.eye(3), (2, 1)), (300, 6, 3))
+    seen, unseen = slice(0, 200), slice(200, None)
+    for learn in (
+        lambda directions, residual: Process(q[seen], directions, residual),
+        lambda directions, residual: Network(q[seen], directions, residual, np.arange(200) // 10, rng),
+    ):
+        left = left_by(learn, (y[seen], d[seen]), (y[unseen], d[unseen]), q[unseen])
+        assert left.shape == (100, 6)
+        assert rms(left) < 0.3 * rms(y[unseen])
+
+
+def test_every_target_counts_as_a_point():
+    """The error is a distance of points in mm: of one component along a normal, of a tracked point, and of each of two points of a pose."""
+    assert rms(np.array([[3e-3], [-3e-3]])) == pytest.approx(3.0)
+    assert rms(np.array([[3e-3, 0.0, 4e-3]])) == pytest.approx(5.0)
+    assert rms(np.array([[3e-3, 0.0, 4e-3, 0.0, 5e-3, 0.0]])) == pytest.approx(5.0)
+    assert rms(np.zeros((0, 3))) is None

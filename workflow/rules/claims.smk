@@ -11,6 +11,8 @@ rule judge_claims:
         planes=f"{HEADLINE}/planes.csv",
         singular_values=f"{HEADLINE}/identifiability/{FIRST_CASE.name}/singular_values.csv",
         arms=f"{HEADLINE}/identifiability/other_arms.csv",
+        workspace=f"{HEADLINE}/workspace.csv" if PROPOSED in STUDIES["headline"]["methods"] else [],
+        seeds=f"{HEADLINE}/workspace.json" if PROPOSED in STUDIES["headline"]["methods"] else [],
         sequential=f"{SEQUENTIAL_DIR}/summary.csv" if "sequential" in config else [],
         sweeps=expand(f"{SWEEP_DIR}/{{sweep}}/summary.csv", sweep=CLAIMED_SWEEPS),
         modules=modules("study.claims.numbers", "study.common.tables"),

@@ -54,6 +54,7 @@ use rule gather_numbers as gather_fresh_numbers with:
         confidence=local(STRATIFIED_SUMMARIES / "confidence.csv") if STRATIFIED_REPORTED else [],
         separation=f"{PLANNING_DIR}/separation.csv" if "separation" in PAPER_NUMBERS else [],
         correlation=f"{HEADLINE}/correlation.csv" if "headline/correlation.svg" in PAPER_FIGURES else [],
+        workspace=f"{HEADLINE}/workspace.csv" if "headline/workspace.svg" in PAPER_FIGURES else [],
         rivals=local(BENCHMARK_TABLE) if "benchmark" in PAPER_NUMBERS else [],
         modules=modules(
             "study.paper.numbers",

@@ -231,6 +231,7 @@ rule gather_numbers:
         confidence=local(STRATIFIED_SUMMARIES / "confidence.csv") if STRATIFIED_REPORTED else [],
         separation=local(PLANNING_SUMMARIES / "separation.csv") if "separation" in PAPER_NUMBERS else [],
         correlation=f"{HEADLINE}/correlation.csv" if "headline/correlation.svg" in PAPER_FIGURES else [],
+        workspace=f"{HEADLINE}/workspace.csv" if "headline/workspace.svg" in PAPER_FIGURES else [],
         rivals=local(BENCHMARK_TABLE) if "benchmark" in PAPER_NUMBERS else [],
         modules=modules(
             "study.paper.numbers",

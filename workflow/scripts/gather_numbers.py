@@ -48,6 +48,8 @@ with logged(snakemake.log):
         parts["separation"]["separable"] |= committed.separated(read_table(given.separation))
     if given.correlation:
         parts["correlations"] = committed.strong_correlations(read_table(given.correlation))
+    if given.workspace:
+        parts["workspace"] = committed.over_workspace(read_table(given.workspace))
     if given.rivals:
         rivals = read_table(given.rivals)
         parts["benchmark"]["with_moment"] = committed.with_moment(rivals)

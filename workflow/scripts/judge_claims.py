@@ -3,6 +3,7 @@
 from job import logged
 
 with logged(snakemake.log):
+    import json
     from pathlib import Path
 
     import pandas as pd
@@ -23,6 +24,9 @@ with logged(snakemake.log):
         planes=of_case(read_table(given.planes), params.case),
         singular_values=read_table(given.singular_values),
         arms=read_table(given.arms),
+        workspace=read_table(given.workspace).assign(seeds=json.loads(Path(given.seeds).read_text())["seeds"])
+        if given.workspace
+        else None,
         sequential=read_table(given.sequential) if given.sequential else None,
         sweeps={name: read_table(path) for name, path in zip(params.sweeps, given.sweeps, strict=True)},
         seconds=seconds,

@@ -62,6 +62,11 @@ def banded(value, low, high, least=None, most=None, **rest):
         ("unaffected", 1.0, banded(1.0, 1, 1, succeeded=MOST - STEP), FAILS),
         ("within", 0.1, banded(MOST, 1, 1), CONFIRMED),
         ("within", 0.1, banded(MOST - STEP, 1, 1), DIFFERS),
+        ("suffices", 1.0, banded(MOST, 1, 1), CONFIRMED),
+        ("suffices", 1.0, banded(MOST - STEP, 1, 1), DIFFERS),
+        ("suffices", 1.0, banded(0.5 - STEP, 1, 1), FAILS),
+        ("everywhere", 1.0, banded(MOST, 1, 1), CONFIRMED),
+        ("everywhere", 1.0, banded(0.5 - STEP, 1, 1), FAILS),
         ("fails", 1.0, banded(0.5, 1, 1), DIFFERS),
         ("fails", 1.0, banded(0.5 - STEP, 1, 1), FAILS),
         ("at_once", 1.0, banded(MOST - STEP, 1, 1), DIFFERS),
@@ -207,6 +212,35 @@ def test_a_way_that_always_fails_confirms_nothing(published):
 
     assert verdict(0) == CONFIRMED
     assert verdict(10) == DIFFERS
+
+
+def test_more_points_than_parameters_are_judged_by_the_fits_that_succeed(published):
+    """A fit that fails, or that ends far from the truth, with many points of few poses contradicts the claim."""
+
+    def verdict(**bad):
+        results = Results(sweeps={"poses": sweep({15: 9.0}, **bad)})
+        return (
+            judge_claims(published, results)
+            .set_index("claim")
+            .loc["points_over_parameters", ["found", "verdict"]]
+        )
+
+    assert verdict().tolist() == [1.0, CONFIRMED]
+    assert verdict(failed=2, lost=1).tolist() == [0.7, DIFFERS]
+    assert verdict(failed=6, lost=4).tolist() == [0.0, FAILS]
+
+
+def test_the_accuracy_all_over_the_workspace_is_judged_by_place(published):
+    """Every place counts alike, whatever the number of its poses, and the view from above, which has the same poses again, is left out."""
+    side = [("side", 1, 0.08), ("side", 900, 0.02), ("side", 2, 0.3), ("above", 900, 0.3)]
+    workspace = pd.DataFrame(side, columns=["view", "poses", "after_mm"]).assign(seeds=30)
+
+    def row(table):
+        return judge_claims(published, Results(workspace=table)).set_index("claim").loc["whole_workspace"]
+
+    assert row(workspace)[["found", "seeds", "verdict"]].tolist() == [pytest.approx(2 / 3), 30, DIFFERS]
+    assert row(workspace.iloc[:2])["verdict"] == CONFIRMED
+    assert row(workspace.iloc[:0])["verdict"] == ABSENT
 
 
 def test_the_table_contains_no_time(published):

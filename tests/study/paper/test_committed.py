@@ -63,6 +63,13 @@ def test_strong_correlations_have_no_sign_and_occur_once():
     assert committed.strong_correlations(table) == {"a": {"b": 0.9}, "b": {"c": 0.75}}
 
 
+def test_errors_over_the_workspace_are_those_of_the_places_seen_from_the_side():
+    """The same poses, seen from above, count in no place a second time."""
+    table = pd.DataFrame({"view": ["side", "side", "above"], "after_mm": [0.02, 0.01, 0.5]})
+    found = committed.over_workspace(table)
+    assert found == {"places": 2, "after_least_mm": 0.01, "after_greatest_mm": 0.02}
+
+
 def test_effects_that_begin_at_a_moment_state_it():
     """In the sets of the comparison with rivals, the effects that are counted, and no others, have a moment in their target."""
     table = read_table(ROOT / "benchmarks/diagnosis/results.csv")

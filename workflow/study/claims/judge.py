@@ -12,6 +12,8 @@ values found (``answers``) are judged for each *way* to calibrate: a method, or 
   less than the share ``MOST`` of the fits succeeds, and at best differs if any fit fails.
 - ``within``, ``fails``, ``at_once``: a share of the seeds. It is confirmed from ``MOST`` on, does not hold below one half, and differs in between;
   ``at_once`` also differs if a case other than the first has a share below ``MOST``.
+- ``suffices``: the share of the seeds in which the fit succeeds with the data that the claim calls enough. It is judged like ``within``.
+- ``everywhere``: the same of the places of the workspace instead of the seeds.
 - ``most``: a share of the arms. It is confirmed above one half, else it does not hold.
 - ``count``: it is confirmed if the numbers are equal, else it does not hold.
 - ``duration``: it is confirmed if a fit takes less time, else it does not hold; without a measured time it is ``ABSENT``.
@@ -83,9 +85,9 @@ def _judge(rule: str, published: float, found: Found) -> tuple[str, str]:
             if found.value < published
             else (FAILS, "timed, but not printed, so that two runs give the same table: a fit takes longer")
         )
-    if rule in ("within", "fails", "at_once"):
-        share = f"{_percent(found.value)} of the seeds"
-        return _by_share(found.value), share
+    if rule in ("within", "fails", "at_once", "suffices", "everywhere"):
+        of = {"suffices": "fits succeed", "everywhere": "places"}.get(rule, "seeds")
+        return _by_share(found.value), f"{_percent(found.value)} of the {of}"
     if not np.isfinite(found.value):
         return FAILS, "no fit converged"
     if rule == "enough":

@@ -73,6 +73,20 @@ def separated(table: pd.DataFrame) -> dict[str, int]:
     }
 
 
+def over_workspace(table: pd.DataFrame) -> dict[str, float]:
+    """Return the number of places of the scanner as seen from the side, and the least and greatest root mean square error [mm] in one of them.
+
+    Args:
+        table: workspace.csv of the headline.
+    """
+    side: Any = table[table["view"] == "side"]
+    return {
+        "places": len(side),
+        "after_least_mm": float(side["after_mm"].min()),
+        "after_greatest_mm": float(side["after_mm"].max()),
+    }
+
+
 def strong_correlations(table: pd.DataFrame) -> dict[str, dict[str, float]]:
     """Return ``{parameter: {later parameter: absolute value}}`` of all correlations of at least ``STRONG``.
 
