@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 from study.plots.style import save_figure, styled
 
-from docs.site.catalogue import CATALOGUE, Shown, effect_of, simulated
+from docs.draw_noises import noise_figure
+from docs.site.catalogue import CATALOGUE, NOISES, Shown, effect_of, simulated
 from scalar.diagnosis.fit.fitted_state import refit
 from scalar.diagnosis.fit.partial_residuals import FittedView
 from scalar.effects.effect import Effect
@@ -107,10 +108,13 @@ def _map(ax: Axes, picture: Any, values: Any, first: bool) -> None:
 def main(names: list[str]) -> None:
     """Draw the effects with these names, or all."""
     PICTURES.mkdir(parents=True, exist_ok=True)
-    for name, entry in CATALOGUE.items():
+    for name in [*CATALOGUE, *NOISES]:
         if not names or name in names:
             path = PICTURES / f"{name}.png"
-            save_figure(draw(_clearest(pictures_of(name, entry))), [path])
+            figure = (
+                noise_figure(name) if name in NOISES else draw(_clearest(pictures_of(name, CATALOGUE[name])))
+            )
+            save_figure(figure, [path])
             with Image.open(path) as image:  # a third of the size
                 image.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
             print(name, flush=True)

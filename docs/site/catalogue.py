@@ -111,6 +111,20 @@ CATALOGUE: dict[str, Shown] = {
     ),
 }
 
+NOISES: dict[str, Shown] = {
+    "pose_jitter": Shown(
+        "",
+        _injected("pose_jitter", size=2.0e-4),
+        "Each joint errs at each pose by a draw of its own; `noise: {joint_noise_std_rad: 2.0e-4}` in the scene does the same.",
+    ),
+    "scan_bias": Shown(
+        "",
+        _injected("scan_bias", size=2.0e-4),
+        "All points of a scan err by one draw along the ray; `noise: {scan_bias_std_m: 2.0e-4}` in the scene does the same.",
+    ),
+}
+"""The random errors of whole poses, which no effect of the registry describes."""
+
 
 def simulated(shown: Shown, **changes: Any) -> Dataset:
     """Return a dataset of the scene in which an effect is shown, with further changes of the scene's keys."""

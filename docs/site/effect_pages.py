@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from ruamel.yaml import YAML
 
-from docs.site.catalogue import CATALOGUE, SCENE, Shown, effect_of
+from docs.site.catalogue import CATALOGUE, NOISES, SCENE, Shown, effect_of
+from docs.site.noise_words import NOISE_WORDS, NoiseWords
 from scalar.data.dataset import Dataset
 from scalar.effects.effect import Effect
 from scalar.effects.flexible.first_steps import first_steps
@@ -18,14 +19,10 @@ from scalar.effects.registry import BUILT_IN
 from scalar.effects.wording import sized
 
 PICTURES = Path(__file__).resolve().parents[1] / "pictures/effects"
-NOISES = {
-    "pose_jitter": "Each pose repeats only to a spread in the joints. This is a random error and is reported as a standard deviation [rad].",
-    "scan_bias": "Each scan has an error of its own, common to its points. It is reported as a standard deviation [m].",
-}
 
 
 def write_pages(folder: Path, dataset: Dataset) -> None:
-    """Write a page for every effect.
+    """Write a page for every effect, and for each of the two random errors.
 
     Args:
         folder: To write to.
@@ -34,6 +31,13 @@ def write_pages(folder: Path, dataset: Dataset) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for kind in BUILT_IN:
         (folder / f"{kind.name}.md").write_text(_page(kind, CATALOGUE[kind.name], dataset), encoding="utf-8")
+    write_noise_pages(folder)
+
+
+def write_noise_pages(folder: Path) -> None:
+    """Write a page for each of the two random errors to a folder that exists."""
+    for name, noise_words in NOISE_WORDS.items():
+        (folder / f"{name}.md").write_text(_noise_page(name, noise_words), encoding="utf-8")
 
 
 def write_table(path: Path) -> None:
@@ -41,7 +45,10 @@ def write_table(path: Path) -> None:
     rows = "".join(
         f"| [{kind.name}](generated/effects/{kind.name}.md) | {kind.sentence} |\n" for kind in BUILT_IN
     )
-    noises = "".join(f"| `{name}` | {text} |\n" for name, text in NOISES.items())
+    noises = "".join(
+        f"| [{name}](generated/effects/{name}.md) | {noise_words.sentence} |\n"
+        for name, noise_words in NOISE_WORDS.items()
+    )
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(
         f"""| effect | what it is |
@@ -76,6 +83,33 @@ def _page(kind: type[Effect], shown: Shown, dataset: Dataset) -> str:
         _command(shown, kind),
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def _noise_page(name: str, said: NoiseWords) -> str:
+    """Return the page of a random error: it is reported and never corrected, so there is no command that frees it."""
+    parts = [
+        f"# {name}",
+        said.sentence,
+        f"![{name} in simulated data: left by the noise within scans alone, right with the component](../../pictures/effects/{name}.png)",
+        f"*A simulated workcell with {name}: the residual of each scan, in standard deviations of the noise that the model expects, over what a "
+        "jitter of 0.01° in every joint would add to it. Left: the noise within scans alone. Right: with the random error that was found. Where the noise "
+        "explains the scans, the shaded band holds 95 % of them, and the orange dots bound 95 % if the random error is counted as well. "
+        f"{said.in_picture}*",
+        "## The model",
+        said.model,
+        "## Where it comes from",
+        said.cause,
+        "## How sure its name is",
+        said.how_sure,
+        "## What to do about it",
+        _list(said.advice),
+        "## How to inject it",
+        _injection(NOISES[name]),
+        "## How to ask for it",
+        "It cannot be asked for by name, because a random error is nothing that a calibration corrects. `scalar diagnose` looks for it by itself; "
+        "`calibration.json` lists it under `noise`, and `diagnosis.json` under `effects`.",
+    ]
+    return "\n\n".join(parts) + "\n"
 
 
 def _sentence(clause: str) -> str:

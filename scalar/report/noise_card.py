@@ -24,6 +24,14 @@ WAIT = (
     "Wait at each pose until the arm has settled, then log the angles and measure. If the controller can also record the commanded angles, "
     "record them as qc1, qc2 ..., and calibrate with them."
 )
+COMPARE_WITH_DATA_SHEET = (
+    "Compare this scatter with the repeatability on the arm's data sheet, and have brakes and gears checked if it is larger; "
+    "repeated measurements of a pose average it out."
+)
+SEVERAL_SCANS = (
+    "Check that the sensor is mounted firmly and has warmed up, and take several {measurement}s at each pose: their mean has "
+    "a smaller error."
+)
 
 PLACES = {"sensor": "the place of the sensor on the flange", "base": "the place of the base"}
 SCATTER = "scatter without a certain cause"
@@ -82,14 +90,8 @@ def noise_advice(diagnosis: Diagnosis) -> list[str]:
     if _along_the_move(diagnosis):
         return [WAIT]
     if diagnosis.noise[0].name == JITTER:
-        return [
-            "Compare this scatter with the repeatability on the arm's data sheet, and have brakes and gears checked if it is larger; "
-            "repeated measurements of a pose average it out."
-        ]
-    return [
-        f"Check that the sensor is mounted firmly and has warmed up, and take several {_measurement(diagnosis)}s at each pose: their mean has "
-        "a smaller error."
-    ]
+        return [COMPARE_WITH_DATA_SHEET]
+    return [SEVERAL_SCANS.format(measurement=_measurement(diagnosis))]
 
 
 def noise_card(diagnosis: Diagnosis) -> dict[str, Any]:

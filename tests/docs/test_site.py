@@ -10,9 +10,13 @@ from urllib.parse import unquote, urlsplit
 import pytest
 from lxml import html
 
-from docs.site.catalogue import CATALOGUE, ROOT, SCENE
+from docs.site.catalogue import CATALOGUE, NOISES, ROOT, SCENE
+from docs.site.effect_pages import write_noise_pages
+from docs.site.noise_words import NOISE_WORDS
 from scalar.data.io.plain_yaml import load_yaml
+from scalar.diagnosis.naming.jitter_at_returns import MOST_CONFIDENCE
 from scalar.effects.registry import BUILT_IN
+from scalar.report.words import COMPONENTS
 from scalar.simulation.config import complete_config
 
 EXAMPLES = sorted(path.stem for path in (ROOT / "docs/examples").glob("*.py"))
@@ -76,14 +80,30 @@ def test_no_link_leads_nowhere(site: Path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [kind.name for kind in BUILT_IN])
+@pytest.mark.parametrize("name", [*(kind.name for kind in BUILT_IN), *NOISES])
 def test_each_effect_has_a_page(site: Path, name: str):
-    """The page of an effect shows its picture, says what to do about it, and how to inject it."""
+    """The page of an effect, or of one of the two random errors, shows its picture, says what to do about it, and how to inject it."""
     tree = html.parse(str(site / f"generated/effects/{name}.html"))
     assert any(f"{name}.png" in str(source) for source in tree.xpath("//img/@src"))
     headings = " ".join(str(text) for text in tree.xpath("//h2/text()"))
     assert "What to do about it" in headings and "How to inject it" in headings
     assert "None" not in "".join(map(str, tree.xpath("//article//p/text()")))
+
+
+def test_the_page_of_a_jitter_says_what_limits_its_confidence(tmp_path):
+    """Whoever reads the page of a jitter learns that only returns to the same poses make its name sure, and which causes look alike."""
+    write_noise_pages(tmp_path)
+    page = (tmp_path / "pose_jitter.md").read_text(encoding="utf-8")
+    assert f"at most {MOST_CONFIDENCE:g} unless the arm came back to some of the poses" in page
+    assert "the pull of a hose or a loose mount scatters" in page
+
+
+def test_the_catalogue_shows_the_random_errors():
+    """Every random error of whole poses that a diagnosis can name has its words and a scene that the simulator accepts."""
+    path = ROOT / SCENE
+    assert set(NOISES) == set(NOISE_WORDS) == set(COMPONENTS)
+    for shown in NOISES.values():
+        complete_config({**load_yaml(path), **shown.changes}, base_dir=path.parent)
 
 
 @pytest.mark.slow
