@@ -44,7 +44,8 @@ class Diagnosis:
         findings: The effects that were found, in the order in which they were added.
         noise: Variance components of whole poses that were identified, the likeliest first; only the first is reported.
         noise_grounds: The grounds of the first, or None if there is none.
-        depends_on: Columns along which the residuals are autocorrelated. A variance component is then no noise, and is reported as unattributed.
+        depends_on: Columns along which the residuals are autocorrelated, or between whose few values they differ. A variance component is then no
+            noise, and is reported as unattributed.
         unobservable: Effects that leave no residual in these data.
         ranking: The candidates with the most evidence on the residual without effects, best first.
         not_confirmed: Effects that too few of the outer split's runs selected: they are no findings.

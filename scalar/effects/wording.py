@@ -162,8 +162,16 @@ def columns_in_words(names: Sequence[str]) -> str:
         if joints
         else []
     )
-    found += [_CALLED.get(name, f"the recorded {name}") for name in names if not is_joint(name)]
+    found += [_called(name) for name in names if not is_joint(name)]
     return listed(list(dict.fromkeys(found)))
+
+
+def _called(name: str) -> str:
+    """Return what a column that is no joint's position is called in a sentence."""
+    joint = name.removeprefix("approach")
+    if joint != name and joint.isdecimal():
+        return f"the direction of approach of joint {joint}"
+    return _CALLED.get(name, f"the recorded {name}")
 
 
 _CALLED = {
@@ -171,6 +179,7 @@ _CALLED = {
     "order": "the order of acquisition",
     "time": "the time",
     "temperature": "the temperature",
+    "session": "the session",
     "measured_position": "the measured position",
     "profile_x": "the place in the scanner's profile",
     "plane_u": "the place on the target plane",

@@ -7,6 +7,7 @@ products taken from the products themselves). Two kinds of a are tested. One is 
 other is the component of the residual along its derivative by a quantity that might err (``components_along``); its sign is that of the error,
 whichever plane was measured. The poses are sorted by time, by recorded columns, by angles, by sums and differences of two angles, by the place on the
 plane and by the direction of gravity in the sensor's frame. For two angles, the poses that are nearest to each other in both are neighbours as well.
+A recorded column with few different values has no such order; there, the means of the components are compared (``recorded_values``).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from scipy.stats import norm, rankdata
 
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.fit.variance_components import NO_DERIVATIVE
+from scalar.diagnosis.noise.recorded_values import columns_of_few_values, differences_between_groups
 from scalar.diagnosis.noise.sign_flips import upper_tail
 from scalar.diagnosis.settings import DEFAULTS, AutocorrelationSettings
 from scalar.effects.flexible.variable import GRAVITY
@@ -45,8 +47,9 @@ def most_significant(p_values: dict[tuple[str, ...], float], settings: Autocorre
 def autocorrelation_p_values(state: FittedState, z: Array) -> dict[tuple[str, ...], float]:
     """Return the p-value of the autocorrelation along each set of columns, corrected for the number of tests.
 
-    The sets form three families: time and columns recorded with the poses, other single quantities, and pairs of angles. Each family has a third of
-    the significance level (weighted Bonferroni), so that the many pairs of angles do not hide a dependence on time.
+    The sets form families: time and columns recorded with the poses, other single quantities, pairs of angles, and, if there are any, columns with
+    few different values. Each family has an equal part of the significance level (weighted Bonferroni), so that the many pairs of angles do not
+    hide a dependence on time.
 
     Args:
         state: The fitted state.
@@ -79,6 +82,9 @@ def autocorrelation_p_values(state: FittedState, z: Array) -> dict[tuple[str, ..
         add("pair", (a, b), in_order(angles[a] - angles[b]))
         pairs = neighbours_in_two(np.column_stack([angles[a], angles[b]]), state.settings.autocorrelation)
         add("pair", (a, b), neighbour_p_values(components, pairs))
+    for name, groups in columns_of_few_values(state.dataset, least).items():
+        found.setdefault("few_values", [])
+        add("few_values", (name,), differences_between_groups(components, groups, least))
     corrected: dict[tuple[str, ...], float] = {}
     for family in found.values():
         for names, chance in family:

@@ -35,6 +35,6 @@ class AutocorrelationSettings:
     least_poses: int = setting(
         12,
         "poses",
-        "the poses of a target plane are tested for autocorrelation only if there are at least this many",
+        "the poses of a target plane, or those with one value of a recorded column, are tested for structure only if there are at least this many",
         "chosen: four times the neighbours of each pose, so that neighbours are near one another",
     )

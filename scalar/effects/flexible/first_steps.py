@@ -6,12 +6,14 @@ from collections.abc import Sequence
 
 from scalar.data.poses import is_joint
 from scalar.effects.title import joints_in_words
+from scalar.effects.wording import columns_in_words
 
 _STEPS = {
     "gravity": "Turn the wrist so that the sensor hangs to every side, and check that its mount on the flange is tight and stiff.",
     "order": "Repeat the first poses at the end of the acquisition: if they come out different, something moves or warms up meanwhile.",
     "time": "Repeat the first poses at the end of the acquisition: if they come out different, something moves or warms up meanwhile.",
     "temperature": "Measure the same poses with the arm cold and with the arm warm, and compare them.",
+    "session": "Measure some of the same poses in each session: if they come out different, something was changed between the sessions.",
     "plane_u": "Measure the same spot of a target plane from different poses: if the error stays with the spot, the surface is uneven there.",
     "plane_v": "Measure the same spot of a target plane from different poses: if the error stays with the spot, the surface is uneven there.",
 }
@@ -35,7 +37,7 @@ def first_steps(names: Sequence[str]) -> list[str]:
             found.append(
                 _STEPS.get(
                     name,
-                    f"Measure the same poses at several values of the recorded {name}, and compare them.",
+                    f"Measure the same poses at several values of {columns_in_words([name])}, and compare them.",
                 )
             )
     return list(dict.fromkeys(found))
