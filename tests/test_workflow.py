@@ -50,6 +50,8 @@ def rules() -> set[str]:
         "measured",
         "blind_trials",
         "tracked_trials",
+        "spoiled_setups",
+        "coverage",
         "processors",
         "sensitivity",
         "planning",

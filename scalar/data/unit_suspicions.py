@@ -192,8 +192,8 @@ def suspect_joint_angles(
         if beyond:
             message = (
                 f"suspect: {value:g} rad is {abs(value) / TURN:.1f} turns, and "
-                f"{beyond} of {poses.n_rows} angles{_in_rows(poses, name, bound)} are beyond {bound:.1f} rad; {advice('rad', name)}, or, if it "
-                f"really turns so far, {give_limits}"
+                f"{beyond} of {poses.n_rows} angles{_in_rows(poses, name, bound)} are beyond {bound:.1f} rad; {advice('rad', name)} (grads, of which "
+                f"400 are a turn, look alike), or, if it really turns so far, {give_limits}"
             )
             faults.append(Fault(poses.file, message, int(poses.line_numbers()[worst]), name))
 

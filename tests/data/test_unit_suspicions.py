@@ -110,6 +110,7 @@ def test_joint_angles_in_degrees_are_suspected(tmp_path: Path) -> None:
     faults = faults_of(tmp_path, description(), content | {"poses": poses.assign(q3=poses["q3"] / DEG)})
     assert columns_of(faults) == {"q3"}
     assert "are these degrees?" in faults[0].message
+    assert "grads" in faults[0].message  # 400 a turn: no size tells them from degrees
 
 
 @pytest.mark.parametrize(("kind", "table"), [("line-laser", "scans"), ("tracker", "points")])

@@ -2,12 +2,15 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from scalar.errors import ScalarError
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup import other_arms
+from scalar.estimation.setup.far_lengths import far_length_in_words
 from scalar.estimation.setup.suspicion import WrongSetup
+from scalar.geometry.robot import GEOMETRY
 from scalar.robots import arm_names, read_arm
 from tests.random_scene import make_scene
 
@@ -74,3 +77,13 @@ def test_no_arm_is_named_that_was_not_measured(monkeypatch):
     with pytest.raises(ScalarError) as refusal:
         calibrate(described_as("doosan_m1013", "tracker"))
     assert "scalar init --robot" not in str(refusal.value)
+
+
+def test_a_far_length_names_the_arm_whose_axes_were_fitted():
+    """Under a wrong zero, the table of one arm may fit the measurements of another if its lengths change: the other one is named, if there is one."""
+    described, measured = (read_arm(name).robot for name in ("staubli_tx2_90", "abb_irb1200_5_90"))
+    said = far_length_in_words(described, replace(described, geometry=measured.geometry))
+    assert "'abb_irb1200_5_90' of the library" in said
+    stretched = measured.geometry * np.where(np.arange(5) == GEOMETRY.index("a"), 1.7, 1.0)[:, None]
+    assert far_length_in_words(described, replace(described, geometry=stretched)).endswith("measured?")
+    assert far_length_in_words(measured, measured) == ""

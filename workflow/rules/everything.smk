@@ -101,6 +101,8 @@ rule everything:
         rules.blind_trials.input,
         rules.blind_trials_stratified.input,
         rules.tracked_trials.input,
+        rules.spoiled_setups.input,
+        rules.coverage.input,
         rules.confidence.input,
         rules.measured.input,
         rules.sensitivity.input,

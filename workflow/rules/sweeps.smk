@@ -78,7 +78,7 @@ rule sweep:
             case: SWEEP_CASES[w.sweep][case].overrides for case in SWEEP_GROUPS[w.sweep][w.group]
         },
         seeds=lambda w: batch_seeds(w.batch),
-        methods=SWEEPS["methods"],
+        methods=lambda w: [*SWEEPS["methods"], *AXES[w.sweep].get("also", [])],
         walls=list(WALLS),
     message:
         "Sweeping {wildcards.sweep}: {wildcards.group}, {wildcards.batch}"

@@ -6,6 +6,7 @@ import numpy as np
 
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.standard_dh import as_stated
+from scalar.robots import arms_with_axes_of
 from scalar.units import MM
 
 LINK_SHARE = 0.02  # of the arm's length: real links differ from their table by a millimetre or two, and reference frames by a few more
@@ -28,4 +29,19 @@ def far_length_in_words(nominal: Robot, fitted: Robot) -> str:
         return ""
     name = as_stated(f"{GEOMETRY[lengths[k]]}_{joint + 1}", nominal)
     off = f"{change[k, joint] / MM:.0f} mm"
-    return f"; but {name} comes out {off} from the table of joints even then: is this another robot than the one that was measured?"
+    asked = "is this another robot than the one that was measured?"
+    return f"; but {name} comes out {off} from the table of joints even then: {asked}{arms_in_words(fitted)}"
+
+
+def arms_in_words(fitted: Robot, before: str = "") -> str:
+    """Return a sentence that names the arms of the library whose axes are those of a fitted arm; nothing if there are none.
+
+    Args:
+        fitted: The arm.
+        before: What stands before the sentence, if there is one.
+    """
+    arms = arms_with_axes_of(fitted)
+    if not arms:
+        return ""
+    named = " or ".join(f"{arm.maker} {arm.model} ('{arm.name}' of the library)" for arm in arms)
+    return f"{before} {'the' if before else 'The'} distances between its axes are those of {named}"

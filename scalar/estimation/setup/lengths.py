@@ -6,13 +6,13 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
-from scalar.estimation.setup.far_lengths import most_of_a_link
+from scalar.estimation.setup.far_lengths import arms_in_words, most_of_a_link
 from scalar.estimation.setup.known_planes import base_moved_to
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import as_stated
-from scalar.robots import arms_in_proportion, arms_with_axes_of
+from scalar.robots import arms_in_proportion
 from scalar.sensors import kind_of
 from scalar.units import MM
 
@@ -47,7 +47,7 @@ def lengths_off(dataset: Dataset, model: Model, std: Array, fixed_length: str | 
                 LENGTH_UNIT,
                 kind_of(dataset).format.measured_in,
                 f"all links come out {factor:.3g} times as long as dataset.yaml has them: look at the unit of the measurements "
-                f"and of the table of joints (millimetres, inches, metres){_of_library(model, '; or at the robot:')}",
+                f"and of the table of joints (millimetres, inches, metres){arms_in_words(model.robot, '; or at the robot:')}",
             )
         ]
     return [_another_robot(dataset, model, change, off, fixed_length)]
@@ -94,22 +94,8 @@ def _another_robot(
         ROBOT,
         name,
         f"{name} comes out {abs(change[k, j]) / MM:.0f} mm from the table of joints{as_well}: is {which} wrong there, {elsewhere}or is "
-        f"this another robot than the one that was measured?{_of_library(model) or _in_proportion(model, fixed_length)}",
+        f"this another robot than the one that was measured?{arms_in_words(model.robot) or _in_proportion(model, fixed_length)}",
     )
-
-
-def _of_library(model: Model, before: str = "") -> str:
-    """Return a sentence that names the arms of the library whose axes are those of the measured arm; nothing if there are none.
-
-    Args:
-        model: The fitted model.
-        before: What stands before the sentence, if there is one.
-    """
-    arms = arms_with_axes_of(model.robot)
-    if not arms:
-        return ""
-    named = " or ".join(f"{arm.maker} {arm.model} ('{arm.name}' of the library)" for arm in arms)
-    return f"{before} {'the' if before else 'The'} distances between its axes are those of {named}"
 
 
 def _in_proportion(model: Model, fixed_length: str | None) -> str:
@@ -152,6 +138,6 @@ def _mistyped_length(
             f"{name} comes out {abs(change[k, j]) / MM:.1f} mm {'longer' if change[k, j] * nominal[k, j] >= 0 else 'shorter'} than the table of "
             f"joints has it ({nominal[k, j] / MM:.6g} mm), where half of the other lengths differ by less than {max(typical, 0.1 * MM) / MM:.1f} mm: "
             "is it mistyped there, or is the table that of another version of this robot? The calibration states what the measurements show."
-            f"{_of_library(model).removesuffix('.') or in_proportion}",
+            f"{arms_in_words(model.robot).removesuffix('.') or in_proportion}",
         )
     ]

@@ -26,7 +26,7 @@ from scalar.estimation.setup.moved_target import moved_targets
 from scalar.estimation.setup.moved_zeros import as_described, with_zeros_of, zeros_in_words
 from scalar.estimation.setup.other_arms import other_arms, stays_that_arm
 from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
-from scalar.estimation.setup.sign_and_zero import signs_and_zeros
+from scalar.estimation.setup.sign_and_zero import fitted_zeros, signs_and_zeros
 from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
 from scalar.estimation.setup.two_zeros import two_zeros
 from scalar.estimation.setup.unrelated_rows import rows_apart, unrelated, unrelated_in_words
@@ -122,10 +122,10 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
 
     Every alternative is compared with the arm nominal. The few with the smallest residuals, and with sensor and planes nearest to where
     dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
-    explains the data with sensor and planes near their stated places. A sign and a zero of one joint are tried before the pairs, where no single
-    alternative explains the data; two zeros, the other arms of the library, and errors that begin at some pose, are tried last. If the data do not
-    distinguish several alternatives, all are returned. Measurements that have nothing to do with the joint angles are said to be that, and no more
-    is tried.
+    explains the data with sensor and planes near their stated places. A zero that lies between the steps, and a sign and a zero of one joint, are
+    tried before the pairs, where no single alternative explains the data; two zeros, the other arms of the library, and errors that begin at some
+    pose, are tried last. If the data do not distinguish several alternatives, all are returned. Measurements that have nothing to do with the joint
+    angles are said to be that, and no more is tried.
     """
     as_it_is = first_look(dataset)
     before = _residual(full_fit(dataset), as_it_is)
@@ -137,7 +137,8 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
         if count == 1 and not found:
             if unrelated(dataset):
                 return (Suspicion("unrelated_rows", "poses.csv", unrelated_in_words(dataset), before),)
-            found += _explaining(signs_and_zeros(dataset), as_it_is, before)
+            zeros = itertools.chain(fitted_zeros(dataset), signs_and_zeros(dataset))
+            found += _explaining(zeros, as_it_is, before)
         if count > 1 and any(look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in found):
             break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then
     if not found:
@@ -152,14 +153,23 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     lowest = min(trial.rms for _, _, trial in found)
     turn = min(look.turn for look, _, _ in found)
     shift = min(look.shift for look, _, _ in found)
-    likely = [
+    likely = _without_repetitions(
         (alternative, trial)
         for look, alternative, trial in found
         if trial.rms <= AS_GOOD * lowest
         and look.turn <= turn + CLEARLY_NEARER
         and look.shift <= max(shift + CLEARLY_NEARER_SHIFT, TIMES_NEARER * shift)
-    ]
+    )
     return tuple(_suspicion(alternative, before, trial, one_of=len(likely)) for alternative, trial in likely)
+
+
+def _without_repetitions(likely: Iterable[tuple[Alternative, Trial]]) -> list[tuple[Alternative, Trial]]:
+    """Return the first of those that say the same, as two starts do from which a fit came to one zero of a joint."""
+    first: dict[tuple[str, ...], tuple[Alternative, Trial]] = {}
+    for alternative, trial in likely:
+        says = zeros_in_words(alternative, trial.model.robot) if alternative.zeros else alternative.says
+        first.setdefault((alternative.where, says), (alternative, trial))
+    return list(first.values())
 
 
 def _explaining(

@@ -126,6 +126,19 @@ def test_there_is_no_bound_with_fewer_equations_than_unknowns(repository):
     assert bound_errors(dataset_in_memory(scene), scene.truth, held, scene.truth_poses) is None
 
 
+def test_a_stated_tolerance_calibrates_where_equations_are_too_few(plans, repository):
+    """Fifteen poses are refused without a tolerance, and calibrated to better than the initial model with one; thirty-six need none."""
+    methods = ["proposed", "proposed-tolerance"]
+    cases = {"few": SMALL | {"poses_per_plane": 5}, "enough": SMALL}
+    table = sweep_cases(cases, {"upright": repository / SCENE}, [1, 2], methods, {"upright": plans})
+    raw = table[table["alignment"] == "raw"].set_index(["case", "method"]).sort_index()
+    assert set(raw.loc[("few", "proposed"), "status"]) == {"undetermined"}
+    few = raw.loc[("few", "proposed-tolerance"), "position_mean_mm"].mean()
+    assert few < 0.8 * raw.loc[("few", "initial"), "position_mean_mm"].mean()
+    enough = [raw.loc[("enough", method), "position_mean_mm"].to_numpy() for method in methods]
+    assert np.allclose(*enough, rtol=0.01)
+
+
 def test_a_fit_that_fails_is_a_row_and_is_counted(plans, repository):
     """Refused and raised fits stay in the table, and the summary counts each once."""
     methods = ["baseline-raise", "proposed"]

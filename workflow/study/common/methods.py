@@ -28,6 +28,9 @@ CONVERGED = "converged"
 PROPOSED = "proposed"
 """Name of the proposed method in tables, configs and keys of numbers."""
 
+TOLERANCE = "proposed-tolerance"
+"""The proposed method where the dataset states the tolerances of the arm, which are then the standard deviations of a prior on its geometry."""
+
 
 @dataclass(frozen=True)
 class Method:
@@ -38,12 +41,15 @@ class Method:
         reading: How the baseline reads the root of a negative number, a key of ``scalar.baseline.fit.READINGS``; None: the proposed method.
         defaults: The baseline's solver settings, a key of ``scalar.baseline.fit.DEFAULTS``.
         nan_policy: What the baseline does with a NaN, one of ``scalar.baseline.batched.NAN_POLICIES``; used in the fits of sweeps only.
+        states_tolerance: Whether the dataset states how far the arm may differ from its data sheet; sweeps state it, as the standard deviations from
+            which the errors of the initial model are drawn.
     """
 
     name: str
     reading: str | None = None
     defaults: str = "now"
     nan_policy: str = "raise"
+    states_tolerance: bool = False
 
     def calibrate(self, dataset: Dataset) -> Calibration:
         """Return the calibration of a dataset by this method.
@@ -76,8 +82,9 @@ METHODS = {
 EVERY_METHOD = METHODS | {
     method.name: method
     for method in (
+        Method(TOLERANCE, states_tolerance=True),
         Method("baseline-nan", "raise", nan_policy="propagate"),
         Method("baseline-nan-2018", "raise", "2018", "propagate"),
     )
 }
-"""``{name: method}`` of all methods, also of those that are only candidate explanations of the published curves."""
+"""``{name: method}`` of all methods, also of those of single sweeps, and of candidate explanations of the published curves."""

@@ -29,6 +29,7 @@ class Look:
 
 COLOURS = {
     "proposed": "#0072b2",  # the proposed method, and the answers of the diagnosis
+    "proposed-tolerance": "#56b4e9",
     "published": "#000000",
     "initial": "#7f7f7f",
     "baseline-abs": "#d55e00",
@@ -69,6 +70,7 @@ LOOKS = {
     "baseline-clip": Look("baseline, √max(0, ·)", COLOURS["baseline-clip"], "v"),
     "baseline-raise": Look("baseline, √ as it is", COLOURS["baseline-raise"], "s"),
     "proposed": Look("proposed method", PROPOSED, "o"),
+    "proposed-tolerance": Look("proposed method, tolerance stated", COLOURS["proposed-tolerance"], "X"),
 }
 """``{method: look}``; a label of the baseline says what is done if the argument of its root is negative."""
 

@@ -29,6 +29,7 @@ from study.plots.style import (
 BOUND_ROWS = "cramer-rao"
 _LINES: dict[str, Any] = {
     "proposed": "-",
+    "proposed-tolerance": (0, (3, 1)),
     "baseline-abs": "--",
     "baseline-abs-2018": (0, (5, 1, 1, 1, 1, 1)),
     "baseline-clip": "-.",

@@ -29,6 +29,8 @@ def draw_overview(
 ) -> Figure:
     """Return a figure with a panel for each sweep, and below it a strip with the shares of fits that failed.
 
+    Methods that only some of the sweeps have are shown in the figures of these sweeps alone.
+
     Args:
         summaries: ``{sweep: rows of its summary.csv of these walls}``.
         published: published_curves.csv.
@@ -36,7 +38,9 @@ def draw_overview(
     """
     rows = int(np.ceil(len(summaries) / COLUMNS))
     columns = min(COLUMNS, len(summaries))
-    seeds, methods = 0, []
+    seeds = 0
+    in_all = set.intersection(*(set(summary["method"]) for summary in summaries.values()))
+    methods = [name for name in LOOKS if name != "initial" and name in in_all]
     with styled():
         figure = new_figure(
             3.06 * columns if columns > 1 else 4.3, (0.9 if columns > 1 else 1.8) + 2.75 * rows
@@ -46,7 +50,6 @@ def draw_overview(
             ax.set_axis_off()
         for k, (name, summary) in enumerate(summaries.items()):
             raw: Any = summary[summary["alignment"] == "raw"]
-            methods = [m for m in LOOKS if m != "initial" and m in set(raw["method"])]
             values = np.unique(raw["value"].to_numpy(dtype=float))
             scale = axes[name].get("scale", "log")
             curve = published[published["sweep"] == axes[name].get("published")]

@@ -8,6 +8,7 @@ differs from that over all by about 1 %, and their maximum is about 1 % lower.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +21,9 @@ from scalar.estimation.calibrate import calibrate
 from scalar.estimation.reporting import sensor_mapping
 from scalar.estimation.result import Calibration
 from scalar.evaluate import aligned_to, pose_errors, true_frames
+from scalar.geometry.robot import Tolerance
 from scalar.geometry.se3 import Array
-from scalar.units import MM
+from scalar.units import DEG, MM
 from study.common.bound import POSES, bound_errors
 from study.common.grid import with_overrides
 from study.common.in_memory import dataset_in_memory
@@ -36,7 +38,8 @@ SWEEP_COLUMNS = {
     "walls": "kind of walls; each kind is a scene",
     "case": "row of the grid",
     "seed": "seed of all random draws in the scene",
-    "method": "proposed, baseline-READING (the original paper's method), initial (before calibration), cramer-rao (the bound), "
+    "method": "proposed, proposed-tolerance (the tolerance of the arm is stated), "
+    "baseline-READING (the original paper's method), initial (before calibration), cramer-rao (the bound), "
     "efficient (the efficient estimate, which attains the bound)",
     **POSE_ERROR_COLUMNS,
     "residual_rms_mm": "RMS distance of the points from their planes after the fit",
@@ -128,11 +131,25 @@ def _rows_of_scene(
                 found = [row | {"method": method} for row in with_root_as_it_is]
             else:
                 key = {"seed": seed, "method": method}
-                found = _rows_of_method(key, dataset, fixed, T_true, q_evaluated)
+                stated = EVERY_METHOD[method].states_tolerance if method in EVERY_METHOD else False
+                own = stating_tolerance(dataset, config) if stated else dataset
+                found = _rows_of_method(key, own, fixed, T_true, q_evaluated)
             with_root_as_it_is = found if method == _ROOT_AS_IT_IS.name else with_root_as_it_is
             statuses.append(f"{method} {found[0]['status']}")
             yield from found
         print(f"{scene.stem}, seed {seed}: {', '.join(statuses)}", flush=True)
+
+
+def stating_tolerance(dataset: Dataset, config: Mapping[str, Any]) -> Dataset:
+    """Return a dataset whose arm has as its tolerance the standard deviations of the errors of the initial model.
+
+    Args:
+        dataset: What was measured.
+        config: Content of the scene, with ``length_std_m`` and ``angle_std_deg`` of its ``initial_model``.
+    """
+    errors = config["initial_model"]
+    tolerance = Tolerance(errors["length_std_m"], errors["angle_std_deg"] * DEG)
+    return replace(dataset, robot=replace(dataset.robot, tolerance=tolerance))
 
 
 def _rows_of_method(
