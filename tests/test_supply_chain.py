@@ -84,7 +84,7 @@ def test_only_the_fetch_rule_has_a_network_client() -> None:
         "import http.client as h",
         "import importlib\nimportlib.import_module('requests')",
         "import subprocess\nsubprocess.run(['curl', address])",
-        "import subprocess\\nsubprocess.run(['git', '-C', folder, 'fetch'])",
+        "import subprocess\nsubprocess.run(['git', '-C', folder, 'fetch'])",
         "import pandas as pd\npd.read_csv('https://example/table.csv')",
     ],
 )
