@@ -8,6 +8,7 @@
 # make test-slurm  a sweep on a Slurm cluster that is started here, from Debian's packages
 # make bench      the side-by-side figures       make lock     resolve the requirements again
 # make readme-figures   copies of the figures that the README shows, from results/
+# make audit      known vulnerabilities of the locked packages, by pip-audit; says so where that or the network is missing
 # make release VERSION=0.2.0   set the version everywhere, and close the open section of the changelog
 # make clean      remove .venv and the caches; results/ stays (snakemake --delete-all-output removes that)
 #
@@ -15,7 +16,7 @@
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all env test test-kernels test-slurm lint format bench lock clean docs docs-pictures readme-figures release
+.PHONY: all env test test-kernels test-slurm lint format bench lock clean docs docs-pictures readme-figures release audit
 
 SHELL := /bin/sh
 CORES ?= 2
@@ -132,6 +133,10 @@ lock:
 	$(COMPILE) $(LOCK_ARGS) pyproject.toml --all-extras -o requirements/lock.txt
 	$(COMPILE) requirements/bootstrap.in -c requirements/lock.txt -o requirements/bootstrap.txt
 	$(BIN)/python workflow/envs/write_environment.py
+
+# Not `env`: what is audited is the lock, whether or not it is installed.
+audit:
+	@PATH="$$PATH:$(CURDIR)/$(BIN)" $(find_python) .ci/audit.py
 
 release: env
 	$(BIN)/python .ci/release.py $(VERSION)

@@ -113,7 +113,7 @@ def main() -> None:
     parser.add_argument(
         "--all",
         action="store_true",
-        help="time the yardstick at 12,000 poses (a minute), and calibrate at 100,000, as well",
+        help="time the yardstick at 12,000 poses (a minute), calibrate at 100,000, and the outer split, as well",
     )
     arguments = parser.parse_args()
     print("processor time; other work on this machine moves the times, and the ratios little\n")
@@ -124,7 +124,7 @@ def main() -> None:
     many_poses(arguments.all)
     simulation(arguments.rounds)
     growth(arguments.all)
-    large()
+    large(arguments.all)
 
 
 if __name__ == "__main__":
