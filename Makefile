@@ -8,7 +8,7 @@
 # make test-slurm  a sweep on a Slurm cluster that is started here, from Debian's packages
 # make bench      the side-by-side figures       make lock     resolve the requirements again
 # make readme-figures   copies of the figures that the README shows, from results/
-# make release VERSION=0.2.0   set the version everywhere, and close the open section of the changelog
+# make release VERSION=0.3.0   set the version everywhere, and close the open section of the changelog
 # make clean      remove .venv and the caches; results/ stays (snakemake --delete-all-output removes that)
 #
 # PYTHON=/path/to/python3.11, CORES=2 and PYTEST_ARGS="-k name" may be given.
