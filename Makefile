@@ -9,7 +9,7 @@
 # make bench      the side-by-side figures       make lock     resolve the requirements again
 # make readme-figures   copies of the figures that the README shows, from results/
 # make audit      known vulnerabilities of the locked packages, by pip-audit; says so where that or the network is missing
-# make release VERSION=0.2.0   set the version everywhere, and close the open section of the changelog
+# make release VERSION=0.3.0   set the version everywhere, and close the open section of the changelog
 # make clean      remove .venv and the caches; results/ stays (snakemake --delete-all-output removes that)
 #
 # PYTHON=/path/to/python3.11, CORES=2 and PYTEST_ARGS="-k name" may be given.

@@ -1,4 +1,4 @@
-"""Set the version everywhere it stands, and close the open section of the changelog: `make release VERSION=0.2.0`.
+"""Set the version everywhere it stands, and close the open section of the changelog: `make release VERSION=0.3.0`.
 
 The version stands in scalar/__init__.py (which pyproject.toml reads) and CITATION.cff; CHANGELOG.md has a heading for each release. Commit and
 tag afterwards.

@@ -91,10 +91,10 @@ def _noise_page(name: str, said: NoiseWords) -> str:
         f"# {name}",
         said.sentence,
         f"![{name} in simulated data: left by the noise within scans alone, right with the component](../../pictures/effects/{name}.png)",
-        f"*A simulated workcell with {name}: the residual of each scan, in standard deviations of the noise that the model expects, over what a "
-        "jitter of 0.01° in every joint would add to it. Left: the noise within scans alone. Right: with the random error that was found. Where the noise "
-        "explains the scans, the shaded band holds 95 % of them, and the orange dots bound 95 % if the random error is counted as well. "
-        f"{said.in_picture}*",
+        f"*A simulated workcell with {name}: the residual of each scan, in standard deviations of the noise that the model expects, "
+        "over what a jitter of 0.01° in every joint would add to it. Left: the noise within scans alone. Right: with the random error that "
+        "was found. Where the noise explains the scans, the shaded band holds 95 % of them, and the orange dots bound 95 % if the random "
+        f"error is counted as well. {said.in_picture}*",
         "## The model",
         said.model,
         "## Where it comes from",

@@ -63,9 +63,9 @@ NOISE_WORDS = {
     "scan_bias": NoiseWords(
         sentence="Each scan has an error of its own, common to its points. It is reported as a standard deviation [m].",
         model=(
-            "All points of scan $i$ err by the same draw, with zero mean and variance $v$ [m²]. It adds $v\\, D_i D_i^\\mathsf{T}$ to the covariance "
-            "of the rows of the scan, where $D_i$ has their derivatives by an error common to its points. It shifts the scanned line and does not turn "
-            "it, which distinguishes it from a jitter of the joints. It is never named for a sensor that takes no scans."
+            "All points of scan $i$ err by the same draw, with zero mean and variance $v$ [m²]. It adds $v\\, D_i D_i^\\mathsf{T}$ to the "
+            "covariance of the rows of the scan, where $D_i$ has their derivatives by an error common to its points. It shifts the scanned "
+            "line and does not turn it, which distinguishes it from a jitter of the joints. It is never named for a sensor that takes no scans."
         ),
         cause=(
             "A scanner that is not yet warm, a mount or cable that gives a little between scans, vibration, or a surface whose speckle or roughness "

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from scalar.cli.group import cli
-from scalar.cli.options import PATH
+from scalar.cli.options import BASE, PATH, TIP, refuse_links_without_urdf
 from scalar.cli.outputs import FORCE
 from scalar.cli.terminal import say
 from scalar.cli.validate import describe_content
@@ -37,10 +37,8 @@ def _say_keys(context: click.Context, _option: click.Parameter, wanted: bool) ->
 @click.option(
     "--urdf", type=PATH, metavar="FILE", help="URDF of the robot, if the dataset in MAPPING has no robot."
 )
-@click.option("--base", metavar="LINK", help="With --urdf: the link of the base; the root if not given.")
-@click.option(
-    "--tip", metavar="LINK", help="With --urdf: the link of the flange; the only last link if not given."
-)
+@BASE
+@TIP
 @click.option(
     "--keys",
     is_flag=True,
@@ -88,14 +86,12 @@ def import_(
     from scalar.ingest.convert import import_dataset
 
     _refuse_exchanged(mapping, sources)
+    refuse_links_without_urdf(urdf, base, tip)
     robot = None
     if urdf is not None:
         from scalar.ingest.urdf import robot_from_urdf
 
         robot = robot_from_urdf(urdf, base, tip)[0].to_mapping()
-    elif base is not None or tip is not None:
-        message = "name links of a URDF; give --urdf FILE too, or leave them out"
-        raise InvalidInput(Fault("--base, --tip", message))
     left_out, of_joints = import_dataset(mapping, sources, output, robot, force=force)
     say(describe_content(read_folder(output)))
     for rows in left_out[:_FILES_SHOWN]:

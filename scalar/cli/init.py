@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from scalar.cli.group import cli
-from scalar.cli.options import PATH
+from scalar.cli.options import BASE, PATH, TIP, URDF, refuse_links_without_urdf
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
 
@@ -17,11 +17,9 @@ from scalar.errors import Fault, InvalidInput
 @cli.command()
 @click.argument("folder", type=PATH, required=False)
 @click.option("--robot", metavar="NAME", help="An arm of the library; --list shows them.")
-@click.option("--urdf", type=PATH, metavar="FILE", help="Robot description in URDF, with --base and --tip.")
-@click.option("--base", metavar="LINK", help="With --urdf: the link of the base; the root if not given.")
-@click.option(
-    "--tip", metavar="LINK", help="With --urdf: the link of the flange; the only last link if not given."
-)
+@URDF
+@BASE
+@TIP
 @click.option(
     "--dh",
     type=PATH,
@@ -70,10 +68,7 @@ def init(
             "give one of --robot NAME, --urdf FILE and --dh TABLE.csv; `scalar init --list` shows the names"
         )
         raise InvalidInput(Fault("the robot", message))
-    if urdf is None and (base is not None or tip is not None):
-        raise InvalidInput(
-            Fault("--base, --tip", "name links of a URDF; give --urdf FILE too, or leave them out")
-        )
+    refuse_links_without_urdf(urdf, base, tip)
     if dh is not None and dh.suffix.lower() in (".urdf", ".xacro"):
         raise InvalidInput(Fault("--dh", f"{dh} is no DH table but a URDF; give it with --urdf"))
     if (dh is None) != (convention is None):

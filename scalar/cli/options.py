@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from scalar.errors import InvalidInput
+from scalar.errors import Fault, InvalidInput
 
 
 class _Path(click.Path):
@@ -48,6 +48,16 @@ COMMANDED = click.option(
     "--commanded",
     is_flag=True,
     help="Use the commanded joint positions, qc1..qcn, instead of the logged ones, q1..qn.",
+)
+
+URDF = click.option(
+    "--urdf", type=PATH, metavar="FILE", help="Robot description in URDF, with --base and --tip."
+)
+BASE = click.option(
+    "--base", metavar="LINK", help="With --urdf: the link of the base; the root if not given."
+)
+TIP = click.option(
+    "--tip", metavar="LINK", help="With --urdf: the link of the flange; the only last link if not given."
 )
 
 UNITS = click.option(
@@ -88,6 +98,13 @@ def load_effects(files: Sequence[Path]) -> None:
 
         for file in files:
             registry.load_file(file)
+
+
+def refuse_links_without_urdf(urdf: Path | None, base: str | None, tip: str | None) -> None:
+    """Raise InvalidInput if links are named of a URDF that is not given."""
+    if urdf is None and (base is not None or tip is not None):
+        message = "name links of a URDF; give --urdf FILE too, or leave them out"
+        raise InvalidInput(Fault("--base, --tip", message))
 
 
 def lock_output(folder: Path) -> None:

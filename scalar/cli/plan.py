@@ -12,13 +12,15 @@ import click
 
 from scalar.cli.convention import MAPPING, convention_of, imported_of, lines_on_convention
 from scalar.cli.group import cli
-from scalar.cli.options import OUTPUT, PATH, Number, lock_output
+from scalar.cli.options import BASE, OUTPUT, PATH, TIP, URDF, Number, lock_output
 from scalar.cli.outputs import FORCE, refuse_foreign_plan
 from scalar.cli.plan_source import (
     calibration_near,
     line_on_assumed_noise,
     lines_on_poses_not_counted,
     read_plan_source,
+    refuse_other_than_one_robot,
+    source_of_urdf,
     with_noise,
     with_place,
 )
@@ -38,8 +40,11 @@ _LEAST_NOISE = 5e-4  # mm; of no sensor
 
 
 @cli.command()
-@click.argument("robot")
+@click.argument("robot", required=False)
 @OUTPUT
+@URDF
+@BASE
+@TIP
 @click.option(
     "--poses", type=click.IntRange(1, 400), help=f"How many poses to plan; {PLANNED_POSES} if not given."
 )
@@ -77,8 +82,11 @@ _LEAST_NOISE = 5e-4  # mm; of no sensor
 @MAPPING
 @FORCE
 def plan(
-    robot: str,
+    robot: str | None,
     output: Path,
+    urdf: Path | None,
+    base: str | None,
+    tip: str | None,
     poses: int | None,
     near: Path | None,
     accuracy: float | None,
@@ -98,7 +106,7 @@ def plan(
     """Plan which poses to measure.
 
     ROBOT is a dataset folder (as `scalar init` begins it) with a complete dataset.yaml, including nominal_pose of the sensor,
-    or the name of an arm of the library, for which poses are then planned with a laser tracker.
+    or the name of an arm of the library, for which poses are then planned with a laser tracker, as they are for a URDF (--urdf instead of ROBOT).
     Candidates are drawn within the joint limits. In all of them the sensor can measure its target, neither arm nor sensor touches anything, and
     the arm does not stand in the beam of its scanner (tested by pybullet with a body of the arm that is guessed from its reach: check the moves
     before you run them). The plan consists of the candidates from which a calibration is expected to predict positions best.
@@ -123,6 +131,7 @@ def plan(
       scalar plan my-cell --poses 60 -o plan
       scalar plan my-cell --mapping my-tracker.yaml -o plan
       scalar plan ur10e --accuracy 0.05 -o plan
+      scalar plan --urdf arm.urdf --base base_link --tip tool0 -o plan
       scalar plan my-cell --near out/calibration.json --poses 30 -o plan
       scalar plan my-cell --after out/diagnosis.json --poses 20 -o plan
     """
@@ -137,10 +146,17 @@ def plan(
 
     refuse_foreign_plan(output, force)
     lock_output(output)
-    arm, sensor, planes, dataset = read_plan_source(
-        robot, needs_data=after is not None, may_have_data=near is not None
-    )
-    if dataset is not None:
+    refuse_other_than_one_robot(robot, urdf, base, tip)
+    if urdf is None:
+        assert robot is not None
+        arm, sensor, planes, dataset = read_plan_source(
+            robot, needs_data=after is not None, may_have_data=near is not None
+        )
+        remarks = []
+    else:
+        arm, sensor, remarks = source_of_urdf(urdf, base, tip, needs_data=after is not None)
+        planes, dataset = (), None
+    if robot is not None and dataset is not None:
         refuse_foreign_plan(output, force, [Path(robot) / POSES])
     _check_noise(noise)
     view = View(*_range(limits), fan * DEG, incidence * DEG)
@@ -170,14 +186,16 @@ def plan(
                 say("\n".join(chosen.lines))
                 return
         lines = [*chosen.lines, *write_plan(output, workcell, found, chosen, allowed, dataset, convention)]
-    imported = imported_of(robot) or ({} if calibration is None else calibration.summary.get(IMPORTED, {}))
+    imported = (robot and imported_of(robot)) or (
+        {} if calibration is None else calibration.summary.get(IMPORTED, {})
+    )
     lines += lines_on_convention(convention, "poses_deg.csv has", imported, arm.name)
-    if dataset is not None:
+    if robot is not None and dataset is not None:
         lines.append(_line_on_measuring(robot))
-    elif near is None:
+    elif robot is not None and near is None:
         lines += lines_on_poses_not_counted(robot)
     say(f"{arm.name}, {sensor.kind}: {len(chosen.indices)} poses of {len(found.q)} candidates")
-    say("\n".join([*assumed, *lines, *_lines_on_ends(workcell)]))
+    say("\n".join([*remarks, *assumed, *lines, *_lines_on_ends(workcell)]))
     if no_collisions:
         say("  not tested for collisions: check every pose and move before you run them")
     say(f"written: {output / 'poses.csv'}, poses_deg.csv, plan.json, plan.png")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from scalar.estimation.result import Calibration
     from scalar.geometry.robot import Robot
 
-# Offset of a tracker's target from the flange along x and along z [m]; assumed for an arm of the library.
+# Offset of a tracker's target from the flange along x and along z [m]; assumed for an arm of the library and for that of a URDF.
 _TARGET_OFFSET = 0.1
 
 
@@ -55,6 +55,56 @@ def read_plan_source(
     else:
         robot, sensor, planes = _of_library(source)
     return robot, sensor, planes, dataset
+
+
+def refuse_other_than_one_robot(
+    source: str | None, urdf: Path | None, base: str | None, tip: str | None
+) -> None:
+    """Raise InvalidInput unless one robot is named: by a folder or the library, or by a URDF.
+
+    Args:
+        source: A dataset folder, or the name of an arm of the library; None if neither is given.
+        urdf, base, tip: A URDF, and its links at the base and at the flange.
+    """
+    from scalar.cli.options import refuse_links_without_urdf
+
+    refuse_links_without_urdf(urdf, base, tip)
+    if (source is None) == (urdf is None):
+        said = "missing" if source is None else f"{source} and --urdf {urdf} are two robots"
+        message = f"{said}; give a dataset folder, or the name of an arm of the library, or --urdf FILE"
+        raise InvalidInput(Fault("ROBOT", message))
+
+
+def source_of_urdf(
+    urdf: Path, base: str | None, tip: str | None, *, needs_data: bool
+) -> tuple[Robot, Sensor, list[str]]:
+    """Return the arm of a URDF with a tracker's target on its flange, and lines on what the description leaves out.
+
+    Args:
+        urdf: The file.
+        base, tip: Names of the links at the base and at the flange; None for the root and for the only last link.
+        needs_data: Whether the measured poses are needed as well, which a URDF does not have.
+
+    Raises:
+        InvalidInput: The file is no URDF, has no serial chain between these links, or measured poses are needed.
+    """
+    from scalar.effects.wording import listed
+    from scalar.ingest.urdf import chain_between, read_urdf, robot_of_chain
+
+    if needs_data:
+        message = "--after needs the folder of the dataset that was diagnosed; give it in the place of --urdf"
+        raise InvalidInput(Fault(str(urdf), message))
+    document = read_urdf(urdf)
+    chain = chain_between(document, base, tip)
+    without = [joint.name for joint in chain.moving if not joint.states_limits]
+    remarks = (
+        [
+            f"  no limits stated: {listed(without)}; those of a whole turn or travel are assumed, so check the poses"
+        ]
+        if without
+        else []
+    )
+    return robot_of_chain(document.name, chain)[0], _target_on_flange(), remarks
 
 
 def with_place(sensor: Sensor, calibration: Calibration | None) -> Sensor:
@@ -148,10 +198,6 @@ def _described(folder: Path) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:
 
 def _of_library(name: str) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:
     """Return an arm of the library with a tracker's target on its flange, and no planes."""
-    import numpy as np
-
-    from scalar.data.declared import Sensor
-    from scalar.data.sensor_formats import sensor_formats
     from scalar.geometry.robot import Robot
     from scalar.robots import read_arm
 
@@ -160,8 +206,17 @@ def _of_library(name: str) -> tuple[Robot, Sensor, tuple[PlaneGuess, ...]]:
     except InvalidInput as error:
         message = error.faults[0].message
         raise InvalidInput(Fault(name, f"no such folder, and {message}")) from None
-    robot = Robot.from_mapping(arm.mapping)
+    return Robot.from_mapping(arm.mapping), _target_on_flange(), ()
+
+
+def _target_on_flange() -> Sensor:
+    """Return a tracker with its target at a usual place on the flange."""
+    import numpy as np
+
+    from scalar.data.declared import Sensor
+    from scalar.data.sensor_formats import sensor_formats
+
     T = np.eye(4)
     T[0, 3] = T[2, 3] = _TARGET_OFFSET
     kind = next(kind for kind, format in sensor_formats().items() if not format.on_planes)
-    return robot, Sensor(kind, T), ()
+    return Sensor(kind, T)

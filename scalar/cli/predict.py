@@ -138,6 +138,7 @@ def predict(
     imported = calibrated.summary.get(IMPORTED, {})
     for line in (
         *lines_on_convention(convention, f"{joints.name} has", imported, robot.name),
+        *_lines_on_orientation(calibrated),
         *_lines_on_table(calibrated, table, columns, read_in, written_in, convention),
         *(_lines_on_std(calibrated) if with_std else ()),
     ):
@@ -182,6 +183,19 @@ def _lines_on_table(
         *lines_on_measured_ranges(calibration, q),
         *lines_on_measured_columns(calibration, table),
         *lines_on_moves(calibration, table),
+    ]
+
+
+def _lines_on_orientation(calibration: Calibration) -> list[str]:
+    """Return one line if the measurements do not show how the sensor is turned on the flange; else none."""
+    from scalar.sensors import kind_named
+
+    if calibration.observes_orientation:
+        return []
+    kind = kind_named(calibration.sensor["kind"]).words
+    return [
+        f"  the measurements of a {kind} do not show how its frame is turned on the flange: orientations are those of the declared mount, and have "
+        "no standard deviation"
     ]
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scalar.data.poses import is_joint
 from scalar.diagnosis.naming.finding import UNATTRIBUTED
 from scalar.effects import registry
 from scalar.effects.title import joints_in_words
@@ -19,12 +20,14 @@ from scalar.report.load_advice import load_advice
 from scalar.report.noise_card import noise_advice
 from scalar.report.opening import by_importance, caution
 from scalar.report.words import angle, capital, length, listed, quoted
+from scalar.robots import axis_in_brackets, axis_names_of
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
     from scalar.diagnosis.naming.finding import Finding
     from scalar.diagnosis.result import Diagnosis
+    from scalar.effects import Effect
 
 WEAK_LENGTH = 0.2 * MM  # standard error from which more poses are advised
 WEAK_ANGLE = 0.02 * DEG
@@ -98,6 +101,7 @@ def _about_findings(diagnosis: Diagnosis) -> list[Item]:
     for finding in by_importance(diagnosis.findings):
         kind = finding.effect.reported_with or finding.effect.name
         together.setdefault((kind, finding.doubtful), []).append(finding)
+    names = axis_names_of(diagnosis.dataset.robot)
     found: list[Item] = []
     for first, *others in together.values():
         effect, warning = first.effect, caution(diagnosis, first)
@@ -120,10 +124,22 @@ def _about_findings(diagnosis: Diagnosis) -> list[Item]:
                 f"If it is confirmed: {texts[0][:1].lower()}{texts[0][1:]}",
                 *texts[1:],
             ]
-        found.append(Item(capital(effect.title), tuple(dict.fromkeys(filter(None, texts)))))
+        found.append(
+            Item(
+                capital(effect.title) + axis_in_brackets(names, _joints_of(effect)),
+                tuple(dict.fromkeys(filter(None, texts))),
+            )
+        )
     if diagnosis.reported_noise:
         found.append(Item("Random errors", tuple(noise_advice(diagnosis))))
     return [item for item in found if item.sentences]
+
+
+def _joints_of(effect: Effect) -> list[int]:
+    """Return the numbers of the joints at which an effect acts, or with which it varies, from 1; none for an effect of something else."""
+    target = effect.target
+    named = [*target.get("joints", []), *(target[key] for key in ("joint", "source") if key in target)]
+    return named or [int(name[1:]) for name in effect.depends_on if is_joint(name)]
 
 
 def _in_controller(diagnosis: Diagnosis) -> list[Item]:
@@ -168,7 +184,8 @@ def _weak(diagnosis: Diagnosis) -> list[str]:
     shown = sorted(weak, reverse=True)[:_WEAK_SHOWN]
     named = [text for _, _, text in shown]
     more = f", and {len(weak) - len(named)} more" if len(weak) > len(named) else ""
-    joints = joints_in_words(sorted({joint for _, joint, _ in shown}))
+    numbers = sorted({joint for _, joint, _ in shown})
+    joints = joints_in_words(numbers) + axis_in_brackets(axis_names_of(nominal), numbers)
     return [
         f"Measure more poses in which {joints} and the neighbouring joints move "
         f"through all of their range: the least certain parameters are {listed(named)}{more}."
@@ -194,8 +211,9 @@ def _poses(diagnosis: Diagnosis) -> list[str]:
     spans = np.ptp(dataset.q, axis=0)
     still = [int(j) + 1 for j in np.flatnonzero(spans < HARDLY_MOVED)]
     if still:
+        axes = axis_in_brackets(axis_names_of(dataset.robot), still)
         found.append(
-            f"Move {joints_in_words(still)}: these data say nothing about a joint that stands still."
+            f"Move {joints_in_words(still)}{axes}: these data say nothing about a joint that stands still."
         )
     if dataset.planes:
         counts = np.bincount(dataset.plane_index, minlength=len(dataset.planes))

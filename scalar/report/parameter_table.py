@@ -8,7 +8,7 @@ act after joint i. The a and alpha of the last row of such a table are part of t
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from scalar.geometry.roll_pitch_yaw import rpy_from_rotation
 from scalar.geometry.se3 import Array, log_so3
 from scalar.geometry.standard_dh import AFTER_THE_JOINT, in_row, in_rows
 from scalar.report.words import UNKNOWN
+from scalar.robots import axis_in_brackets, axis_names_of
 from scalar.units import DEG, MM
 
 _BEYOND_CHANCE = 1.96  # standard errors: chance alone exceeds them one time in twenty
@@ -39,23 +40,26 @@ def parameter_tables(calibration: Calibration, T_flange_sensor: Array | None) ->
         calibration: The calibration to report.
         T_flange_sensor: ``(4, 4)``, the sensor's pose on the flange that the dataset states, or None.
     """
-    entries = list(_geometry(calibration))
+    names = axis_names_of(calibration.model.nominal)
+    entries = list(_geometry(calibration, names))
     tables = [
         _table("Lengths", "mm", DATA_SHEET, [entry[1:] for entry in entries if entry[0] in LENGTHS]),
         _table("Angles", "°", DATA_SHEET, [entry[1:] for entry in entries if entry[0] not in LENGTHS]),
-        _stiffnesses(calibration),
+        _stiffnesses(calibration, names),
         *_sensor(calibration, T_flange_sensor),
     ]
     return [table for table in tables if table["rows"]]
 
 
 def convention_in_words(robot: Robot) -> str:
-    """Return the sentence that says which convention of Denavit-Hartenberg parameters the tables use."""
-    if robot.standard_dh:
-        return "Denavit-Hartenberg parameters (standard), as in dataset.yaml: Rz(q + theta) Tz(d) Tx(a) Rx(alpha)."
-    return (
-        "Denavit-Hartenberg parameters (modified), as in dataset.yaml: Rx(alpha) Tx(a) Rz(q + theta) Tz(d)."
+    """Return the sentence that says which convention of Denavit-Hartenberg parameters the tables use, and what stands in brackets behind a joint."""
+    convention, order = (
+        ("standard", "Rz(q + theta) Tz(d) Tx(a) Rx(alpha)")
+        if robot.standard_dh
+        else ("modified", "Rx(alpha) Tx(a) Rz(q + theta) Tz(d)")
     )
+    axes = " In brackets stands what the maker calls the axis of the joint." if axis_names_of(robot) else ""
+    return f"Denavit-Hartenberg parameters ({convention}), as in dataset.yaml: {order}.{axes}"
 
 
 def gauge_rows(calibration: Calibration) -> list[dict[str, Any]]:
@@ -82,8 +86,15 @@ Entry = tuple[str, float | None, float, float | None, str]
 """A row of a table: name, nominal value, found value, standard error, all in the unit of the table, and a remark."""
 
 
-def _geometry(calibration: Calibration) -> Iterator[tuple[str, str, float | None, float, float | None, str]]:
-    """Yield the kind (``a``, ``alpha`` ...) and the ``Entry`` of every geometric parameter of the robot's own table, row by row."""
+def _geometry(
+    calibration: Calibration, names: Sequence[str]
+) -> Iterator[tuple[str, str, float | None, float, float | None, str]]:
+    """Yield the kind (``a``, ``alpha`` ...) and the ``Entry`` of every geometric parameter of the robot's own table, row by row.
+
+    Args:
+        calibration: The calibration to report.
+        names: The maker's names of the axes of all joints, or none.
+    """
     robot, nominal, std = calibration.model.robot, calibration.model.nominal, calibration.std
     freed = _freed_by_effects(calibration)
     near = calibration.summary.get("kept_near_data_sheet") or {}
@@ -101,7 +112,7 @@ def _geometry(calibration: Calibration) -> Iterator[tuple[str, str, float | None
             found += added / unit
             error = None if error is None else float(error) / unit
             remark = "fixed" if error is None else "near data sheet" if name in near else effect
-            yield kind, in_row(kind, row), stated, found, error, remark
+            yield kind, in_row(kind, row) + axis_in_brackets(names, [row]), stated, found, error, remark
 
 
 def _freed_by_effects(calibration: Calibration) -> dict[str, tuple[float, float | None, str]]:
@@ -117,16 +128,16 @@ def _freed_by_effects(calibration: Calibration) -> dict[str, tuple[float, float 
     return found
 
 
-def _stiffnesses(calibration: Calibration) -> dict[str, Any]:
+def _stiffnesses(calibration: Calibration, names: Sequence[str]) -> dict[str, Any]:
     """Return the table of the joints' stiffnesses, for effects of which the torque is known; without rows where there are none."""
     found = [
-        stiffness_row(*row)
+        (row[0], stiffness_row(*row))
         for effect, names in zip(calibration.model.effects, calibration.model.effect_names, strict=True)
         for row in effect.stiffness([calibration.std.get(name) for name in names])
     ]
     rows = [
         {
-            "name": name.removesuffix(" stiffness"),
+            "name": name.removesuffix(" stiffness") + axis_in_brackets(names, [joint]),
             "nominal": UNKNOWN,
             "found": value,
             "change": UNKNOWN,
@@ -134,7 +145,7 @@ def _stiffnesses(calibration: Calibration) -> dict[str, Any]:
             "remark": "",
             "beyond_chance": False,
         }
-        for name, value, error, _ in found
+        for joint, (name, value, error, _) in found
     ]
     return {"title": "Stiffness of the joints", "unit": "N m/rad", "source": DATA_SHEET, "rows": rows}
 

@@ -124,10 +124,15 @@ class Cells:
         return cls(view, corner + (names[drawn] + 0.5) * width, width, count[drawn], (earlier, later))
 
     @property
-    def shades(self) -> tuple[Array, Array, Array]:
-        """Return the values that the colours show [mm], each ``(C,)``: the error before, the error after, and the upper end of the band after."""
+    def shades(self) -> tuple[Array, Array, Array, Array]:
+        """Return the values that the colours show [mm], each ``(C,)``: the errors before and after, then the upper ends of their bands."""
         before, after = self.found
-        values = [b.value for b in before], [b.value for b in after], [b.high for b in after]
+        values = (
+            [b.value for b in before],
+            [b.value for b in after],
+            [b.high for b in before],
+            [b.high for b in after],
+        )
         return tuple(np.array(of_cells) / MM for of_cells in values)  # type: ignore[return-value]
 
     @property

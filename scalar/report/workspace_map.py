@@ -1,7 +1,7 @@
 """Show the error of the arm over its workspace, by its data sheet and as calibrated.
 
-There is a table, a map of square cells (``workspace_cells``) in a view from the side and one from above, the same maps of the upper end of the band,
-and a curve of the error against the distance from the first joint's axis.
+There is a table, a map of square cells (``workspace_cells``) in a view from the side and one from above, the same maps of the upper ends of the
+bands, and a curve of the error against the distance from the first joint's axis.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _STEPS = ((1.0, 2.0, 5.0), (1.0, 3.0), (1.0,))  # edges of the colour classes in
 _CLASSES = 9  # number of colour classes
 _MOST = 0.95  # the table's upper bound holds for this share of the poses
 _CELL_GAP = 0.6  # gap between two cells [pt]
-_UPPER_END = 2  # its place among the values of ``Cells.shades``
+_NUMBERS, _UPPER_ENDS = (0, 1), (2, 3)  # their places among the values of ``Cells.shades``, before and after
 _WHAT = "mean error of the position over the workspace"
 _LEAST_ERROR = 1e-9  # m: smaller errors are rounding, and no picture is drawn
 
@@ -77,7 +77,7 @@ def workspace_section(
     cells = [Cells.of(view, before, after) for view in (side, top)]
     shades = np.concatenate([shade for one in cells for shade in one.shades])
     edges = _edges(float(shades.min()), float(shades.max()))
-    pictures = [*(_draw_cells(one, edges, file) for one in cells), _draw_upper_ends(cells, edges, file)]
+    pictures = [draw(one, edges, file) for draw in (_draw_cells, _draw_upper_ends) for one in cells]
     return {
         "rows": [
             {
@@ -116,39 +116,49 @@ def _banded(found: Banded) -> dict[str, str]:
 def _draw_cells(cells: Cells, edges: Array, file: str) -> Pair:
     """Return the maps of a view before and after, both of the number, in classes of colour with the upper edges ``(_CLASSES,)`` [mm]."""
     what = f"{_WHAT}, seen {cells.view.words}"
+    captions = (f"{what}, in millimetres.", "All maps have the same colours.")
+    return _before_and_after(cells, edges, file, _NUMBERS, what, ("before", "after"), captions)
+
+
+def _draw_upper_ends(cells: Cells, edges: Array, file: str) -> Pair:
+    """Return the maps of a view before and after of the upper ends of the bands, in the same classes of colour."""
+    what = f"the upper end of the 95 % band of that error, seen {cells.view.words}"
+    captions = (
+        f"{what}, in millimetres: with 97.5 % certainty the error is below it.",
+        "The colours are those of the maps above.",
+    )
+    return _before_and_after(
+        cells, edges, file, _UPPER_ENDS, what, ("before, at most", "after, at most"), captions
+    )
+
+
+def _before_and_after(
+    cells: Cells,
+    edges: Array,
+    file: str,
+    which: tuple[int, int],
+    what: str,
+    titles: tuple[str, str],
+    captions: Sequence[str],
+) -> Pair:
+    """Return the two maps of a view, of two of the values of ``Cells.shades``."""
+    states = (f"by the {NOMINAL}", f"by {file}")
     panels = [
-        _panel(cells, edges, k, title)
-        for k, title in enumerate((f"before, by the {NOMINAL}", f"after, by {file}"))
+        _panel(cells, edges, k, f"{title}, {state}")
+        for k, title, state in zip(which, titles, states, strict=True)
     ]
     return Pair(
         panels[0].markup(f"{what}, by the {NOMINAL}"),
         panels[1].markup(f"{what}, with {file}"),
-        sentences(f"{what}, in millimetres.", "All maps have the same colours."),
-        _key(cells, edges, (0, 1)),
-    )
-
-
-def _draw_upper_ends(both: Sequence[Cells], edges: Array, file: str) -> Pair:
-    """Return the maps of the upper end of the band after, in two views, in the same classes of colour."""
-    what = f"the upper end of the 95 % band of that error, by {file}"
-    side, top = (
-        (_panel(one, edges, _UPPER_END, f"after, at most, {one.view.words}"), one.view.words) for one in both
-    )
-    return Pair(
-        side[0].markup(f"{what}, seen {side[1]}"),
-        top[0].markup(f"{what}, seen {top[1]}"),
-        sentences(
-            f"{what}, in millimetres: with 97.5 % certainty the error is below it.",
-            "The colours are those of the maps above.",
-        ),
-        _key(both[0], edges, (_UPPER_END,), both[1]),
+        sentences(*captions),
+        _key(cells, edges, which),
     )
 
 
 def _panel(cells: Cells, edges: Array, which: int, title: str) -> Panel:
-    """Return the map of one of the three values of ``Cells.shades``; a cell shows the error and its band when it is pointed at."""
+    """Return the map of one of the values of ``Cells.shades``; a cell shows the error and its band when it is pointed at."""
     view, centre = cells.view, cells.centres
-    banded = cells.found[min(which, 1)]
+    banded = cells.found[which % 2]
     shade = _classes(cells, edges, which)
     panel = Panel(*cells.spans, title=title, x_label=view.labels[0], y_label=view.labels[1], to_scale=True)
     side = panel.points_across(cells.width) - _CELL_GAP
@@ -162,15 +172,13 @@ def _panel(cells: Cells, edges: Array, which: int, title: str) -> Panel:
 
 
 def _classes(cells: Cells, edges: Array, which: int) -> Array:
-    """Return the class of colour of every cell ``(C,)`` by one of the three values of ``Cells.shades``."""
+    """Return the class of colour of every cell ``(C,)`` by one of the values of ``Cells.shades``."""
     return np.clip(np.searchsorted(edges, cells.shades[which]), 0, _CLASSES - 1)
 
 
-def _key(
-    cells: Cells, edges: Array, which: Sequence[int], *others: Cells
-) -> tuple[tuple[str, str, str], ...]:
+def _key(cells: Cells, edges: Array, which: Sequence[int]) -> tuple[tuple[str, str, str], ...]:
     """Return the legend of maps of some of the values of ``Cells.shades``: the classes of colour that they use, and the measured poses."""
-    used = np.concatenate([_classes(one, edges, k) for one in (cells, *others) for k in which])
+    used = np.concatenate([_classes(cells, edges, k) for k in which])
     measured = len(cells.view.measured)
     return (
         *(("■", f"heat{k}", _shade_in_words(edges, int(k))) for k in range(used.min(), used.max() + 1)),

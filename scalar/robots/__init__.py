@@ -1,5 +1,6 @@
 """The library of arms that are sold, one file for each, with the sources of its numbers."""
 
+from scalar.robots.axis_names import axis_in_brackets, axis_names_of
 from scalar.robots.library import LibraryArm, arm_names, largest_payload, read_arm, resembling
 from scalar.robots.named_arm import arms_in_proportion, arms_with_axes_of, doubt_of_name
 
@@ -8,6 +9,8 @@ __all__ = [
     "arm_names",
     "arms_in_proportion",
     "arms_with_axes_of",
+    "axis_in_brackets",
+    "axis_names_of",
     "doubt_of_name",
     "largest_payload",
     "read_arm",

@@ -46,6 +46,8 @@ class LibraryArm:
         payload: Rated payload [kg] as the name of the model states it; None if the name does not.
         note: What a user of the arm should know; empty where there is nothing.
         controller_joints: How the joints follow from those that the maker's controller shows, as in ``q3 = J3 + J2``; empty where they are the same.
+        axis_names: The maker's name of the axis of each joint, as in ``S, L, U, R, B, T``; empty where no source states them.
+        axis_names_source: Where these names stand.
         mapping: The ``robot:`` block of a dataset.
     """
 
@@ -62,6 +64,8 @@ class LibraryArm:
     payload: float | None
     note: str
     controller_joints: str
+    axis_names: tuple[str, ...]
+    axis_names_source: str
     mapping: Mapping[str, Any]
 
     @cached_property
@@ -146,6 +150,8 @@ def _read(name: str) -> LibraryArm:
         payload=content.get("payload"),
         note=content.get("note", "").strip(),
         controller_joints=content.get("controller_joints", ""),
+        axis_names=tuple(content.get("axis_names", ())),
+        axis_names_source=content.get("axis_names_source", ""),
         mapping=content["robot"],
     )
 

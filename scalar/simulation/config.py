@@ -35,14 +35,25 @@ def scene_schema() -> dict[str, Any]:
     return json.loads(text)
 
 
-def load_config(path: Path) -> dict[str, Any]:
+def load_config(
+    path: Path, *, robot: Mapping[str, Any] | None = None, robot_file: str | None = None
+) -> dict[str, Any]:
     """Return the scene config in a YAML file, complete, with the robot's own file read into it.
+
+    Args:
+        path: The file.
+        robot: The ``robot:`` block of a dataset.yaml that takes the place of the config's own robot; None to keep that.
+        robot_file: Name of the file from which it was made, for messages.
 
     Raises:
         InvalidInput: with every fault found; a misspelt key is named.
     """
     path = Path(path)
-    return complete_config(load_yaml(path), base_dir=path.parent, file=path.name)
+    content = load_yaml(path)
+    if robot is not None and isinstance(content, dict):
+        _check_robot(robot, robot_file or path.name)
+        content = {**content, "robot": dict(robot)}
+    return complete_config(content, base_dir=path.parent, file=path.name)
 
 
 def complete_config(config: Any, *, base_dir: Path | None = None, file: str = "config") -> dict[str, Any]:
@@ -61,12 +72,17 @@ def complete_config(config: Any, *, base_dir: Path | None = None, file: str = "c
     if isinstance(config["robot"], str):
         robot_path = Path(base_dir or ".") / config["robot"]
         config["robot"] = load_yaml(robot_path)
-        _check(config["robot"], {"$defs": scene_schema()["$defs"], "$ref": "#/$defs/robot"}, robot_path.name)
+        _check_robot(config["robot"], robot_path.name)
     _fill(config, scene_schema())
     faults = [Fault(file, message, column=place) for place, message in _contradictions(config)]
     if faults:
         raise InvalidInput(faults)
     return config
+
+
+def _check_robot(robot: Any, file: str) -> None:
+    """Raise InvalidInput with every fault of a robot block."""
+    _check(robot, {"$defs": scene_schema()["$defs"], "$ref": "#/$defs/robot"}, file)
 
 
 def parameter_names(n: int) -> list[str]:

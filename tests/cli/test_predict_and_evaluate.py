@@ -52,6 +52,24 @@ def test_standard_errors_of_an_incomplete_model_are_said_to_be_too_small(lacks, 
     assert ("the model lacks something" in result.output) == lacks
 
 
+@pytest.mark.parametrize("kind", ["tracker", "probe", "line-laser"])
+def test_an_orientation_that_nothing_shows_is_said_once(kind, sound, tmp_path):
+    """Of a tracker's point and of a probe, orientations are those of the declared mount: one line says so, with --std and without. A scanner
+    shows its own, with standard deviations."""
+    calibration = sound / "out/calibration.json"
+    if kind != "line-laser":
+        folder = make_scene(kind=kind, seed=21, poses_per_plane=30).write(tmp_path / "dataset")
+        assert run("calibrate", folder, "-o", tmp_path / "out").exit_code == 0
+        calibration = tmp_path / "out/calibration.json"
+    for options in ((), ("--std",)):
+        result = run("predict", calibration, sound / "joints.csv", "-o", tmp_path / "frames.csv", *options)
+        assert result.exit_code == 0, result.output
+        said = result.output.count("orientations are those of the declared mount")
+        assert said == (0 if kind == "line-laser" else 1)
+    columns = set(pd.read_csv(tmp_path / "frames.csv").columns)
+    assert {"rx", "ry", "rz", "x_std"} <= columns and ("rx_std" in columns) == (kind == "line-laser")
+
+
 def test_predict_refuses_what_is_no_table_or_no_calibration(sound, tmp_path):
     """A missing file, a folder, an empty file and a file that is no calibration are refused."""
     (tmp_path / "empty.csv").touch()

@@ -1,5 +1,8 @@
 """Imports of spreadsheets and of profiles as scanners save them; the tests write files of these layouts."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -95,6 +98,31 @@ def test_plain_columns_in_one_file_for_each_pose(folder):
     status, said, dataset = imported(folder, mapping)
     assert status == 0, said
     check(dataset)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
+def test_a_german_export_with_the_state_of_the_instrument(folder, encoding):
+    """The example of docs/mapping.md is read as it stands there: lines of state, semicolons, decimal commas, a mark for what was not measured."""
+    for k in range(POSES):
+        cells = ["-9999,0000" if i < 2 else f"{value:.4f}".replace(".", ",") for i, value in enumerate(Z[k])]
+        head = [
+            "scanCONTROL 2900-50",
+            f"Messgerät, Profil {11 + k}",
+            "Exposure time [ms];1,00",
+            "X [mm];Z [mm]",
+        ]
+        rows = [f"{x:.4f}".replace(".", ",") + f";{cell}" for x, cell in zip(X, cells, strict=True)]
+        (folder / f"profile_{11 + k}.csv").write_text("\r\n".join([*head, *rows]) + "\r\n", encoding=encoding)
+    page = (Path(__file__).parents[2] / "docs/mapping.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```yaml\n(points:\n  files: \[\{name: profile_\*.*?)```", page, re.DOTALL)
+    if encoding == "cp1252":
+        block = block.replace("text: {", "text: {encoding: cp1252, ")
+    status, said, dataset = imported(folder, POSES_BLOCK + block + DESCRIPTION)
+    assert status == 0, said
+    check(dataset, lost=2)
+    wrong = block.replace("skip_lines: 3, ", "")
+    status, said, _ = imported(folder, POSES_BLOCK + wrong + DESCRIPTION)
+    assert status == 2 and "profile_11.csv" in said and "write skip_lines: " in said, said
 
 
 def test_spreadsheets(folder):

@@ -57,11 +57,11 @@ def candidates(page: str) -> str:
 def test_advice_is_what_to_do_how_to_see_it_and_what_changes_in_the_controller(
     found: Diagnosis, page: str
 ) -> None:
-    """Each finding has one paragraph, headed by its title, and the controller has one."""
+    """Each finding has one paragraph, headed by its title and the maker's name of the joint, and the controller has one."""
     section = page.split("<h2>What to do next</h2>")[1].split("<h2>")[0]
     items = re.findall(r"<li>(.*?)</li>", section)
     effect = found.findings[0].effect
-    assert items[0].startswith(f"<strong>{words.capital(effect.title)}.</strong>")
+    assert items[0].startswith(f"<strong>{words.capital(effect.title)} (J3).</strong>")
     assert effect.how_to_measure in items[0].replace("&#39;", "'")
     assert sum("In the controller." in item for item in items) == 1
 

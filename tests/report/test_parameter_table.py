@@ -12,8 +12,15 @@ from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.estimation.result import load_calibration
 from scalar.geometry.robot import Robot
 from scalar.geometry.roll_pitch_yaw import rotation_from_rpy
-from scalar.geometry.standard_dh import in_rows
-from scalar.report.parameter_table import _fixed, _signed, gauge_rows, parameter_tables
+from scalar.geometry.standard_dh import in_rows, read_as_standard
+from scalar.report.parameter_table import (
+    _fixed,
+    _signed,
+    convention_in_words,
+    gauge_rows,
+    parameter_tables,
+)
+from scalar.robots import read_arm
 from tests.calibrated_arms import T_SENSOR, calibrated
 
 ROWS = [
@@ -152,3 +159,20 @@ def test_the_terminal_says_how_far_the_sensor_is_from_its_stated_place():
     stated[:3, 3] += [0.01, -0.02, 0.02]
     assert "; 30.0 mm from where nominal_pose has it" in describe_calibration(made, stated)
     assert "nominal_pose" not in describe_calibration(made)
+
+
+@pytest.mark.parametrize("convention", ["modified-dh", "standard-dh"])
+def test_the_makers_name_of_an_axis_stands_beside_the_joint(convention: str) -> None:
+    """A reader who knows the arm by its manual finds axis L in row 2; an arm that the library does not know has numbers alone."""
+    robot = Robot.from_mapping(read_arm("yaskawa_gp7").mapping)
+    if convention == "standard-dh":
+        robot = read_as_standard(robot)
+        robot = replace(robot, name="my own arm")
+    made = calibrated(robot, np.random.default_rng(0))
+    names = [row["name"] for table in parameter_tables(made, None) for row in table["rows"]]
+    if convention == "modified-dh":
+        assert {"a 1 (S)", "d 2 (L)", "alpha 3 (U)", "theta 4 (R)", "d 5 (B)", "theta 6 (T)"} <= set(names)
+        assert "what the maker calls the axis" in convention_in_words(robot)
+    else:
+        assert not any("(" in name for name in names)
+        assert "maker" not in convention_in_words(robot)

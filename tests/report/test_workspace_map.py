@@ -92,10 +92,10 @@ def test_each_cell_says_its_error_and_its_band(section: dict) -> None:
 
 
 def test_before_and_after_show_the_same_quantity(section: dict) -> None:
-    """The colour of a cell is the class of its mean error, before as after; that of the upper end of the band stands in maps of its own."""
+    """The colour of a cell is the class of its mean error, before as after; the upper ends of the bands stand in maps of their own, both as well."""
     cell = r"mean error (\S+) mm, 95 % band \S+ to (\S+) mm"
-    for picture in section["pictures"][:3]:
-        upper = picture is section["pictures"][2]
+    for picture in section["pictures"][:4]:
+        upper = picture in section["pictures"][2:4]
         class_of = {colour: text for _, colour, text in picture.key}
         for markup in (picture.before, picture.after):
             # The marks of one colour are one group.
@@ -109,6 +109,7 @@ def test_before_and_after_show_the_same_quantity(section: dict) -> None:
                 # The text has two digits, so that a value at an edge may be rounded beyond it.
                 assert 0.94 * low <= float(high if upper else value) <= 1.06 * top
     assert "97.5 %" not in section["pictures"][0].after and "97.5 %" in section["pictures"][2].caption
+    assert "before, at most" in section["pictures"][2].before
 
 
 def test_the_page_of_a_calibration_begins_with_the_error_and_what_to_do() -> None:
@@ -192,7 +193,7 @@ def test_an_arm_that_fills_no_slice_is_no_error(joints: int) -> None:
     calibration = uncertain(Robot.from_mapping({"name": "arm", "joints": rows}))
     seen = Poses(np.zeros((4, joints)), np.arange(4.0), {})
     found = workspace_section(calibration, None, seen, SHIPPED)
-    assert found is None if joints == 1 else found is not None and len(found["pictures"]) == 4
+    assert found is None if joints == 1 else found is not None and len(found["pictures"]) == 5
 
 
 def test_a_model_that_is_exact_has_no_map() -> None:

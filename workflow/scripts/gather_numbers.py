@@ -45,7 +45,9 @@ with logged(snakemake.log):
             exam[WORST] > parts["stratified"][WORST] for exam in exams
         )
     if given.separation:
-        parts["separation"]["separable"] |= committed.separated(read_table(given.separation))
+        pairs = read_table(given.separation)
+        parts["separation"]["separable"] |= committed.separated(pairs)
+        parts["separation"]["causes"] = committed.confounded_pairs(pairs)
     if given.correlation:
         parts["correlations"] = committed.strong_correlations(read_table(given.correlation))
     if given.workspace:

@@ -56,6 +56,56 @@ def test_pairs_that_can_be_separated_are_those_of_the_summary():
     assert 0 <= found["named_alone_at_random"] <= summary["diagnosed_random"]["count"]
 
 
+def test_confounded_pairs_add_up_to_the_summary():
+    """The pairs of causes together are as many as the summary counts, and as many of them can be separated; none stands there in two orders."""
+    summary = json.loads((SUMMARIES / "planning/separation.json").read_text(encoding="utf-8"))
+    found = committed.confounded_pairs(read_table(SUMMARIES / "planning/separation.csv"))
+    assert sum(entry["pairs"] for entry in found) == summary["pairs"]
+    assert sum(entry["by_some"] for entry in found) == summary["separable"]["pairs"]
+    assert sum(entry["by_all"] for entry in found) == summary["separable_by_all"]["pairs"]
+    assert len({frozenset((entry["first"], entry["second"])) for entry in found}) == len(found)
+
+
+def test_a_pair_of_causes_is_counted_in_either_order():
+    """The effect and its rival may change places; a pair that the diagnosed poses separate already can be separated by nothing more."""
+    columns = ["pairs", "effect", "rival", "now", "separable", "separable_by_all", "distinguished"]
+    rows = [
+        (1, "gear", "scale", 1.0, True, True, True),
+        (1, "scale", "gear", 9.0, True, True, False),
+        (2, "slip", "bow", 1.0, False, True, False),
+        (0, None, None, None, None, None, None),
+    ]
+    table = pd.DataFrame(rows, columns=columns)
+    assert committed.confounded_pairs(table.assign(distinguished_at_random=False)) == [
+        {
+            "first": "gear",
+            "second": "scale",
+            "pairs": 2,
+            "by_some": 1,
+            "by_all": 1,
+            "planned": 1,
+            "at_random": 0,
+        },
+        {
+            "first": "bow",
+            "second": "slip",
+            "pairs": 1,
+            "by_some": 0,
+            "by_all": 1,
+            "planned": 0,
+            "at_random": 0,
+        },
+    ]
+
+
+def test_the_documentation_has_the_same_pairs():
+    """The table of docs/results.md has a row for each pair of causes, with the counts of the summary."""
+    lines = (ROOT / "docs/results.md").read_text(encoding="utf-8").splitlines()
+    for e in committed.confounded_pairs(read_table(SUMMARIES / "planning/separation.csv")):
+        counts = " | ".join(str(e[key]) for key in ("pairs", "by_some", "by_all", "planned", "at_random"))
+        assert f"| {e['first']}, {e['second']} | {counts} |" in lines
+
+
 def test_strong_correlations_have_no_sign_and_occur_once():
     """Each pair of parameters with a correlation of either sign beyond the threshold occurs once, under the earlier of its names."""
     rows = [("a", 1.0, -0.9, 0.1), ("b", -0.9, 1.0, 0.75), ("c", 0.1, 0.75, 1.0)]

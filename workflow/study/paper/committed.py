@@ -87,6 +87,38 @@ def over_workspace(table: pd.DataFrame) -> dict[str, float]:
     }
 
 
+def confounded_pairs(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return which pairs of causes the diagnosis confounds, and how many of each some further poses can separate; those that most can come first.
+
+    Args:
+        table: separation.csv of the planned poses.
+
+    Returns:
+        For each pair ``first`` and ``second``, the titles of the two causes in the order of the alphabet; ``pairs``, how many sets confound them;
+        ``by_some`` and ``by_all``, in how many of these some choice of as many poses, and all poses of the pool together, can separate them (pairs
+        that the diagnosed poses separate already do not count); ``planned`` and ``at_random``, in how many the new diagnosis distinguishes them.
+    """
+    whole: Any = table
+    every = whole[whole["pairs"] > 0]
+    still_open = every["now"] < ANSWERED**0.5
+    causes = [tuple(sorted(pair)) for pair in zip(every["effect"], every["rival"], strict=True)]
+    counted: Any = pd.DataFrame(
+        {
+            "causes": causes,
+            "pairs": 1,
+            "by_some": (every["separable"].eq(True) & still_open).astype(int).to_numpy(),
+            "by_all": (every["separable_by_all"].eq(True) & still_open).astype(int).to_numpy(),
+            "planned": every["distinguished"].eq(True).astype(int).to_numpy(),
+            "at_random": every["distinguished_at_random"].eq(True).astype(int).to_numpy(),
+        }
+    )
+    sums = counted.groupby("causes").sum().sort_values(["by_some", "by_all", "pairs"], ascending=False)
+    return [
+        {"first": first, "second": second} | {str(key): int(count) for key, count in row.items()}
+        for (first, second), row in sums.to_dict("index").items()
+    ]
+
+
 def strong_correlations(table: pd.DataFrame) -> dict[str, dict[str, float]]:
     """Return ``{parameter: {later parameter: absolute value}}`` of all correlations of at least ``STRONG``.
 
