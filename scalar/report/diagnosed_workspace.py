@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.stats import chi2
 
 from scalar.diagnosis.accuracy.discrepancy_of_fit import discrepancy_of_shipped
 from scalar.diagnosis.accuracy.expected_errors import expected_errors
-from scalar.diagnosis.noise.repeated_poses import repeated_poses
+from scalar.diagnosis.noise.repeated_poses import RepeatedPoses, repeated_poses
 from scalar.evaluate.workspace_errors import MEAN_OVER_RMS
 from scalar.report import words
 from scalar.report.beyond_ranges import error_left_open
@@ -17,6 +18,8 @@ from scalar.report.workspace_map import SHIPPED, workspace_section
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
     from scalar.diagnosis.result import Diagnosis
+
+_CHANCE = 0.01  # chosen: with a right noise, one report in a hundred says that the scatter of repeated poses disagrees with it
 
 
 def diagnosed_workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
@@ -58,5 +61,22 @@ def repeated_in_words(dataset: Dataset) -> str:
     return (
         f"Repeated poses scatter by {words.length(found.scatter)} (root mean square; the arm came back {found.returns} times, to {poses}). "
         "This is the least error of any model of the joint angles: it holds the arm's repeatability, the noise of the tracker, and what changed "
-        "in between."
+        f"in between.{_beside_stated_noise(found)}"
     )
+
+
+def _beside_stated_noise(found: RepeatedPoses) -> str:
+    """Return a sentence if the stated noise contradicts the scatter of repeated poses, or explains only a part of it; else nothing."""
+    if found.by_stated_noise is None:
+        return ""
+    freedom = 3 * found.freedom  # of single coordinates
+    least, most = np.sqrt(chi2.ppf([_CHANCE / 2, 1 - _CHANCE / 2], freedom) / freedom) * found.by_stated_noise
+    alone = f"The stated noise alone would scatter them by {words.length(found.by_stated_noise)}"
+    if found.scatter < least:
+        return f" {alone}, which is more: the noise is stated too large, and nothing in this diagnosis was decided by the comparison."
+    if found.scatter > most:
+        return (
+            f" {alone}; the rest is the arm's repeatability and what changed in between, unless the noise is stated too small. Nothing in this "
+            "diagnosis was decided by the comparison."
+        )
+    return ""

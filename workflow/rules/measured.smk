@@ -150,12 +150,18 @@ rule check_measured:
 rule summarise_measured:
     input:
         originals=lambda w: expand(rules.get_originals.output[0], set=AT_HAND.names),
+        datasets=lambda w: expand(rules.import_measured.output[0], set=AT_HAND.names),
         diagnoses=lambda w: expand(rules.diagnose_measured.output.diagnosis, set=AT_HAND.names),
         errors=lambda w: expand(rules.compare_measured.output[0], set=AT_HAND.names),
         transfers=lambda w: expand(rules.transfer_measured.output.errors, set=AT_HAND.transferred),
         checks=lambda w: expand(rules.check_measured.output.checks, set=AT_HAND.names),
         gears=lambda w: expand(rules.check_measured.output.gears, set=AT_HAND.names),
-        modules=modules("study.measured.models", "study.measured.originals", "study.measured.gears"),
+        modules=modules(
+            "study.measured.models",
+            "study.measured.originals",
+            "study.measured.gears",
+            "study.measured.repeated",
+        ),
     output:
         summary=f"{MEASURED}/summaries/numbers.json",
         table=report(

@@ -30,15 +30,25 @@ class RepeatedPoses:
         scatter: Root mean square distance [m] of a point from its mean over the standstills at the same joint angles, by their degrees of freedom.
         returns: Number of standstills beyond the first at each pose.
         poses: Number of poses to which the arm came back.
+        freedom: Degrees of freedom of the scatter, each of a point in space: three of a coordinate.
+        by_stated_noise: What ``scatter`` would be expected to be if the stated noise were its only cause [m]; None if no noise is stated.
     """
 
     scatter: float
     returns: int
     poses: int
+    freedom: int
+    by_stated_noise: float | None
 
 
-def repeated_poses(dataset: Dataset) -> RepeatedPoses | None:
-    """Return the scatter of poses to which the arm came back; None without tracked points, or with too few returns."""
+def repeated_poses(dataset: Dataset, same_angles: float = SAME_ANGLES) -> RepeatedPoses | None:
+    """Return the scatter of poses to which the arm came back; None without tracked points, or with too few returns.
+
+    Args:
+        dataset: What was measured.
+        same_angles: Joint coordinates that all differ by less are those of one pose [rad, or m of a joint that slides]. With a larger value than the
+            default the scatter also holds what the differences of the angles move.
+    """
     if dataset.planes or dataset.points.shape[1:] != (_COORDINATES,) or not len(dataset.points):
         return None
     pose_of_point = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
@@ -48,7 +58,7 @@ def repeated_poses(dataset: Dataset) -> RepeatedPoses | None:
     session = np.zeros(dataset.n_poses) if dataset.session is None else dataset.session
     load = known.columns.get(PAYLOAD[0], np.zeros(dataset.n_poses))
     others = np.column_stack([session, np.nan_to_num(np.asarray(load, dtype=float), nan=-1.0)])
-    place = first_of_repetitions(np.column_stack([dataset.q, others]), SAME_ANGLES)
+    place = first_of_repetitions(np.column_stack([dataset.q, others]), same_angles)
     target = dataset.point_columns.get("target", np.zeros(len(dataset.points)))
     # One mean for each target at each standstill, and the place of each of these means.
     keys = np.column_stack([place[pose_of_point], target, standstill[pose_of_point]])
@@ -64,11 +74,28 @@ def repeated_poses(dataset: Dataset) -> RepeatedPoses | None:
     returns = int(np.sum(at_place - 1))
     if returns < LEAST_RETURNS or freedom < LEAST_RETURNS:
         return None
-    return RepeatedPoses(float(np.sqrt(np.sum(off**2) / freedom)), returns, int(np.sum(at_place > 1)))
+    scatter = float(np.sqrt(np.sum(off**2) / freedom))
+    noise = _stated_noise(dataset)
+    by_noise = None
+    if noise is not None:
+        of_means = _means(noise[:, None] ** 2, index.ravel(), len(read))[:, 0] / np.bincount(index.ravel())
+        left = (
+            1.0 - 1.0 / count[of_place]
+        )  # of the variance of a reading, after the mean of its place is subtracted
+        by_noise = float(np.sqrt(_COORDINATES * np.sum(of_means * left) / freedom))
+    return RepeatedPoses(scatter, returns, int(np.sum(at_place > 1)), freedom, by_noise)
+
+
+def _stated_noise(dataset: Dataset) -> Array | None:
+    """Return the stated standard deviation ``(P,)`` [m] of a coordinate of every point; None if it is not stated for all of them."""
+    own, common = dataset.point_columns.get("noise"), dataset.sensor.noise
+    everywhere = np.full(len(dataset.points), np.nan if common is None else float(common))
+    stated = everywhere if own is None else np.where(np.isfinite(own), own, everywhere)
+    return stated if np.isfinite(stated).all() else None
 
 
 def _means(points: Array, index: Array, groups: int) -> Array:
-    """Return the mean ``(groups, 3)`` of the points ``(P, 3)`` of each group; ``index`` ``(P,)`` is the group of each point."""
+    """Return the mean ``(groups, c)`` of the rows ``(P, c)`` of each group; ``index`` ``(P,)`` is the group of each point."""
     sums = np.zeros((groups, points.shape[1]))
     np.add.at(sums, index, points)
     return sums / np.bincount(index, minlength=groups)[:, None]

@@ -67,3 +67,36 @@ def test_the_report_states_the_scatter():
     said = repeated_in_words(taken(np.tile(np.arange(10), 12)))
     assert said.startswith("Repeated poses scatter by 0.0")
     assert "the arm came back 110 times, to 10 poses" in said
+
+
+def with_noise(dataset: Dataset, noise: float | None) -> Dataset:
+    """Return the dataset with another stated noise [m]."""
+    return replace(dataset, sensor=replace(dataset.sensor, noise=noise))
+
+
+@pytest.mark.parametrize("still", [1, 3])
+def test_the_scatter_is_compared_with_the_stated_noise(still):
+    """Means of several readings scatter by less of the noise; the report speaks only where scatter and stated noise disagree, either way."""
+    dataset = taken(
+        np.tile(np.arange(10), 12), seed=2, still=still
+    )  # a shift that scatters by 1.01 times its size
+    found = repeated_poses(with_noise(dataset, SCATTER))
+    assert found is not None
+    assert found.by_stated_noise == pytest.approx(np.sqrt(3 / still) * SCATTER)
+    right, large, small = (SCATTER * np.sqrt(still) * factor for factor in (1.0, 2.0, 0.5))
+    assert "stated" not in repeated_in_words(with_noise(dataset, right))
+    assert "the noise is stated too large" in repeated_in_words(with_noise(dataset, large))
+    assert "unless the noise is stated too small" in repeated_in_words(with_noise(dataset, small))
+    assert "stated" not in repeated_in_words(with_noise(dataset, None))
+
+
+def test_angles_that_were_logged_need_a_wider_limit():
+    """Returns whose logged angles differ by hundredths of a milliradian are found with the limit that is asked for, and not without it."""
+    dataset = taken(np.tile(np.arange(10), 2))
+    names = [f"q{i}" for i in range(1, 7)]
+    jitter = np.random.default_rng(2).uniform(-3e-5, 3e-5, (20, 6))
+    logged = dataset.poses.assign(**dict(zip(names, (dataset.q + jitter).T, strict=True)))
+    dataset = replace(dataset, poses=logged)
+    assert repeated_poses(dataset) is None
+    found = repeated_poses(dataset, 1e-4)
+    assert found is not None and found.returns == 10

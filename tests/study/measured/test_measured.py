@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from study.measured.gears import agreement, gear_errors
 from study.measured.models import BEFORE, compare, on_a_fresh_split, on_shuffled_angles
+from study.measured.repeated import floor_of
 from study.paper.measured import measured_counts
 from study.plots.measured import draw_errors, draw_gears
 
@@ -112,6 +113,24 @@ def test_the_figures_show_every_set_and_joint(one):
     assert len(draw_gears(gears).axes) == 2
 
 
+def test_the_floor_of_a_campaign_is_the_scatter_of_its_returns():
+    """Logged angles that differ by hundredths of a milliradian are one pose; a campaign that never comes back has no floor."""
+    arm = make_scene("vs060", "tracker", poses_per_plane=8, noise=1e-9, seed=4).dataset
+    rng = np.random.default_rng(3)
+    rows = np.tile(np.arange(8), 6)
+    poses = arm.poses.iloc[rows].assign(pose=np.arange(48), order=np.arange(48.0))
+    for i in range(1, 7):
+        poses[f"q{i}"] += rng.uniform(-1e-5, 1e-5, 48)
+    shift = 4e-5 * rng.standard_normal((48, 3))
+    back = replace(
+        arm, poses=poses.reset_index(drop=True), points=arm.points[rows] + shift, starts=np.arange(49)
+    )
+    found = floor_of(back)
+    assert (found["returns"], found["poses"]) == (40, 8)
+    assert found["scatter_mm"] == pytest.approx(np.sqrt(3) * 0.04, rel=0.2)  # 120 degrees of freedom: 6 %
+    assert floor_of(arm) is None
+
+
 def committed():
     """Return the sets of the committed summary that have errors on unseen poses, README, and the page on measured arms."""
     sets = json.loads((ROOT / "paper/summaries/measured/numbers.json").read_text(encoding="utf-8"))["sets"]
@@ -146,9 +165,11 @@ def test_the_tables_say_what_the_summaries_say():
             for when in ("before", "after")
         ]
         told.append(f"{found['checks']['shuffled']['held_out_rms_mm']:.2f}")
+        repeated = found["repeated_poses"]
+        told.append(f"{repeated['scatter_mm']:.2f} ({repeated['returns']})" if repeated else "–")
         (row,) = [line for line in page.splitlines() if line.startswith(f"| `{name}`")]
         assert f", {models['geometry']['poses']} poses" in row
-        assert [cell.strip() for cell in row.split("|")[2:6]] == told
+        assert [cell.strip() for cell in row.split("|")[2:7]] == told
         assert all(len(checksum) == 64 for checksum in found["files_sha256"].values())
 
 

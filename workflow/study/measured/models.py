@@ -177,6 +177,7 @@ def summarise(
     checks: Mapping[str, Mapping[str, Any]],
     gears: Mapping[str, pd.DataFrame],
     agreements: Mapping[str, Sequence[Mapping[str, Any]]],
+    floors: Mapping[str, Mapping[str, Any] | None],
 ) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]:
     """Return the summary of all sets, the same errors as a table with a row for each set and model, and the errors of all gears.
 
@@ -187,6 +188,7 @@ def summarise(
         checks: ``{set: {"fresh_split": .., "shuffled": ..}}``, as ``on_a_fresh_split`` and ``on_shuffled_angles`` return them.
         gears: ``{set: table}``, as ``study.measured.gears.gear_errors`` returns it, with the column ``set``.
         agreements: ``{pair of sets: list}``, as ``study.measured.gears.agreement`` returns it.
+        floors: ``{set: what repeated poses show}``, as ``study.measured.repeated.floor_of`` returns it.
     """
     sets: dict[str, Any] = {}
     rows = []
@@ -205,6 +207,7 @@ def summarise(
             "effects": [_summarised(effect) for effect in diagnosis["effects"]],
             "outlier_poses": diagnosis["outliers"]["poses"],
             "floor_mm": diagnosis["residual"]["floor_mm"],
+            "repeated_poses": floors[name],
             "checks": dict(checks[name]),
         }
         rows += [{"set": name, "model": model, **values} for model, values in models.items()]

@@ -35,6 +35,14 @@ _LINES: dict[str, Any] = {
     "baseline-clip": "-.",
     "baseline-raise": ":",
 }
+_MEANS: dict[str, Any] = {
+    "color": LINE,
+    "linestyle": "none",
+    "marker": "x",
+    "markersize": 5.5,
+    "markeredgewidth": 1.3,
+    "zorder": 6,
+}
 _FLOOR = {"mm": 1e-4, "deg": 1e-5}  # smaller errors are drawn as triangles on the lower edge
 _ZERO = 3.0  # on a logarithmic axis, zero is drawn at the smallest value divided by this
 _NEAR_IN = 0.36  # labels of ticks nearer than this to one another are left out [in]
@@ -74,6 +82,9 @@ def draw_sweep(summary: pd.DataFrame, published: pd.DataFrame, label: str, scale
 def draw_panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity: str, scale: str) -> None:
     """Draw one quantity: the bands and medians of the methods, the bound, and the published points.
 
+    The bound is one of the error's mean over the noise: it is drawn as its mean over the seeds, beside the mean of the proposed method at the cases
+    in which every fit succeeds.
+
     Args:
         ax: The axes to draw in.
         raw: The rows of summary.csv without alignment.
@@ -98,14 +109,11 @@ def draw_panel(ax: Axes, raw: Any, published: Any, methods: list[str], quantity:
         small = shown[:, 1] < floor
         ax.plot(x[small], np.full(small.sum(), floor * 1.25), "v", color=look.colour, markersize=4)
     bound = rows[rows["method"] == BOUND_ROWS].sort_values("value")
-    ax.plot(
-        place_values(bound["value"], values, scale),
-        bound["median"],
-        ":",
-        color=LINE,
-        linewidth=1.8,
-        zorder=4,
-    )
+    style = {"color": LINE, "linewidth": 1.8, "zorder": 4}
+    ax.plot(place_values(bound["value"], values, scale), bound["mean"], ":", **style)
+    means = rows[(rows["method"] == "proposed") & (rows["failed"] + rows["lost"] == 0)]
+    means = means[means["value"].isin(bound["value"]) & (means["mean"] >= floor)]
+    ax.plot(place_values(means["value"], values, scale), means["mean"], **_MEANS)
     if len(published):
         x = place_values(published["value"], values, scale)
         ax.plot(
@@ -201,7 +209,11 @@ def legend_entries(methods: list[str], seeds: int, has_published: bool) -> list[
         style = {"linestyle": _LINES[method], "marker": look.marker, "markersize": 4.5}
         entries.append(Line2D([], [], color=look.colour, label=look.label, **style))
     entries.append(Patch(facecolor=BAND, alpha=0.2, label=f"5 to 95 % of {seeds} seeds; line: median"))
-    entries.append(Line2D([], [], color=LINE, linestyle=":", linewidth=1.8, label="Cramér-Rao bound"))
+    entries.append(
+        Line2D([], [], color=LINE, linestyle=":", linewidth=1.8, label="Cramér-Rao bound of the mean error")
+    )
+    if "proposed" in methods:
+        entries.append(Line2D([], [], **_MEANS, label="mean of the proposed method, for the bound"))
     if has_published:
         entries.append(
             Line2D([], [], color=PUBLISHED, linestyle="none", marker="o", label="published (one run a point)")
