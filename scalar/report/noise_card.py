@@ -49,7 +49,11 @@ def noise_clause(diagnosis: Diagnosis) -> str:
         )
     if diagnosis.noise[0].name == JITTER:
         sure = diagnosis.noise_confidence >= SURE
-        doubt = "" if sure else ", or an error that belongs to each pose scatters the poses alike, as that of a hose does"
+        doubt = (
+            ""
+            if sure
+            else ", or an error that belongs to each pose scatters the poses alike, as that of a hose does"
+        )
         return f"the joints come back to a pose only up to a random error{doubt}"
     return f"each {_measurement(diagnosis)} as a whole has a random error"
 
@@ -110,6 +114,7 @@ def noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
         "p_value": words.chance(best.p_value),
         "option": "",  # a random error is nothing that a calibration frees
         "sure": f"{100 * entry['confidence']:.0f} %",
+        "limit": diagnosis.noise_limit,
         "chosen": unseen_words.share(entry, diagnosis),
         "before": None,
         "after": None,
