@@ -71,13 +71,17 @@ def _lines_on_effects(diagnosis: Diagnosis, entries: list[dict[str, Any]]) -> It
     found = diagnosis.calibration_found
     view = FittedView.of(diagnosis.after, found.free, found.covariance)
     for k, entry in enumerate(entries[:_EFFECTS_NAMED]):
-        size, sign = "", ""
+        size, sign, limit = "", "", ""
         if k < len(indices):
             i = indices[k]
-            sign = diagnosis.findings[i].effect.sign_in_words
+            sign, limit = diagnosis.findings[i].effect.sign_in_words, diagnosis.findings[i].limit
             if len(entry["coefficients"]) > _COEFFICIENTS_SHOWN:
                 size = _size_of_many(diagnosis, i, view)
+        elif diagnosis.noise and entry["name"] == diagnosis.noise[0].name:
+            limit = diagnosis.noise_limit
         yield from _lines_on_effect(entry, size, sign, diagnosis.findings)
+        if limit:
+            yield f"    its confidence is no larger because {limit}"
     if len(entries) > _EFFECTS_NAMED:
         yield f"  and {len(entries) - _EFFECTS_NAMED} more"
     if entries:
@@ -101,7 +105,9 @@ def _lines_on_effect(
     yield f"  {title}{size}{_sizes(entry, sign)}{sure}"
     for like in entry.get("most_like", ()):
         name = words.quoted(words.title(like["name"], like["target"]))
-        yield f"    most like {name}, a name with {like['confidence']:.0%} confidence"
+        why = [f.limit for f in findings if f.doubtful and _is_entry_of(like, f)]
+        reason = f", no more because {why[0]}" if why and why[0] else ""
+        yield f"    most like {name}, a name with {like['confidence']:.0%} confidence{reason}"
     if unattributed:
         for description in [f.effect.described_as for f in findings if f.effect.flexible]:
             yield f"    described by {description}, which proves no cause"
@@ -110,6 +116,11 @@ def _lines_on_effect(
         n_more = len(near) - _CONFOUNDED_NAMED
         more = [f"{n_more} more"] if n_more > 0 else []
         yield f"    these data do not distinguish it from {words.listed(near[:_CONFOUNDED_NAMED] + more, 'or')}"
+
+
+def _is_entry_of(entry: Mapping[str, Any], finding: Finding) -> bool:
+    """Return whether an entry of diagnosis.json is that of a finding."""
+    return entry["name"] == finding.effect.name and entry["target"] == finding.effect.target
 
 
 def _line_on_option(diagnosis: Diagnosis) -> Iterator[str]:

@@ -16,9 +16,8 @@ from scalar.diagnosis.held_out.outer_split import OuterSplit
 from scalar.diagnosis.naming.confidence import confidence
 from scalar.diagnosis.naming.finding import UNATTRIBUTED, Finding, unattributed_entry
 from scalar.diagnosis.naming.grounds import Grounds
-from scalar.diagnosis.naming.jitter_at_returns import most_confidence_at_returns
+from scalar.diagnosis.naming.limits_of_noise import limit_of_noise
 from scalar.diagnosis.naming.observability import Unobservable
-from scalar.diagnosis.naming.two_halves import most_confidence
 from scalar.diagnosis.noise.noise_floor import noise_entry, noise_floor
 from scalar.diagnosis.scoring.ranking import Scored
 from scalar.diagnosis.shipping.shipped_fit import ShippedFit
@@ -132,13 +131,16 @@ class Diagnosis:
     def noise_confidence(self) -> float:
         """Return the estimated probability that the likeliest variance component has its name rightly."""
         assert self.noise_grounds is not None
-        result = confidence(self.noise_grounds, self.noise[0].name)
-        result = min(result, most_confidence_at_returns(self.after, self.noise[0]))
-        if self.halves is not None:
-            result = min(
-                result, most_confidence(self.halves.noise_selected_in(self.noise[0].name), self.halves)
-            )
+        most, _ = limit_of_noise(self.after, self.noise[0], self.halves)
+        result = min(most, confidence(self.noise_grounds, self.noise[0].name))
         return result if self.confirmed_noise else min(result, self._noise_selected_in or 0.0)
+
+    @property
+    def noise_limit(self) -> str:
+        """Return why the confidence in the likeliest variance component is no larger, as a clause; empty if no rule lowered it."""
+        assert self.noise_grounds is not None
+        most, reason = limit_of_noise(self.after, self.noise[0], self.halves)
+        return reason if most < confidence(self.noise_grounds, self.noise[0].name) else ""
 
     @property
     def noise_is_doubtful(self) -> bool:

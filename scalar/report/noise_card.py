@@ -116,6 +116,7 @@ def noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
         "p_value": words.chance(best.p_value),
         "option": "",  # a random error is nothing that a calibration frees
         "sure": f"{100 * entry['confidence']:.0f} %",
+        "limit": diagnosis.noise_limit,
         "chosen": unseen_words.share(entry, diagnosis),
         "before": None,
         "after": None,

@@ -211,18 +211,26 @@ def caution(diagnosis: Diagnosis, finding: Finding) -> str:
     """Return what to do before a finding is acted on, if its cause is confounded with another or not certain; else nothing."""
     if finding.effect.flexible:
         return ""
+    percent = f"{100 * finding.confidence:.0f} %"
     if finding.doubtful:
-        return (
-            f"Look for the cause before anything is repaired: {words.quoted(finding.effect.title)} is only what it resembles most, and a name with "
-            f"such evidence has been right in {100 * finding.confidence:.0f} % of the simulated trials."
+        how_sure = (
+            f"its name has a confidence of {percent}, and no more because {finding.limit}"
+            if finding.limit
+            else f"a name with such evidence has been right in {percent} of the simulated trials"
         )
+        return f"Look for the cause before anything is repaired: {words.quoted(finding.effect.title)} is only what it resembles most, and {how_sure}."
     if finding.confounded_with:
         return _distinguish(diagnosis, finding)
     if finding.confidence >= SURE:
         return ""
+    why = (
+        f"because {finding.limit}"
+        if finding.limit
+        else "which is how often a name with such evidence was right in simulated trials"
+    )
     return (
-        f"Confirm {words.quoted(finding.effect.title)} with a second campaign before anything is repaired: its confidence is only "
-        f"{100 * finding.confidence:.0f} %, which is how often a name with such evidence was right in simulated trials."
+        f"Confirm {words.quoted(finding.effect.title)} with a second campaign before anything is repaired: its confidence is only {percent}, "
+        f"{why}."
     )
 
 

@@ -190,6 +190,7 @@ def _card(
         "size": effect.size(pictures),
         "p_value": words.chance(finding.p_value),
         "sure": f"{100 * finding.confidence:.0f} %",
+        "limit": finding.limit,
         "chosen": unseen_words.share({"selected_in": finding.selected_in}, diagnosis),
         "before": words.number(finding.before.rms / MM),
         "after": words.number(finding.after.rms / MM),

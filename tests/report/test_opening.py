@@ -6,6 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.flexible.joint import UnattributedJoint
@@ -26,6 +27,7 @@ def found(effect: Any, before: float, after: float) -> Any:
         doubtful=False,
         confidence=0.95,
         confounded_with=(),
+        limit="",
     )
 
 
@@ -80,6 +82,17 @@ def test_a_doubtful_name_is_a_hint():
     assert "joint 3" in first and "no certain name, most like “joint 2: backlash”" in last
     warning = caution(SimpleNamespace(findings=()), doubtful)  # type: ignore[arg-type]
     assert "Look for the cause before anything is repaired" in warning and "30 %" in warning
+
+
+@pytest.mark.parametrize("doubtful", [False, True])
+def test_a_confidence_that_a_rule_lowered_is_no_share_of_trials(doubtful):
+    """Advice on a name whose confidence a rule lowered gives the rule's reason, and does not say that so many such names were right in trials."""
+    finding = found(JointBacklash(2, "approach"), 3e-4, 1e-4)
+    finding.doubtful, finding.confidence, finding.confounded_with = doubtful, 0.5, ()
+    assert "simulated trials" in caution(SimpleNamespace(findings=()), finding)  # type: ignore[arg-type]
+    finding.limit = "the joint angles were rounded"
+    told = caution(SimpleNamespace(findings=()), finding)  # type: ignore[arg-type]
+    assert "50 %" in told and "because the joint angles were rounded." in told and "trials" not in told
 
 
 def test_doubtful_names_of_one_kind_are_said_together():

@@ -18,6 +18,7 @@ def found(joint: int, confidence: float) -> Any:
         doubtful=False,
         confidence=confidence,
         confounded_with=(),
+        limit="",
     )
 
 

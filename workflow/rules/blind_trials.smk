@@ -135,6 +135,8 @@ rule blind_trials:
 #   cp results/blind_trials_stratified/summaries/* paper/summaries/stratified/
 STRATIFIED_DIR = f"{RESULTS}/blind_trials_stratified"
 STRATIFIED_TABLES = ["table", "ratios", "confidence", "conditions"]
+if STRATIFIED.outer_split:
+    STRATIFIED_TABLES.append("outer_split")
 
 
 rule run_stratified_trials:
@@ -166,7 +168,11 @@ rule run_stratified_trials:
 rule summarise_stratified_trials:
     input:
         sets=[f"{STRATIFIED_DIR}/sets/{job}.csv" for job in STRATIFIED.jobs()],
-        modules=modules("study.blind_trials.stratified_summaries", "study.common.tables"),
+        modules=modules(
+            "study.blind_trials.stratified_summaries",
+            "study.blind_trials.outer_split_summary",
+            "study.common.tables",
+        ),
     output:
         **{name: f"{STRATIFIED_DIR}/summaries/{name}.csv" for name in STRATIFIED_TABLES},
         numbers=f"{STRATIFIED_DIR}/summaries/numbers.json",

@@ -3,7 +3,7 @@
 # tables are committed:
 #   snakemake confidence --cores 2
 #   cp results/confidence/coefficients.json scalar/diagnosis/naming/confidence_coefficients.json
-#   cp results/confidence/{answers.csv,reliability.csv,numbers.json} paper/summaries/confidence/
+#   cp results/confidence/{answers.csv,reliability.csv,reliability_by_poses.csv,numbers.json} paper/summaries/confidence/
 CONFIDENCE_DIR = f"{RESULTS}/confidence"
 try:
     CONFIDENCE_CONFIGS = {
@@ -78,6 +78,7 @@ rule fit_confidence:
         coefficients=f"{CONFIDENCE_DIR}/coefficients.json",
         answers=f"{CONFIDENCE_DIR}/answers.csv",
         reliability=f"{CONFIDENCE_DIR}/reliability.csv",
+        by_poses=f"{CONFIDENCE_DIR}/reliability_by_poses.csv",
         numbers=f"{CONFIDENCE_DIR}/numbers.json",
     log:
         f"{RESULTS}/logs/confidence/fit.log",

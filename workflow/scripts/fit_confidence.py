@@ -8,7 +8,13 @@ with logged(snakemake.log):
     from study.common.provenance import code_version
     from study.common.tables import read_tables, write_table
     from study.confidence.answers import answers_of, tracked_answers_of
-    from study.confidence.fit import fitted, reliability, summary, with_confidence
+    from study.confidence.fit import (
+        fitted,
+        reliability,
+        reliability_by_poses,
+        summary,
+        with_confidence,
+    )
 
     sets, tracked = read_tables(snakemake.input.sets), read_tables(snakemake.input.tracked)
     answers = pd.concat([answers_of(sets), tracked_answers_of(tracked)], ignore_index=True)
@@ -16,5 +22,6 @@ with logged(snakemake.log):
     write_json(snakemake.output.coefficients, fitted(answers))
     write_table(snakemake.output.answers, stated)
     write_table(snakemake.output.reliability, reliability(stated))
+    write_table(snakemake.output.by_poses, reliability_by_poses(stated))
     numbers = {"code": code_version(), "sets": len(sets) + len(tracked), "tracked_sets": len(tracked)}
     write_json(snakemake.output.numbers, numbers | summary(stated))

@@ -24,7 +24,7 @@ from scipy.special import expit
 from scalar.diagnosis.naming.grounds import Grounds
 
 COEFFICIENTS = "confidence_coefficients.json"  # written by `snakemake confidence`
-_REFERENCE_POSES = 100  # the number of poses enters as a ratio to this one
+REFERENCE_POSES = 100  # the number of poses enters as a ratio to this one
 _LEAST_SHARE = 1e-3  # smaller numbers count as this one before their logarithm is taken
 _NEAR_NATS = 20.0  # log odds over which ``rivalled`` falls to 1/e: chosen among 10, 20, 40 by the likelihood of trials left out of the fit
 
@@ -47,7 +47,7 @@ def features(grounds: Grounds) -> dict[str, float]:
         "least_log_odds": float(np.sign(least) * np.log1p(abs(least))),
         "rivalled": rivalled,
         "share": (1.0 - rivalled) * explained,
-        "poses": float(np.log(grounds.final_residuals.poses / _REFERENCE_POSES)),
+        "poses": float(np.log(grounds.final_residuals.poses / REFERENCE_POSES)),
         "misfit": float(np.log(max(grounds.final_residuals.misfit, _LEAST_SHARE))),
         "chance": float(np.log(grounds.final_residuals.chance)),
         "others": float(np.log1p(grounds.others)),

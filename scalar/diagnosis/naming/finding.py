@@ -32,6 +32,7 @@ class Finding:
         std: ``(k,)``, standard errors of the coefficients, None for those that were not estimated.
         grounds: The numbers from which the confidence is computed.
         selected_in: Share of the outer split's runs that chose it at its place, or None without that split.
+        limit: Why its confidence is no larger, as a clause, if a rule lowered it below that of the trials; else empty.
         doubtful: Whether its name is too uncertain to be given, so that it is reported as unattributed: the probability that it, or an effect that is
             confounded with it, is the cause is below ``settings.naming.least_confidence``.
     """
@@ -45,17 +46,21 @@ class Finding:
     std: tuple[float | None, ...]
     grounds: Grounds
     selected_in: float | None = None
+    limit: str = ""
     doubtful: bool = False
 
-    def limited(self, most: float, least_confidence: float) -> Finding:
+    def limited(self, most: float, least_confidence: float, reason: str) -> Finding:
         """Return the finding with at most some confidence; its name is doubtful if that is less than a name needs.
 
         Args:
             most: The most confidence.
             least_confidence: What a name needs.
+            reason: Why it is no larger, as a clause.
         """
         doubtful = self.doubtful or most < least_confidence
-        return replace(self, confidence=min(self.confidence, most), doubtful=doubtful)
+        if most >= self.confidence:
+            return replace(self, doubtful=doubtful)
+        return replace(self, confidence=most, doubtful=doubtful, limit=reason)
 
     @property
     def has_name(self) -> bool:

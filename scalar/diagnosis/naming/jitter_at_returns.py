@@ -18,6 +18,7 @@ from scalar.geometry.se3 import Array
 # Of 53 jitters with a confidence of 0.8 or more, 34 were right: the trials to which the confidence was fitted, and three later exams, none of whose
 # arms had a jitter. None of these sets has returns.
 MOST_CONFIDENCE = 0.65
+NO_RETURNS = "no returns to the same poses bear it out, and the pull of a hose or a loose mount scatters poses that all differ alike"
 MOST_SHARE = 0.5  # chosen: of the variance that returns may have in common; with more, the larger part is an error of the angles
 STANDARD_ERRORS = 2.0  # by which that share has to be exceeded, or not reached
 SAME_POSE = 1e-4  # rad, or m of a joint that slides (chosen): above what encoders repeat to, and a twentieth of the wave of an order of 512

@@ -34,6 +34,10 @@ from scalar.diagnosis.structure.leads_of_terms import leads_of_terms
 from scalar.diagnosis.structure.unmodelled_structure import evidence_without_a_name
 from scalar.effects import Effect
 
+_WITHOUT_A_NAME = (
+    "structure without a name, or an error of the instrument, explains the residual about as well"
+)
+_SETS = "two or three other effects together explain about as much"
 NEAREST_RIVALS = 8  # number of rivals, those with the most evidence, with which an effect is compared again without each fold of the poses
 
 
@@ -62,7 +66,8 @@ def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Findin
             _finding(after, scored, i, columns, beside, folds, without_a_name[i], errors, final_residuals)
         )
         if not effect.flexible:
-            found[-1] = found[-1].limited(float(expit(-leads[i])), after.settings.naming.least_confidence)
+            most, least = float(expit(-leads[i])), after.settings.naming.least_confidence
+            found[-1] = found[-1].limited(most, least, _WITHOUT_A_NAME)
             found[-1] = _against_sets(found[-1], scored, i, candidates)
         if run.rival is not None and of_instrument[i] > -after.settings.selection.confounded_margin:
             rivals_too = (*found[-1].confounded_with, *errors_of_instrument_in(run.rival))
@@ -88,7 +93,7 @@ def _against_sets(found: Finding, scored: FittedState, i: int, candidates: Candi
     nearest = nearest_set(scored, i, candidates)
     if nearest is None:
         return found
-    limited, instead = found.limited(nearest.probability, least), nearest.effects[0]
+    limited, instead = found.limited(nearest.probability, least, _SETS), nearest.effects[0]
     near = nearest.lead < scored.settings.selection.confounded_margin
     if not near or any(instead.same_place(effect) for effect in found.confounded_with):
         return limited

@@ -19,6 +19,8 @@ from scalar.effects import Effect
 from scalar.effects.series import Series
 
 MOST_CONFIDENCE = 0.5  # chosen: the cause is the gear or a random error of the joint
+TOO_FEW_POSES = "its orders were found one by one from fewer than eight poses each, and a joint that errs at random has as many that fit"
+STANDS_FOR_AN_ORDER = "the same joint errs in many orders, and this may stand for one of them"
 POSES_PER_ORDER = 8.0  # with fewer, the best orders explain more than half of a random error
 
 
@@ -44,12 +46,14 @@ def limited_by_many_orders(
     """
     one_by_one = [f.effect for f in found if isinstance(f.effect, Series) and not is_shrunk(f.effect)]
     irregular = {effect.joint for effect in one_by_one if len(effect.orders) >= many}
-    return tuple(
-        f.limited(MOST_CONFIDENCE, least_confidence)
-        if are_few(f.effect, n_poses) or _stands_for_an_order(f.effect, irregular)
-        else f
-        for f in found
-    )
+    result = []
+    for f in found:
+        if are_few(f.effect, n_poses):
+            f = f.limited(MOST_CONFIDENCE, least_confidence, TOO_FEW_POSES)
+        elif _stands_for_an_order(f.effect, irregular):
+            f = f.limited(MOST_CONFIDENCE, least_confidence, STANDS_FOR_AN_ORDER)
+        result.append(f)
+    return tuple(result)
 
 
 def _stands_for_an_order(effect: Effect, irregular: Collection[int]) -> bool:

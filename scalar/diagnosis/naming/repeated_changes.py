@@ -16,6 +16,9 @@ from typing import Any
 
 from scalar.diagnosis.naming.finding import Finding
 
+_SEVERAL = (
+    "the name is given several times, and one cause without a name is more probable than so many of one kind"
+)
 MOST_ACCIDENTS = 2  # changes of one kind in a campaign, each at another place, that may be accidents
 
 
@@ -32,7 +35,8 @@ def repeated_changes_doubted(found: Sequence[Finding], least_confidence: float) 
         times = 1 if f.effect.flexible else next(times_of)
         confidence = f.confidence / times
         doubtful = f.doubtful or (times > 1 and confidence <= least_confidence)
-        result.append(replace(f, confidence=confidence, doubtful=doubtful))
+        limit = _SEVERAL if times > 1 else f.limit
+        result.append(replace(f, confidence=confidence, doubtful=doubtful, limit=limit))
     return tuple(result)
 
 

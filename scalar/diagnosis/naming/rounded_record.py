@@ -17,6 +17,7 @@ from scalar.diagnosis.naming.finding import Finding
 from scalar.geometry.se3 import Array
 
 MOST_CONFIDENCE = 0.5  # chosen: the cause is the effect or the rounding
+ROUNDED = "the joint angles were rounded and recur, and their rounding explains the residual as well"
 RECUR = 0.5  # different angles of a joint over the number of poses: with a smaller share, half of the poses repeat an angle
 
 
@@ -32,7 +33,9 @@ def limited_by_rounding(
     """
     if not found or not _explained_by_rounding(before):
         return tuple(found)
-    return tuple(f if f.effect.flexible else f.limited(MOST_CONFIDENCE, least_confidence) for f in found)
+    return tuple(
+        f if f.effect.flexible else f.limited(MOST_CONFIDENCE, least_confidence, ROUNDED) for f in found
+    )
 
 
 def _explained_by_rounding(before: FittedState) -> bool:

@@ -79,9 +79,19 @@ def limited_by_halves(
     return tuple(
         f
         if f.effect.flexible
-        else f.limited(most_confidence(halves.selected_in(f.effect), halves), least_confidence)
+        else f.limited(
+            most_confidence(halves.selected_in(f.effect), halves),
+            least_confidence,
+            why_limited(halves.selected_in(f.effect)),
+        )
         for f in found
     )
+
+
+def why_limited(share: float) -> str:
+    """Return why a name that a share of the halves selected is not sure, as a clause."""
+    halves = "only one of two halves of the poses shows it" if share else "neither half of the poses shows it"
+    return f"{halves} when it is diagnosed alone"
 
 
 def most_confidence(share: float, halves: OuterSplit) -> float:

@@ -17,6 +17,7 @@ from scalar.effects import Effect
 from scalar.estimation.setup.suspicion import Suspicion
 
 MOST_CONFIDENCE = 0.5  # chosen: the cause is the effect or the order of the table
+NOT_KNOWN = "nothing stated the order of the poses when they were imported, and a table in another order imitates what follows the order"
 ORDER = "order"  # as a suspicion names an order that was assumed
 
 
@@ -44,7 +45,7 @@ def limited_by_order(
     if order_is_stated(dataset):
         return tuple(found)
     return tuple(
-        f.limited(MOST_CONFIDENCE, least_confidence)
+        f.limited(MOST_CONFIDENCE, least_confidence, NOT_KNOWN)
         if rests_on_order(f.effect, dataset) and not f.effect.flexible
         else f
         for f in found

@@ -12,7 +12,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import expit
 from study.confidence.answers import HALVES
-from study.confidence.fit import FEATURES, KINDS, fitted, regression, summary, with_confidence
+from study.confidence.fit import (
+    FEATURES,
+    KINDS,
+    by_poses,
+    fitted,
+    regression,
+    reliability,
+    reliability_by_poses,
+    summary,
+    with_confidence,
+)
 
 from scalar.diagnosis.naming.confidence import COEFFICIENTS, confidence, features, logistic_probability
 from scalar.diagnosis.naming.grounds import FinalResiduals, Grounds, log_odds
@@ -160,6 +170,19 @@ def test_answers_have_been_right_as_often_as_the_fit_to_the_other_half_says():
         stated, answers = row["mean_stated"], row["answers"]
         error = math.sqrt(max(stated * (1 - stated), 0.25 / answers) / answers)
         assert abs(row["share"] - stated) < 4 * error, row
+
+
+def test_every_answer_is_counted_under_its_number_of_poses(answers):
+    """The classes of numbers of poses divide the answers, their tables add up to the whole one, and answers of 60 and of 61 poses are apart."""
+    committed = pd.read_csv(SUMMARIES / "reliability_by_poses.csv")
+    whole = reliability(answers).set_index(["kind", "from"])
+    parts = reliability_by_poses(answers)
+    for key in ("answers", "right"):
+        assert parts.groupby(["kind", "from"])[key].sum().to_dict() == whole[key].to_dict()
+        assert list(committed[key]) == list(parts[key])
+    one = answers.iloc[[0]]
+    some = pd.concat([one.assign(poses=math.log(n / 100)) for n in (21, 60, 61, 120, 121, 3000)])
+    assert [len(part) for part in by_poses(some).values()] == [2, 2, 2]
 
 
 def test_the_committed_numbers_are_those_of_the_committed_answers(answers):

@@ -1,9 +1,16 @@
 """Orders of a joint that were chosen one by one from few poses are a doubtful name, because a random error of the joint chooses as many."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from scalar.diagnosis.naming.many_orders import MOST_CONFIDENCE, POSES_PER_ORDER, limited_by_many_orders
+from scalar.diagnosis.naming.many_orders import (
+    MOST_CONFIDENCE,
+    POSES_PER_ORDER,
+    TOO_FEW_POSES,
+    limited_by_many_orders,
+)
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from tests.diagnosis.stand_ins import finding_of
@@ -33,6 +40,15 @@ def test_many_orders_of_few_poses_are_doubtful(effect, n_poses, doubtful):
     (found,) = limited_by_many_orders([finding_of(effect, 0.9)], n_poses, MANY, LEAST)
     assert found.doubtful == doubtful
     assert found.confidence == (MOST_CONFIDENCE if doubtful else 0.9)
+    assert found.limit == (TOO_FEW_POSES if doubtful else "")
+
+
+def test_a_limit_above_the_confidence_is_no_reason():
+    """A name that had less confidence than the limit keeps it, and the limit is not stated as its reason; of two limits, the lower one is."""
+    finding = finding_of(JointScale(3), 0.4)
+    assert finding.limited(0.5, LEAST, "a rule") == replace(finding, doubtful=True)
+    assert finding.limited(0.3, LEAST, "one").limited(0.2, LEAST, "two").limit == "two"
+    assert finding.limited(0.2, LEAST, "one").limited(0.3, LEAST, "two").limit == "one"
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ same poses and draws of noise, but without what was injected. Its error is the o
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
@@ -172,16 +172,25 @@ def run_set(
     return row | answered(dataset, wrong, simulated.truth_poses)
 
 
-def answered(dataset: Dataset, wrong: list[int], truth_poses: pd.DataFrame) -> dict[str, Any]:
+def answered(
+    dataset: Dataset,
+    wrong: list[int],
+    truth_poses: pd.DataFrame,
+    outer_folds: int = 0,
+    more: Callable[[Diagnosis], Mapping[str, Any]] = lambda diagnosis: {},
+) -> dict[str, Any]:
     """Diagnose a dataset; return how the diagnosis ended and what it says, as entries of a row.
 
     Args:
         dataset: The dataset of one set.
         wrong: Ids of its poses to which gross errors were added.
         truth_poses: Joint angles and true frames at the evaluation poses, content of ``truth_poses.csv``.
+        outer_folds: Number of parts of the outer split; with zero there is none.
+        more: Returns further entries.
     """
     try:
-        return {"status": "diagnosed"} | answer_entries(diagnose(dataset), wrong, truth_poses)
+        diagnosis = diagnose(dataset, outer_folds=outer_folds, cores=1)
+        return {"status": "diagnosed"} | answer_entries(diagnosis, wrong, truth_poses) | dict(more(diagnosis))
     except ScalarError as error:
         return {"status": type(error).__name__, "reason": str(error).splitlines()[0]}
     except Exception as error:  # a defect of this program: counted, and the other sets are still run

@@ -84,6 +84,11 @@ class Design:
         assigned = assigned_conditions(self.levels(), sets or content["sets"], content["seed"])
         return [self.trial(k, conditions) for k, conditions in enumerate(assigned)]
 
+    @property
+    def outer_split(self) -> int:
+        """Return the number of parts of the outer split of each diagnosis; zero if these trials do without it."""
+        return int(self.content.get("outer_split", 0))
+
     def levels(self) -> dict[str, list[Any]]:
         """Return ``{factor: its levels}``."""
         content = self.content

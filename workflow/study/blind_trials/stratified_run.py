@@ -16,6 +16,7 @@ import pandas as pd
 
 from scalar.errors import ScalarError
 from scalar.estimation.calibrate import calibrate
+from study.blind_trials.outer_split import SPLIT_COLUMNS, all_poses, quick_errors, seen_poses, split_answer
 from study.blind_trials.run import answered, errors
 from study.blind_trials.stratified_design import FACTORS, Design, Trial
 from study.blind_trials.told import told
@@ -23,6 +24,7 @@ from study.common.in_memory import dataset_in_memory
 from study.common.scene_config import scene_config
 
 if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
     from scalar.simulation.scene import SimulatedScene
 
 WITHOUT_FLAWS = {"scanner": {"linearity_m": 0.0, "edge_share": 0.0}, "surface": {"bow_m": 0.0}}
@@ -67,7 +69,8 @@ def run_trials(design: Design, numbers: range, root: Path) -> pd.DataFrame:
         rows.append(row)
         names = [entry["name"] for entry in json.loads(row["found"])] or row.get("reason", "")
         print(f"set {trial.number} {trial.row}: {names}", flush=True)
-    return pd.DataFrame(rows).reindex(columns=list(TRIAL_COLUMNS))
+    columns = TRIAL_COLUMNS | (SPLIT_COLUMNS if design.outer_split else {})
+    return pd.DataFrame(rows).reindex(columns=list(columns))
 
 
 def run_trial(design: Design, trial: Trial, root: Path) -> dict[str, Any]:
@@ -93,7 +96,9 @@ def run_trial(design: Design, trial: Trial, root: Path) -> dict[str, Any]:
         truth = truth_of(simulated)
         row |= {f"{key}_truth": json.dumps(truth[key]) for key in ("scanner", "surface")}
         row |= {"injected": json.dumps(truth["injected"])}
-        row |= noise_limited_error(floor) | told(simulated, truth)
+        if design.outer_split:
+            return row | with_outer_split(design, again, simulated, floor, process_time() - start)
+        row |= noise_limited_error(dataset_in_memory(floor), floor) | told(simulated, truth)
         row["simulate_s"] = process_time() - start
         start = process_time()
         answer = answered(dataset_in_memory(simulated), [], simulated.truth_poses)
@@ -101,8 +106,32 @@ def run_trial(design: Design, trial: Trial, root: Path) -> dict[str, Any]:
     return row  # pyright: ignore[reportPossiblyUnboundVariable]
 
 
+def with_outer_split(
+    design: Design, trial: Trial, simulated: SimulatedScene, floor: SimulatedScene, simulate_s: float
+) -> dict[str, Any]:
+    """Return the entries of a set that is diagnosed without and with the outer split; half of its poses are measured, and the others are unseen.
+
+    Args:
+        design: The stratified trials.
+        trial: The set.
+        simulated: Its scene, with twice as many poses.
+        floor: The scene of its floor, with the same poses.
+        simulate_s: Processor time so far [s].
+    """
+    seen = seen_poses(simulated, trial.seed)
+    start, dataset = process_time(), all_poses(simulated).subset(seen)
+    entries = noise_limited_error(dataset_in_memory(floor).subset(seen), floor)
+    entries |= {"simulate_s": simulate_s + process_time() - start}
+    start = process_time()
+    entries |= answered(
+        dataset, [], simulated.truth_poses, more=lambda diagnosis: quick_errors(diagnosis, simulated, ~seen)
+    )
+    entries |= {"diagnose_s": process_time() - start}
+    return entries | split_answer(dataset, simulated, ~seen, design.outer_split)
+
+
 def scenes(design: Design, trial: Trial, root: Path) -> tuple[SimulatedScene, SimulatedScene]:
-    """Return the scene of a trial, and the scene whose calibration gives its floor.
+    """Return the scene of a trial, and the scene whose calibration gives its floor; with an outer split both have twice as many poses.
 
     Raises:
         SimulationError: Too few postures see a target plane, or a scan leaves its target plane.
@@ -114,6 +143,7 @@ def scenes(design: Design, trial: Trial, root: Path) -> tuple[SimulatedScene, Si
 
     scene = root / design.content["robots"][trial.conditions["robot"]]["scene"]
     poses_per_plane = trial.conditions["poses"] // len(load_config(scene)["planes"])
+    poses_per_plane *= 2 if design.outer_split else 1
     config = scene_config(
         scene,
         [trial.overrides],
@@ -138,10 +168,15 @@ def truth_of(simulated: SimulatedScene) -> dict[str, Any]:
     }
 
 
-def noise_limited_error(floor: SimulatedScene) -> dict[str, float | None]:
-    """Return ``{"position_floor_mm": the noise-limited error [mm]}``; None if the scene of the floor cannot be calibrated."""
+def noise_limited_error(dataset: Dataset, floor: SimulatedScene) -> dict[str, float | None]:
+    """Return ``{"position_floor_mm": the noise-limited error [mm]}``; None if the scene of the floor cannot be calibrated.
+
+    Args:
+        dataset: The poses of the scene of the floor that are measured.
+        floor: This scene.
+    """
     try:
-        calibration = calibrate(dataset_in_memory(floor))
+        calibration = calibrate(dataset)
     except ScalarError:
         return {"position_floor_mm": None}
     return {"position_floor_mm": errors(calibration, floor.truth_poses, "floor")["position_floor_mm"]}

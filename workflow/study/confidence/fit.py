@@ -15,7 +15,7 @@ import pandas as pd
 from scipy.optimize import minimize
 from scipy.special import expit
 
-from scalar.diagnosis.naming.confidence import features, logistic_probability
+from scalar.diagnosis.naming.confidence import REFERENCE_POSES, features, logistic_probability
 from scalar.diagnosis.naming.grounds import COMPONENT, EFFECT, STRUCTURE, FinalResiduals, Grounds
 from scalar.geometry.se3 import Array
 from study.blind_trials.score import SURE
@@ -36,6 +36,13 @@ SIGNS = {
 """``{feature: bounds of its coefficient}``: more evidence never makes an answer less sure, and a rival never makes it surer."""
 BINS = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)
 """Edges of the bins of the stated confidence."""
+FEW_POSES, MEDIUM_POSES = 60, 120
+POSES = {
+    "up_to_60": (0.0, FEW_POSES + 0.5),
+    "up_to_120": (FEW_POSES + 0.5, MEDIUM_POSES + 0.5),
+    "more": (MEDIUM_POSES + 0.5, np.inf),
+}
+"""``{class of sets: bounds of their number of poses}``."""
 PRIOR = {EFFECT: 0.5, COMPONENT: 0.2, STRUCTURE: 1.0}
 """``{kind: prior standard deviation of a coefficient}``, for features of unit standard deviation.
 
@@ -140,11 +147,37 @@ def reliability(stated: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def reliability_by_poses(stated: pd.DataFrame) -> pd.DataFrame:
+    """Return ``reliability`` for each class of sets in ``POSES``, with the class in the first column, ``poses``.
+
+    Args:
+        stated: As ``with_confidence`` returns them.
+    """
+    tables = []
+    for name, some in by_poses(stated).items():
+        table = reliability(some)
+        table.insert(0, "poses", name)
+        tables.append(table)
+    return pd.concat(tables, ignore_index=True)
+
+
+def by_poses(stated: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """Return the answers of each class of sets in ``POSES``.
+
+    Args:
+        stated: Answers; their feature ``poses`` is the logarithm of the number of poses that were fitted over ``REFERENCE_POSES``.
+    """
+    some: Any = stated
+    n_poses = REFERENCE_POSES * np.exp(some["poses"].to_numpy(dtype=float))
+    return {name: some[(n_poses >= least) & (n_poses < most)] for name, (least, most) in POSES.items()}
+
+
 def summary(stated: pd.DataFrame) -> dict[str, Any]:
     """Return for each kind of answer the Brier score of the confidence, the number of sure answers (``SURE`` or more), and of those that are wrong.
 
-    ``brier_of_share`` is the Brier score if every answer stated the share of right answers of its kind. For sets with one effect, the numbers of
-    right names, and of those that are sure, are added.
+    ``brier_of_share`` is the Brier score if every answer stated the share of right answers of its kind. ``poses_`` and a class of ``POSES`` is the
+    key of the numbers of answers, of sure ones and of those that are wrong in the sets of this class, for each kind. For sets with one effect, the
+    numbers of right names, and of those that are sure, are added.
 
     Args:
         stated: As ``with_confidence`` returns them.
@@ -161,6 +194,18 @@ def summary(stated: pd.DataFrame) -> dict[str, Any]:
             "brier_of_share": float(np.var(right)) if len(mine) else None,
             "sure": int(sure.sum()),
             "sure_and_wrong": int(np.sum(1 - right[sure])),
+        }
+    for name, of_class in by_poses(stated).items():
+        every: Any = of_class
+        sure = every[every["confidence"] >= SURE]
+        content[f"poses_{name}"] = {
+            f"{kind}_{key}": int(count)
+            for kind in KINDS
+            for key, count in (
+                ("answers", (every["kind"] == kind).sum()),
+                ("sure", (sure["kind"] == kind).sum()),
+                ("sure_and_wrong", ((sure["kind"] == kind) & ~sure["right"].astype(bool)).sum()),
+            )
         }
     single: Any = some[
         (some["kind"] == EFFECT) & some["row"].isin(["one effect, ideal", "one effect, imperfect"])

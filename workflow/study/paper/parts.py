@@ -11,6 +11,7 @@ import pandas as pd
 
 from scalar.baseline import fit as baseline
 from scalar.baseline.parameterisation import DH_KINDS, SENSOR
+from scalar.diagnosis.naming import jitter_at_returns, many_orders
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.flexible.unattributed import Unattributed
 from scalar.effects.joint_harmonic import MAX_ORDER, MAX_RIPPLE_ORDER
@@ -23,6 +24,7 @@ from study.blind_trials.stratified_score import MUCH_WORSE, WORSE
 from study.common.methods import INITIAL, PROPOSED
 from study.common.scene_config import is_wall
 from study.common.statistics import BAND, QUANTITIES
+from study.confidence.fit import MEDIUM_POSES
 from study.paper.measured import measured_counts
 from study.published_curves.curves import LEFT_OUT
 from study.sweeps.numbers import NEAR_BOUND
@@ -114,6 +116,9 @@ def settings() -> dict[str, Any]:
         "variance_component_alpha": DEFAULTS.selection.alpha_unnamed,
         "unattributed_alpha": DEFAULTS.selection.alpha_unnamed,
         "least_confidence": DEFAULTS.naming.least_confidence,
+        "most_confidence_jitter": jitter_at_returns.MOST_CONFIDENCE,
+        "most_confidence_of_two": many_orders.MOST_CONFIDENCE,
+        "poses_per_order": many_orders.POSES_PER_ORDER,
         "worth_correcting": DEFAULTS.shipped_fit.worth_correcting,
         "most_extrapolated": DEFAULTS.shipped_fit.most_extrapolated,
         "folds": DEFAULTS.hold_out.folds,
@@ -138,6 +143,7 @@ def conventions() -> dict[str, Any]:
         "worse": WORSE - 1,
         "much_worse": MUCH_WORSE - 1,
         "few_poses": FEW_POSES,
+        "medium_poses": MEDIUM_POSES,
     }
 
 
