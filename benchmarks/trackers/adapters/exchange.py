@@ -100,10 +100,11 @@ def write_job(path: Path, job: Job) -> None:
 
 def read_job(path: Path) -> Job:
     """Return the job that ``write_job`` wrote."""
-    content = json.loads(path.read_text(encoding="utf-8"))
-    return Job(
-        **{key: np.array(value) if isinstance(value, list) else value for key, value in content.items()}
-    )
+    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    values: dict[str, Any] = {
+        key: np.array(value) if isinstance(value, list) else value for key, value in content.items()
+    }
+    return Job(**values)
 
 
 def write_answer(path: Path, answer: Answer) -> None:
