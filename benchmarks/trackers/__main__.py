@@ -16,7 +16,7 @@ KINDS = {"errors that a DH table describes": False, "axis 3 also tilted out of t
 def contest(seeds: range, tilted: bool) -> str:
     """Return the table of the scenes of one kind."""
     scenes = [tracked_scene(seed, tilted=tilted) for seed in seeds]
-    rows = [("nominal arm", "", *errors([nominal_score(scene) for scene in scenes]))]
+    rows: list[tuple[str, ...]] = [("nominal arm", "", *errors([nominal_score(scene) for scene in scenes]))]
     for way in WAYS:
         python = own_python() if way.package is None else interpreter(way.package)
         print(f"{way.title} ...", file=sys.stderr, flush=True)
