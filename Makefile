@@ -7,16 +7,18 @@
 # make docs-pictures  the pictures of effects that it shows, from simulated data (docs/pictures)
 # make test-slurm  a sweep on a Slurm cluster that is started here, from Debian's packages
 # make bench      the side-by-side figures       make lock     resolve the requirements again
+# make bench-trackers  other calibration packages on tracker data, each in an environment of its own in .bench (1.8 GB)
+# make lock-trackers   resolve the requirements of these packages again
 # make readme-figures   copies of the figures that the README shows, from results/
 # make audit      known vulnerabilities of the locked packages, by pip-audit; says so where that or the network is missing
 # make release VERSION=0.3.0   set the version everywhere, and close the open section of the changelog
-# make clean      remove .venv and the caches; results/ stays (snakemake --delete-all-output removes that)
+# make clean      remove .venv, .bench and the caches; results/ stays (snakemake --delete-all-output removes that)
 #
 # PYTHON=/path/to/python3.11, CORES=2 and PYTEST_ARGS="-k name" may be given.
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all env test test-kernels test-slurm lint format bench lock clean docs docs-pictures readme-figures release audit
+.PHONY: all env test test-kernels test-slurm lint format bench bench-trackers lock lock-trackers clean docs docs-pictures readme-figures release audit
 
 SHELL := /bin/sh
 CORES ?= 2
@@ -125,6 +127,11 @@ test-slurm: env
 bench: env
 	$(RUN) python -m benchmarks
 
+# Needs the network the first time. A package that cannot be installed is said in the table, and the others go on.
+bench-trackers: env
+	$(RUN) PYTHONPATH=.:workflow python -m benchmarks.trackers.environments
+	$(RUN) PYTHONPATH=.:workflow python -m benchmarks.trackers
+
 # Not `env`: a lock that cannot be installed must not keep one from making a better one.
 # --no-emit-index-url: the lock holds versions and hashes, and works with whatever index the reader's machine uses.
 COMPILE = UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
@@ -138,9 +145,17 @@ lock:
 audit:
 	@PATH="$$PATH:$(CURDIR)/$(BIN)" $(find_python) .ci/audit.py
 
+# picos, of figaroh, has no wheel, and calibration does without it.
+TRACKERS := benchmarks/trackers/requirements
+lock-trackers:
+	for package in pybotics robotkinecal figaroh; do \
+		$(subst "make lock","make lock-trackers",$(COMPILE)) $(LOCK_ARGS) --no-emit-package picos \
+			$(TRACKERS)/$$package.in -o $(TRACKERS)/$$package.txt || exit 1; \
+	done
+
 release: env
 	$(BIN)/python .ci/release.py $(VERSION)
 
 clean:
-	rm -rf .venv .pytest_cache .ruff_cache .hypothesis .import_linter_cache .snakemake build dist
+	rm -rf .venv .bench .pytest_cache .ruff_cache .hypothesis .import_linter_cache .snakemake build dist
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
