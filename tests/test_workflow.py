@@ -50,6 +50,7 @@ def rules() -> set[str]:
         "measured",
         "blind_trials",
         "tracked_trials",
+        "real_arm_trials",
         "processors",
         "sensitivity",
         "planning",

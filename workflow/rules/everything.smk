@@ -100,6 +100,7 @@ rule everything:
         rules.blind_trials.input,
         rules.blind_trials_stratified.input,
         rules.tracked_trials.input,
+        rules.real_arm_trials.input,
         rules.confidence.input,
         rules.measured.input,
         rules.sensitivity.input,
