@@ -52,6 +52,7 @@ def rules() -> set[str]:
         "tracked_trials",
         "spoiled_setups",
         "coverage",
+        "real_arm_trials",
         "processors",
         "sensitivity",
         "planning",

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from scalar.errors import InvalidInput
 from scalar.simulation.injected.causes import CAUSES
 from scalar.simulation.injected.causes.climate import thermostat
 from scalar.simulation.injected.causes.drives import LINES
@@ -235,3 +236,30 @@ def test_a_joint_where_there_is_none_is_refused():
 
     with pytest.raises(InvalidInput, match="'hose' has no joint"):
         injected(entry_of("hose", target={"joint": 2}))
+
+
+@pytest.mark.parametrize("joint", [2, 3])
+def test_a_spring_turns_its_joint_towards_less_energy(joint, control):
+    """The joint errs against the slope of the spring's energy over its angle, by the size at most, and other joints stand; both angles matter."""
+    scene = injected(entry_of("forearm_spring", target={"joint": joint}))
+    (truth,) = scene.truth["effects"]
+
+    def energy(q):
+        """Return (L - L0)^2 / 2 by complex numbers: the elbow at exp(i q2), the mount m exp(i (q2 + q3)) beyond it."""
+        mount = np.exp(1j * q[:, 1]) + truth["mount"] * np.exp(1j * (q[:, 1] + q[:, 2]))
+        return (np.abs(mount - complex(*truth["anchor"])) - truth["neutral"]) ** 2 / 2
+
+    step = 1e-5 * np.eye(6)[joint - 1]
+    slope = (energy(control.q + step) - energy(control.q - step)) / 2e-5
+    dq = joint_errors(scene, control)
+    np.testing.assert_allclose(dq[:, joint - 1], -SIZE * slope / np.abs(slope).max(), atol=1e-8)
+    assert not np.delete(dq, joint - 1, axis=1).any()
+    for angle in (1, 2):
+        turned = control.q + 0.3 * np.eye(6)[angle]
+        assert np.abs(energy(turned + step) - energy(turned - step) - 2e-5 * slope).max() > 1e-6
+
+
+def test_a_spring_loads_shoulder_and_elbow_only():
+    """Another joint is refused with the two that a spring of the forearm loads."""
+    with pytest.raises(InvalidInput, match="joints 2 and 3"):
+        injected(entry_of("forearm_spring", target={"joint": 5}))

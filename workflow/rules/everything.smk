@@ -103,6 +103,7 @@ rule everything:
         rules.tracked_trials.input,
         rules.spoiled_setups.input,
         rules.coverage.input,
+        rules.real_arm_trials.input,
         rules.confidence.input,
         rules.measured.input,
         rules.sensitivity.input,

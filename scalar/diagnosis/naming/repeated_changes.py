@@ -5,7 +5,9 @@ changes at different moments then approximate its effect, as the steps of a stai
 all their names are wrong.
 
 Any other effect acts at a place once and all the time. If it is found twice at one place (two warm-ups of the arm, or play twice in one joint), its
-form is not that of the cause: the second describes the part of the cause that the first does not fit.
+form is not that of the cause: the second describes the part of the cause that the first does not fit. Growth has two names, with stops and without
+(``GROWTHS``). If one of them is found several times, the other describes a further part of the same growth: an arm whose motors and links warm up one
+after the other had got three warm-ups with stops, each doubtful, and beside them a thermal drift with a confidence of 0.99.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from scalar.diagnosis.naming.finding import Finding
 _SEVERAL = (
     "the name is given several times, and one cause without a name is more probable than so many of one kind"
 )
+GROWTHS = ("thermal_drift", "restarted_warm_up")  # names of a growth of the whole arm in the course of time
 MOST_ACCIDENTS = 2  # changes of one kind in a campaign, each at another place, that may be accidents
 
 
@@ -52,12 +55,19 @@ def repetitions(answers: Sequence[tuple[str, Mapping[str, Any]]]) -> list[int]:
         of_kind = [other for kind, other in answers if kind == name]
         places = [_place(other) for other in of_kind]
         if "at" not in target:
-            result.append(places.count(_place(target)))
+            result.append(_of_one_growth(name, answers) or places.count(_place(target)))
             continue
         again = any(place in places[:i] for i, place in enumerate(places))
         many = again or sum("at" in other for other in of_kind) > MOST_ACCIDENTS
         result.append(len(places) if many else 1)
     return result
+
+
+def _of_one_growth(name: str, answers: Sequence[tuple[str, Mapping[str, Any]]]) -> int:
+    """Return the number of growths among answers if the name is that of one, and one of their names is given several times; else zero."""
+    given = [other for other, _ in answers]
+    times = [given.count(growth) for growth in GROWTHS]
+    return sum(times) if name in GROWTHS and max(times) > 1 else 0
 
 
 def _place(target: Mapping[str, Any]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from scalar.diagnosis.naming.repeated_changes import repeated_changes_doubted
 from scalar.effects import Effect
 from scalar.effects.joint_scale import JointScale
 from scalar.effects.plane_moved import PlaneMoved
+from scalar.effects.restarted_warm_up import RestartedWarmUp
 from scalar.effects.sensor_slip import SensorSlip
 from scalar.effects.target_drift import TargetDrift
 from scalar.effects.thermal_drift import ThermalDrift
@@ -26,6 +27,11 @@ def moved(plane: str, order: float) -> Effect:
     return PlaneMoved(plane, order, None, (0.0, 0.0, 0.0))
 
 
+def warming(constant: float) -> Effect:
+    """Return a warm-up of an arm that stood still once, with a time constant [s]."""
+    return RestartedWarmUp("time", (0.0, 2000.0), (1000.0, 3000.0), constant)
+
+
 @pytest.mark.parametrize(
     "effects",
     [
@@ -33,6 +39,7 @@ def moved(plane: str, order: float) -> Effect:
         [moved("a", 10.0), moved("b", 30.0)],
         [moved("a", 10.0), SensorSlip(20.0, None), moved("b", 30.0), JointScale(2)],
         [TargetDrift("step", order=46.0), SensorSlip(46.0, None)],
+        [warming(300.0), ThermalDrift("temperature", 20.0)],
     ],
 )
 def test_accidents_at_different_places_keep_their_confidence(effects):
@@ -49,11 +56,12 @@ def test_accidents_at_different_places_keep_their_confidence(effects):
         [SensorSlip(20.0, None), SensorSlip(40.0, None)],
         [ThermalDrift("time", 0.0, 600.0), ThermalDrift("time", 0.0, 90.0)],
         [TargetDrift("order", 0.0, 99.0, (1,)), TargetDrift("step", order=46.0)],
+        [ThermalDrift("time", 0.0, 600.0), warming(100.0), warming(900.0)],
     ],
 )
 def test_repeated_changes_are_all_doubted(effects):
     """If a kind of change is found twice at one place, or three times, none of its names is kept; findings of other kinds keep theirs. A tracker that
-    drifts and is knocked as well is found twice at one place.
+    drifts and is knocked as well is found twice at one place, and a drift beside two warm-ups with stops is one growth in three parts.
     """
     judged = repeated_changes_doubted([finding(effect) for effect in [*effects, JointScale(2)]], 0.5)
     assert all(f.doubtful and f.confidence == pytest.approx(0.98 / len(effects)) for f in judged[:-1])

@@ -92,7 +92,10 @@ def test_each_row_of_the_table_is_large_enough(design):
 
 def test_causes_and_shapes_are_apart(design):
     """Shapes whose formula the estimator has too are counted in a row of their own; the causes are ten or more of those of the simulator."""
-    assert set(design.content["causes"]) == set(CAUSES) and len(CAUSES) >= 10
+    in_other_trials = {
+        "forearm_spring"
+    }  # of the real-arm trials: this design is older, and a new cause would change its sets
+    assert set(design.content["causes"]) == set(CAUSES) - in_other_trials and len(CAUSES) >= 10
     assert set(design.content["shapes"]) == set(KINDS)
     assert set(FAIR) <= set(CAUSES)
     conditions = {"scanner": "white", "surface": "flat", "poses": 300}

@@ -34,6 +34,7 @@ WORDS = {
     "base_sway": "swaying base",
     "belt": "belt",
     "encoder_drift": "drifting encoder",
+    "forearm_spring": "error over two angles",
     "late_jump": "late jump",
     "sensor_oscillation": "swaying scanner",
     "worn_teeth": "worn teeth",

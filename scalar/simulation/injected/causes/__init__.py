@@ -11,12 +11,14 @@ from scalar.simulation.injected.causes.floor import GivingFloor
 from scalar.simulation.injected.causes.hose import Hose
 from scalar.simulation.injected.causes.mount import LooseMount, WanderingLaser
 from scalar.simulation.injected.causes.moves import LateTrigger, Vibration
+from scalar.simulation.injected.causes.spring import ForearmSpring
 
 CAUSES: dict[str, type[Cause]] = {
     cause.kind: cause
     for cause in (
         AirConditioning,
         EncoderInterpolation,
+        ForearmSpring,
         GivingFloor,
         Hose,
         LateTrigger,
