@@ -44,6 +44,7 @@ class Effect(Described):
     of_instrument: ClassVar[bool] = False  # whether it is an error of the measuring instrument
     # Whether it stands for an error of any smooth form, of which something remains that looks like another effect.
     any_smooth_form: ClassVar[bool] = False
+    growth_of_arm: ClassVar[bool] = False  # whether the whole arm grows in the course of time
     load: ClassVar[str] = ""  # under which something gives way; effects of one load imitate one another
     acts_by_joint_angles: ClassVar[bool] = True  # whether its predictions depend on joint angles alone
     # Whether every set-up has effects of this kind to a small degree (nuisances). They do not count as a choice among the candidates: a diagnosis

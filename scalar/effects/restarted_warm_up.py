@@ -55,6 +55,7 @@ class RestartedWarmUp(LinkEffect):
 
     name: ClassVar[str] = "restarted_warm_up"
     kind: ClassVar[str] = "warm-up after each stop"
+    growth_of_arm: ClassVar[bool] = True
     sentence: ClassVar[str] = (
         "the arm's lengths grow as it works, shrink while it stands still, and grow again"
     )

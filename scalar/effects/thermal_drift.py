@@ -54,6 +54,7 @@ class ThermalDrift(LinkEffect):
     name: ClassVar[str] = "thermal_drift"
     imitators_are_as_likely: ClassVar[bool] = True
     kind: ClassVar[str] = "thermal drift"
+    growth_of_arm: ClassVar[bool] = True
     sentence: ClassVar[str] = "the arm's lengths grow with time or temperature"
     natural: ClassVar[Mapping[str, float]] = {"1/K": 2.3e-5, "m/m": 2.3e-4, "1/s": 6.4e-8, "1/pose": 2.3e-7}
     natural_source: ClassVar[str] = (

@@ -5,9 +5,9 @@ changes at different moments then approximate its effect, as the steps of a stai
 all their names are wrong.
 
 Any other effect acts at a place once and all the time. If it is found twice at one place (two warm-ups of the arm, or play twice in one joint), its
-form is not that of the cause: the second describes the part of the cause that the first does not fit. Growth has two names, with stops and without
-(``GROWTHS``). If one of them is found several times, the other describes a further part of the same growth: an arm whose motors and links warm up one
-after the other had got three warm-ups with stops, each doubtful, and beside them a thermal drift with a confidence of 0.99.
+form is not that of the cause: the second describes the part of the cause that the first does not fit. Growth of the arm has two names, with stops and
+without (``Effect.growth_of_arm``). If one of them is found several times, the other describes a further part of the same growth: an arm whose motors
+and links warm up one after the other had got three warm-ups with stops, each doubtful, and beside them a thermal drift with a confidence of 0.99.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from dataclasses import replace
 from typing import Any
 
 from scalar.diagnosis.naming.finding import Finding
+from scalar.effects import registry
 
 _SEVERAL = (
     "the name is given several times, and one cause without a name is more probable than so many of one kind"
 )
-GROWTHS = ("thermal_drift", "restarted_warm_up")  # names of a growth of the whole arm in the course of time
 MOST_ACCIDENTS = 2  # changes of one kind in a campaign, each at another place, that may be accidents
 
 
@@ -65,9 +65,10 @@ def repetitions(answers: Sequence[tuple[str, Mapping[str, Any]]]) -> list[int]:
 
 def _of_one_growth(name: str, answers: Sequence[tuple[str, Mapping[str, Any]]]) -> int:
     """Return the number of growths among answers if the name is that of one, and one of their names is given several times; else zero."""
-    given = [other for other, _ in answers]
-    times = [given.count(growth) for growth in GROWTHS]
-    return sum(times) if name in GROWTHS and max(times) > 1 else 0
+    growths = {kind.name for kind in registry.known().values() if kind.growth_of_arm}
+    given = [other for other, _ in answers if other in growths]
+    several = max((given.count(growth) for growth in growths), default=0) > 1
+    return len(given) if name in growths and several else 0
 
 
 def _place(target: Mapping[str, Any]) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from scalar.diagnosis.naming.finding import Finding
 from scalar.effects import BaseEffect, Effect
 
 MOST_CONFIDENCE = 0.5  # chosen: the cause is the step, or an error of these poses
+FEW_POSES = "only a few poses beside a boundary of sessions show the step, and they may as well err by themselves"
 
 
 def limited_by_boundaries(
@@ -30,7 +31,7 @@ def limited_by_boundaries(
         least_confidence: A name with less confidence is doubtful.
     """
     return tuple(
-        f.limited(MOST_CONFIDENCE, least_confidence)
+        f.limited(MOST_CONFIDENCE, least_confidence, FEW_POSES)
         if _at_boundary(f.effect, dataset, max(margin, len(f.effect.coefficients)))
         else f
         for f in found
