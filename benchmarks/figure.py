@@ -8,10 +8,11 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from study.plots.style import COLOURS, PAGE_IN, PROPOSED, decimal_ticks, new_figure, save_figure, styled
+from study.plots.style import COLOURS, PAGE_IN, PROPOSED, decimal_ticks, new_figure, styled
 
 from benchmarks.other_solvers import CERES, JAX, OURS, YARDSTICK
 from benchmarks.sizes import AT_POINTS, AT_POSES, WHOLE, measure_sizes
+from scalar.data.io.atomic import atomic_write
 
 TABLE, PICTURE = (Path(__file__).with_name(f"measured.{suffix}") for suffix in ("csv", "png"))
 LOOKS = {
@@ -25,11 +26,12 @@ LOOKS = {
     WHOLE: (COLOURS["first explanation"], "P"),
 }
 """``{way: (colour, marker)}``, in the order of the legend."""
+RESOLUTION = 120  # dots an inch: a small file, because it is committed
 AXES = (
     ("poses", "points", AT_POINTS, f"number of poses, {AT_POINTS} points a scan"),
     ("points", "poses", AT_POSES, f"points a scan, {AT_POSES} poses"),
 )
-QUANTITIES = (("ms", "processor time of a fit [ms]"), ("mib", "peak memory of the process [MiB]"))
+QUANTITIES = (("ms", "processor time [ms]"), ("mib", "peak memory [MiB]"))
 
 
 def processor() -> str:
@@ -60,10 +62,10 @@ def draw(table: pd.DataFrame, path: Path) -> Figure:
             panel.set_xlabel(label)
         handles, labels = panels[0][0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=2)
-        figure.supxlabel(
-            f"{table['machine'].iloc[0]}; one thread, one process for each point", fontsize="small"
-        )
-        save_figure(figure, [path])
+        note = "one thread; each value from a process of its own, imports included"
+        figure.supxlabel(f"{table['machine'].iloc[0]}; {note}", fontsize="small")
+        with atomic_write(path) as temporary:
+            figure.savefig(temporary, format="png", dpi=RESOLUTION, metadata={"Software": None})
     return figure
 
 

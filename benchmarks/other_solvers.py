@@ -30,7 +30,7 @@ from benchmarks.solvers.external import (
     jax_command,
     problem_of,
 )
-from benchmarks.timing import Times, in_turns, ratio
+from benchmarks.timing import in_turns, middle_half, ratio
 from scalar.units import MS
 
 YARDSTICK, OURS = "lmfit, finite differences, all points", "scalar: compressed, analytic"
@@ -117,8 +117,8 @@ def distance(result: Result, best: Result) -> float:
     return float(np.max(np.abs(result.values - best.values) / best.std))
 
 
-def other_solvers(rounds: int, contest: Contest | None = None) -> Times:
-    """Print the table, and return the times of ``scalar``."""
+def other_solvers(rounds: int, contest: Contest | None = None) -> None:
+    """Print the table."""
     contest = Contest(paper_scene()) if contest is None else contest
     with tempfile.TemporaryDirectory() as folder, ExitStack() as programs:
         ways: dict[str, Way | str] = own_ways(contest) | other_ways(contest, Path(folder), programs)
@@ -130,22 +130,23 @@ def other_solvers(rounds: int, contest: Contest | None = None) -> Times:
         f"3N = {n}, {points} points, by other solvers: one fit with standard errors, processor time [ms], {rounds} rounds"
     )
     print(
-        f"{'':40s}{'median':>9s}{'least':>9s}{'faster':>9s}{'ours':>9s}{'evals':>8s}{'off [sd]':>12s}{'compile':>9s}"
+        f"{'':40s}{'median':>9s}{'least':>9s}{'faster':>9s}{'ours, and half of the rounds':>30s}{'evals':>8s}{'off [sd]':>12s}{'compile':>9s}"
     )
     for name, way in ways.items():
         if isinstance(way, str):
             print(f"{name:40s}  left out: {way}")
             continue
         result, each = last[name].result, times[name]
+        low, high = middle_half(each, times[OURS])
+        spread = f"{ratio(each, times[OURS]):.2f} ({low:.2f} to {high:.2f})"
         print(
             f"{name:40s}{each.median / MS:9.2f}{each.least / MS:9.2f}{ratio(times[YARDSTICK], each):9.1f}"
-            f"{ratio(each, times[OURS]):9.2f}{result.evaluations:8d}{distance(result, last[OURS].result):12.1e}"
+            f"{spread:>30s}{result.evaluations:8d}{distance(result, last[OURS].result):12.1e}"
             f"{last[name].compile_seconds / MS:9.0f}"
         )
     print(
         "faster: than the first row; ours: how many times faster scalar is; compile: once, and no part of the time\n"
     )
-    return times[OURS]
 
 
 def main() -> None:

@@ -13,7 +13,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,14 @@ from benchmarks.contestants import Contest
 from benchmarks.other_solvers import CERES, JAX, OURS, YARDSTICK
 from benchmarks.peak_memory import peak_bytes
 from benchmarks.scenes import write_paper_scene
-from benchmarks.solvers.external import MissingSolverError, Program, ceres_command, jax_command, problem_of
+from benchmarks.solvers.external import (
+    Answer,
+    MissingSolverError,
+    Program,
+    ceres_command,
+    jax_command,
+    problem_of,
+)
 from scalar.data.dataset import Dataset, read_dataset
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.least_squares import fit
@@ -67,7 +74,9 @@ def _ours(dataset: Dataset) -> Callable[[], Any]:
 OWN: dict[str, Callable[[Dataset], Callable[[], Any]]] = {
     YARDSTICK: lambda dataset: Contest(dataset).all_points_finite_differences,
     OURS: _ours,
-    WHOLE: lambda dataset: partial(calibrate, dataset),
+    WHOLE: lambda dataset: (
+        lambda: calibrate(replace(dataset))
+    ),  # nothing that a dataset remembers of an earlier call helps
 }
 """For each way of this process what prepares a dataset and returns the call that is timed; it makes nothing that the call does not need."""
 
@@ -112,17 +121,28 @@ def other_cells(folder: Path, poses: int, points: int) -> Iterator[Cell]:
     with tempfile.TemporaryDirectory() as other:
         path = Path(other) / "problem.bin"
         problem.write(path)
-        commands = {**dict.fromkeys(CERES.items(), partial(ceres_command, problem, path))}
+        commands: dict[tuple[str, str], Callable[[], list[str]]]
+        commands = dict.fromkeys(CERES.items(), partial(ceres_command, problem, path))
         commands |= dict.fromkeys(JAX.items(), partial(jax_command, path))
         for (word, way), command in commands.items():
             try:
-                with Program(command()) as program:
-                    taken = median_time(lambda program=program, word=word: program.fit(word).seconds)
-                    peak = program.fit(word).peak_bytes
+                seconds, peak = fits_of_a_program(command, word)
             except MissingSolverError as missing:
                 print(f"{way}, {poses} poses: left out: {missing}", file=sys.stderr)
-                continue
-            yield Cell(way, poses, points, taken / MS, peak / _KIB**2)
+            else:
+                yield Cell(way, poses, points, seconds / MS, peak / _KIB**2)
+
+
+def fits_of_a_program(command: Callable[[], list[str]], word: str) -> tuple[float, int]:
+    """Return the median time [s] and the peak memory [bytes] of a program that is asked for the same fit again and again."""
+    answers: list[Answer] = []
+
+    def timed() -> float:
+        answers.append(program.fit(word))
+        return answers[-1].seconds
+
+    with Program(command()) as program:
+        return median_time(timed), answers[-1].peak_bytes
 
 
 def measure_sizes() -> pd.DataFrame:

@@ -65,3 +65,9 @@ def in_turns(contestants: dict[str, Callable[[], float]], rounds: int) -> dict[s
 def ratio(slow: Times, fast: Times) -> float:
     """Return how many times faster the second is: the median over rounds of the ratio within a round."""
     return float(np.median(slow.seconds / fast.seconds))
+
+
+def middle_half(slow: Times, fast: Times) -> tuple[float, float]:
+    """Return the quartiles of how many times faster the second is: half of the rounds have a ratio between them."""
+    low, high = np.quantile(slow.seconds / fast.seconds, [0.25, 0.75])
+    return float(low), float(high)

@@ -16,6 +16,7 @@ from benchmarks.other_solvers import CERES, JAX, OURS, YARDSTICK, distance, othe
 from benchmarks.solvers import external
 from benchmarks.solvers.external import MissingSolverError, Program, ceres_command, jax_command, problem_of
 from benchmarks.solvers.problem_file import PlaneProblemFile
+from benchmarks.timing import Times, in_turns, middle_half, ratio
 from tests.kinematics import chain
 from tests.random_scene import make_scene
 
@@ -176,6 +177,25 @@ def test_the_table_goes_on_without_the_missing(contest, monkeypatch, capsys):
     assert all("left out: it is on another machine" in lines[name] for name in CERES.values())
     assert all("left out: it ended: no memory" in lines[name] for name in JAX.values())
     assert "0.0e+00" in lines[OURS]
+
+
+def test_contestants_take_turns():
+    """Every contestant is called once before the first round, and once in each; the times are what the rounds' calls say."""
+    calls = []
+
+    def contestant(name, seconds):
+        calls.append(name)
+        return seconds * len(calls)
+
+    times = in_turns({"a": lambda: contestant("a", 1.0), "b": lambda: contestant("b", 2.0)}, 3)
+    assert calls == ["a", "b"] * 4
+    assert (times["a"].seconds.tolist(), times["b"].seconds.tolist()) == ([3.0, 5.0, 7.0], [8.0, 12.0, 16.0])
+
+
+def test_half_of_the_rounds_have_ratios_between_the_quartiles():
+    """Ratios are taken within a round, so that a machine that slows both down does not change them."""
+    slow, fast = Times(np.array([2.0, 6.0, 40.0, 8.0, 10.0])), Times(np.array([1.0, 2.0, 10.0, 2.0, 1.0]))
+    assert (ratio(slow, fast), middle_half(slow, fast)) == (4.0, (3.0, 4.0))
 
 
 def test_distances_are_counted_in_standard_errors(contest):
