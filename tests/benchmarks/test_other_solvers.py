@@ -1,6 +1,7 @@
 """Other solvers get the same problem and find the same optimum; one that is missing is named, and the others are compared all the same."""
 
 import json
+import re
 import subprocess
 import sys
 from contextlib import ExitStack
@@ -214,3 +215,13 @@ def test_the_peak_is_of_the_process_alone():
         [sys.executable, "-c", command], check=True, capture_output=True, text=True, cwd=external.ROOT
     )
     assert 1e6 < int(run.stdout) < 0.5 * large.nbytes
+
+
+def test_jax_is_pinned_by_hashes():
+    """Each package of JAX's environment has one version and its hashes, and the file names no address."""
+    text = (external.ROOT / "benchmarks/solvers/requirements.txt").read_text(encoding="utf-8")
+    entries = re.findall(r"^(\S.*?)(?<!\\)$", text.replace("\\\n", " "), flags=re.MULTILINE)
+    packages = [entry for entry in entries if not entry.startswith("#")]
+    assert {entry.partition("==")[0] for entry in packages} >= {"jax", "jaxlib", "numpy"}
+    assert all("==" in entry and "--hash=sha256:" in entry for entry in packages)
+    assert "://" not in text
