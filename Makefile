@@ -7,18 +7,19 @@
 # make docs-pictures  the pictures of effects that it shows, from simulated data (docs/pictures)
 # make test-slurm  a sweep on a Slurm cluster that is started here, from Debian's packages
 # make bench      the side-by-side figures       make lock     resolve the requirements again
+# make bench-solvers   an environment with JAX, and the fit by it and by Ceres (Debian's libceres-dev) beside ours
 # make bench-trackers  other calibration packages on tracker data, each in an environment of its own in .bench (1.8 GB)
 # make lock-trackers   resolve the requirements of these packages again
 # make readme-figures   copies of the figures that the README shows, from results/
 # make audit      known vulnerabilities of the locked packages, by pip-audit; says so where that or the network is missing
 # make release VERSION=0.3.0   set the version everywhere, and close the open section of the changelog
-# make clean      remove .venv, .bench and the caches; results/ stays (snakemake --delete-all-output removes that)
+# make clean      remove the environments and the caches; results/ stays (snakemake --delete-all-output removes that)
 #
 # PYTHON=/path/to/python3.11, CORES=2 and PYTEST_ARGS="-k name" may be given.
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all env test test-kernels test-slurm lint format bench bench-trackers lock lock-trackers clean docs docs-pictures readme-figures release audit
+.PHONY: all env test test-kernels test-slurm lint format bench bench-solvers bench-trackers lock lock-trackers clean docs docs-pictures readme-figures release audit
 
 SHELL := /bin/sh
 CORES ?= 2
@@ -132,6 +133,16 @@ bench-trackers: env
 	$(RUN) PYTHONPATH=.:workflow python -m benchmarks.trackers.environments
 	$(RUN) PYTHONPATH=.:workflow python -m benchmarks.trackers
 
+# JAX in an environment of its own, which nothing else of the project knows.
+SOLVERS := .venv-solvers/.locked
+$(SOLVERS): benchmarks/solvers/requirements.txt $(LOCKED)
+	rm -rf .venv-solvers; $(BIN)/python -m venv --without-pip .venv-solvers
+	$(BIN)/uv pip install --quiet --compile-bytecode --python .venv-solvers/bin/python --require-hashes --no-deps -r $<
+	@touch $@
+
+bench-solvers: env $(SOLVERS)
+	$(RUN) python -m benchmarks.other_solvers
+
 # Not `env`: a lock that cannot be installed must not keep one from making a better one.
 # --no-emit-index-url: the lock holds versions and hashes, and works with whatever index the reader's machine uses.
 COMPILE = UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
@@ -139,6 +150,7 @@ COMPILE = UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile --quiet --
 lock:
 	$(COMPILE) $(LOCK_ARGS) pyproject.toml --all-extras -o requirements/lock.txt
 	$(COMPILE) requirements/bootstrap.in -c requirements/lock.txt -o requirements/bootstrap.txt
+	$(COMPILE) benchmarks/solvers/requirements.in -o benchmarks/solvers/requirements.txt
 	$(BIN)/python workflow/envs/write_environment.py
 
 # Not `env`: what is audited is the lock, whether or not it is installed.
@@ -157,5 +169,5 @@ release: env
 	$(BIN)/python .ci/release.py $(VERSION)
 
 clean:
-	rm -rf .venv .bench .pytest_cache .ruff_cache .hypothesis .import_linter_cache .snakemake build dist
+	rm -rf .venv .venv-solvers .bench benchmarks/built .pytest_cache .ruff_cache .hypothesis .import_linter_cache .snakemake build dist
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -15,6 +15,8 @@ from benchmarks.contestants import Contest, Result  # noqa: E402
 from benchmarks.correction import correction  # noqa: E402
 from benchmarks.growth import growth  # noqa: E402
 from benchmarks.large import large  # noqa: E402
+from benchmarks.limit import limits  # noqa: E402
+from benchmarks.other_solvers import other_solvers  # noqa: E402
 from benchmarks.scenes import paper_scene, repeated  # noqa: E402
 from benchmarks.simulation import simulation  # noqa: E402
 from benchmarks.start_up import start_up  # noqa: E402
@@ -115,11 +117,23 @@ def main() -> None:
         action="store_true",
         help="time the yardstick at 12,000 poses (a minute), calibrate at 100,000, and the outer split, as well",
     )
+    parser.add_argument(
+        "--figure",
+        action="store_true",
+        help="only measure time and memory over the numbers of poses and points, by all solvers, and draw them (ten minutes)",
+    )
     arguments = parser.parse_args()
+    if arguments.figure:
+        from benchmarks.figure import figure  # matplotlib, which nothing else here needs
+
+        figure()
+        return
     print("processor time; other work on this machine moves the times, and the ratios little\n")
     start_up(arguments.rounds)
     correction(arguments.rounds)
     headline(arguments.rounds)
+    other_solvers(arguments.rounds)
+    limits(arguments.rounds)
     points_a_scan(arguments.rounds)
     many_poses(arguments.all)
     simulation(arguments.rounds)

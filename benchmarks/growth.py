@@ -5,13 +5,13 @@
 
 from __future__ import annotations
 
-import resource
 import subprocess
 import sys
 import time
 
 import numpy as np
 
+from benchmarks.peak_memory import peak_bytes
 from benchmarks.scenes import paper_scene
 from scalar.estimation.calibrate import calibrate
 from scalar.units import MS
@@ -30,8 +30,7 @@ def measured(poses: int) -> str:
     start = time.process_time()
     calibrate(dataset)
     taken = time.process_time() - start
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _KIB
-    return f"{poses:10d}{taken / MS:12.1f}{taken / poses / MS:14.4f}{peak / _KIB**3:12.2f}"
+    return f"{poses:10d}{taken / MS:12.1f}{taken / poses / MS:14.4f}{peak_bytes() / _KIB**3:12.2f}"
 
 
 def growth(with_largest: bool) -> None:

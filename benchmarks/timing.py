@@ -37,17 +37,37 @@ def interleaved(
         rounds: How often each is timed.
         clock: What a time is read from [s].
     """
+
+    def timed(call: Callable[[], Any]) -> float:
+        start = clock()
+        call()
+        return clock() - start
+
+    return in_turns({name: lambda call=call: timed(call) for name, call in contestants.items()}, rounds)
+
+
+def in_turns(contestants: dict[str, Callable[[], float]], rounds: int) -> dict[str, Times]:
+    """Return the times of contestants that take turns and say themselves what they took [s], as programs of their own do.
+
+    Args:
+        contestants: By name; each is called once more before the first round.
+        rounds: How often each is timed.
+    """
     for call in contestants.values():
         call()
     seconds = {name: np.empty(rounds) for name in contestants}
     for i in range(rounds):
         for name, call in contestants.items():
-            start = clock()
-            call()
-            seconds[name][i] = clock() - start
+            seconds[name][i] = call()
     return {name: Times(each) for name, each in seconds.items()}
 
 
 def ratio(slow: Times, fast: Times) -> float:
     """Return how many times faster the second is: the median over rounds of the ratio within a round."""
     return float(np.median(slow.seconds / fast.seconds))
+
+
+def middle_half(slow: Times, fast: Times) -> tuple[float, float]:
+    """Return the quartiles of how many times faster the second is: half of the rounds have a ratio between them."""
+    low, high = np.quantile(slow.seconds / fast.seconds, [0.25, 0.75])
+    return float(low), float(high)
