@@ -22,6 +22,7 @@ from scalar.estimation.calibrate import calibrate
 from scalar.estimation.result import Calibration
 from scalar.geometry.robot import Robot, Tolerance
 from scalar.robots import read_arm
+from scalar.units import MM
 from study.common.kinematics import PARAMETER_KINDS, random_transform
 from study.coverage.design import SCANNER, Case, Design
 from study.spoiled_setups.campaign import flange_frames, geometry_of, with_geometry
@@ -182,8 +183,8 @@ class Measured:
             "status": "calibrated",
             "predicted": len(q),
             "held": int(np.sum(squared < chi2.ppf(LEVEL, 3))),
-            "error_rms_mm": 1e3 * float(np.sqrt(np.mean(np.sum(error**2, axis=1)))),
-            "std_rms_mm": 1e3 * float(np.sqrt(np.mean(np.trace(covariance, axis1=1, axis2=2)))),
+            "error_rms_mm": float(np.sqrt(np.mean(np.sum(error**2, axis=1)))) / MM,
+            "std_rms_mm": float(np.sqrt(np.mean(np.trace(covariance, axis1=1, axis2=2)))) / MM,
             "kept": len(calibration.summary.get("kept_near_data_sheet") or ()),
         }
 

@@ -12,12 +12,12 @@ from typing import Any
 
 import pandas as pd
 
-from scalar.cli.calibration_words import describe_calibration
 from scalar.data.dataset import read_dataset
 from scalar.errors import InvalidInput, ScalarError
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.misfit import lacks_something
 from scalar.estimation.setup.suspicion import WrongSetup
+from scalar.units import MM
 from study.spoiled_setups.beyond_moves import least_change
 from study.spoiled_setups.design import Design, SetUp
 from study.spoiled_setups.score import outcome_of
@@ -53,7 +53,7 @@ def run_setup(design: Design, number: int) -> dict[str, Any]:
     """Return the row of one set."""
     setup, spoiled, change = drawn(design, number)
     row: dict[str, Any] = {name: asdict(setup)[name] for name in DRAWN}
-    row |= {"done": spoiled.done, "change_mm": None if change is None else 1e3 * change}
+    row |= {"done": spoiled.done, "change_mm": None if change is None else change / MM}
     start = process_time()
     row |= what_is_said(spoiled)
     row["seconds"] = process_time() - start
@@ -96,12 +96,11 @@ def what_is_said(spoiled: Spoiled) -> dict[str, Any]:
             return {"exit": 2, "stage": "read", "said": [_of_error(error, path)]}
     try:
         calibration = calibrate(dataset)
-        described = describe_calibration(calibration, dataset.sensor.T_flange_sensor)
         said = list(calibration.summary.get("setup", []))
         said = [{key: entry[key] for key in ("what", "where", "sentence")} for entry in said]
         if calibration.summary.get("misfit_p_value") is not None and lacks_something(calibration.summary):
-            line = next(line for line in described.splitlines() if "the model lacks something" in line)
-            said.append({"what": "misfit", "where": "", "sentence": line.strip()})
+            lacks = f"the residual is {calibration.summary['misfit']:.1f} times what the noise explains"
+            said.append({"what": "misfit", "where": "", "sentence": lacks})
         return {"exit": 0, "stage": "accepted", "said": said}
     except WrongSetup as error:
         said = [{"what": s.what, "where": s.where, "sentence": s.sentence} for s in error.suspicions]

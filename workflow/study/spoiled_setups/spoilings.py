@@ -9,17 +9,19 @@ from typing import Any
 import numpy as np
 
 from scalar.robots import arm_names, arms_with_axes_of, read_arm
+from scalar.units import DEG
 from study.spoiled_setups.campaign import MODIFIED, STANDARD, Campaign, flange_frames
 from study.spoiled_setups.workcell import Workcell
 
 LEAST_ZERO, MOST_ZERO = 10.0, 180.0  # degrees
-INCH = 25.4
+INCH = 25.4  # mm
+GRAD = 0.9 * DEG
 ANGLE_UNITS = {
-    "degrees": (180 / np.pi, "degrees"),
-    "grads": (200 / np.pi, "grads"),
-    "radians taken for degrees": (np.pi / 180, "radians"),
-    "grads taken for degrees": (10 / 9, "grads"),
-    "degrees taken for grads": (0.9, "degrees"),
+    "degrees": (1 / DEG, "degrees"),
+    "grads": (1 / GRAD, "grads"),
+    "radians taken for degrees": (DEG, "radians"),
+    "grads taken for degrees": (DEG / GRAD, "grads"),
+    "degrees taken for grads": (GRAD / DEG, "degrees"),
 }
 """``{how the angles are written: (factor, word that the right sentence contains)}``."""
 FARTHEST = 5  # rows by which rows are shifted
@@ -84,7 +86,7 @@ def _joint_zero(workcell: Workcell, rng: np.random.Generator) -> Spoiled:
     q = workcell.campaign.q.copy()
     j = int(rng.integers(q.shape[1]))
     off = float(rng.uniform(LEAST_ZERO, MOST_ZERO) * rng.choice([-1, 1]))
-    q[:, j] += np.deg2rad(off)
+    q[:, j] += off * DEG
     truth = Truth(("joint_zero",), f"joint {j + 1}")
     return _with_angles(workcell, q, f"q{j + 1} is {off:.1f} degrees too large", truth)
 
