@@ -3,8 +3,9 @@
     python -m tests.endurance.kills --kills 50 --table kills.csv
 
 A result of another dataset lies in the folder already, so that a kill may leave files of two runs; a command that replaces nothing starts without.
-After each kill every file is whole: that of the first result or that of the second, byte by byte; files of two runs are refused by the command that reads them; a plain second call succeeds, gives
-the bytes of an undisturbed run, and leaves nothing hidden. The workflow (``killed_workflow``) starts from nothing each time.
+After each kill every file is whole: that of the first result or that of the second, byte by byte; files of two runs are refused by the command that
+reads them; a plain second call succeeds, gives the bytes of an undisturbed run, and leaves nothing hidden. The workflow (``killed_workflow``) starts
+from nothing each time.
 """
 
 from __future__ import annotations
