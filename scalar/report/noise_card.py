@@ -49,7 +49,11 @@ def noise_clause(diagnosis: Diagnosis) -> str:
         )
     if diagnosis.noise[0].name == JITTER:
         sure = diagnosis.noise_confidence >= SURE
-        doubt = "" if sure else ", or an error that belongs to each pose scatters the poses alike, as that of a hose does"
+        doubt = (
+            ""
+            if sure
+            else ", or an error that belongs to each pose scatters the poses alike, as that of a hose does"
+        )
         return f"the joints come back to a pose only up to a random error{doubt}"
     return f"each {_measurement(diagnosis)} as a whole has a random error"
 

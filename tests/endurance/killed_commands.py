@@ -17,7 +17,14 @@ COMMANDS = {
     "simulate": ("simulate", "{data}/../scene.yaml", "-o", "{out}"),
     "plan": ("plan", "{data}", "--poses", "24", "--no-collisions", "--candidates", "200", "-o", "{out}"),
     "predict": ("predict", "{data}/../calibration.json", "{data}/poses.csv", "-o", "{out}/frames.csv"),
-    "correct": ("correct", "{data}/../calibration.json", "{data}/poses.csv", "-o", "{out}/corrected.csv"),
+    "correct": (
+        "correct",
+        "{data}/../calibration.json",
+        "{data}/poses.csv",
+        "--leave-out",
+        "-o",
+        "{out}/corrected.csv",
+    ),
     "compare": (
         "compare",
         "{data}/../calibration.json",

@@ -77,6 +77,8 @@ def endure(name: str, datasets: tuple[Path, Path], kills: int, rng: random.Rando
         root: Folder to work in.
     """
     old, new, out = root / "old", root / "new", root / "out"
+    for folder in (old, new, out):
+        shutil.rmtree(folder, ignore_errors=True)
     for folder, data in ((old, datasets[0]), (new, datasets[1])):
         folder.mkdir(parents=True)
         if folder is old and name in NEVER_REPLACE:
