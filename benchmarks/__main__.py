@@ -16,6 +16,7 @@ from benchmarks.correction import correction  # noqa: E402
 from benchmarks.growth import growth  # noqa: E402
 from benchmarks.large import large  # noqa: E402
 from benchmarks.scenes import paper_scene, repeated  # noqa: E402
+from benchmarks.seeds import seeds_of_one_configuration  # noqa: E402
 from benchmarks.simulation import simulation  # noqa: E402
 from benchmarks.start_up import start_up  # noqa: E402
 from benchmarks.timing import Times, interleaved, ratio  # noqa: E402
@@ -121,6 +122,7 @@ def main() -> None:
     correction(arguments.rounds)
     headline(arguments.rounds)
     points_a_scan(arguments.rounds)
+    seeds_of_one_configuration()
     many_poses(arguments.all)
     simulation(arguments.rounds)
     growth(arguments.all)
