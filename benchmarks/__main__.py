@@ -18,6 +18,7 @@ from benchmarks.large import large  # noqa: E402
 from benchmarks.limit import limits  # noqa: E402
 from benchmarks.other_solvers import other_solvers  # noqa: E402
 from benchmarks.scenes import paper_scene, repeated  # noqa: E402
+from benchmarks.seeds import seeds_of_one_configuration  # noqa: E402
 from benchmarks.simulation import simulation  # noqa: E402
 from benchmarks.start_up import start_up  # noqa: E402
 from benchmarks.timing import Times, interleaved, ratio  # noqa: E402
@@ -135,6 +136,7 @@ def main() -> None:
     other_solvers(arguments.rounds)
     limits(arguments.rounds)
     points_a_scan(arguments.rounds)
+    seeds_of_one_configuration()
     many_poses(arguments.all)
     simulation(arguments.rounds)
     growth(arguments.all)

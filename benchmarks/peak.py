@@ -15,14 +15,23 @@ def peak_memory(command: Sequence[str]) -> int:
     """Return the peak memory of the largest process of a command, its children included [bytes]; shared pages count in each process.
 
     Raises:
-        subprocess.CalledProcessError: The command failed.
+        RuntimeError: The command failed.
     """
+    status, peak = peak_command(command)
+    if status != 0:
+        raise RuntimeError(f"the command ended with {status}: {' '.join(command)}")
+    return peak
+
+
+def peak_command(command: Sequence[str]) -> tuple[int, int]:
+    """Return the exit status of a command, and the peak memory of its largest process [bytes]."""
     run = subprocess.run(
         [sys.executable, "-S", __file__, *command], check=True, stdout=subprocess.PIPE, text=True
     )
-    return int(run.stdout.split()[-1]) * 1024
+    status, peak = run.stdout.split()[-2:]
+    return int(status), int(peak) * 1024
 
 
 if __name__ == "__main__":
-    subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL)
-    print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+    ended = subprocess.run(sys.argv[1:], check=False, stdout=subprocess.DEVNULL).returncode
+    print(ended, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)

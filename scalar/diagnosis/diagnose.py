@@ -78,6 +78,8 @@ def diagnose(
     run = explained(dataset, settings, progress)
     final_residuals = FinalResiduals.of(run.after)
     found = findings_of(run, final_residuals)
+    for state in (run.before, run.after):
+        state.rows.fitted.forget()
     moving, of_parts = moving_joints(run.before), settings_for_parts(settings, run.cleaned.dataset.n_poses)
     outer = outer_split(dataset, run.cleaned, answer_without, of_parts, outer_folds, on_fold, cores, moving)
     progress("comparing halves of the poses")

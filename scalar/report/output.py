@@ -1,7 +1,7 @@
 """Write a diagnosis, or a calibration with its page.
 
-Every file is written whole or not at all and contains the identifier of its run. The main file, ``diagnosis.json`` or ``calibration.json``, comes
-last, so that its presence shows that the result is complete.
+Every file is written whole or not at all and contains the identifier of its run; none is put in its place before all are complete. The main file,
+``diagnosis.json`` or ``calibration.json``, comes last, so that its presence shows that the result is complete.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scalar.data.io.atomic import atomic_write, plain, write_json
+from scalar.data.io.atomic import json_text, plain, write_together
 from scalar.data.io.run_id import INDEX, run_of, with_run
 
 if TYPE_CHECKING:
@@ -29,10 +29,9 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
     }
     run = run_of(*parts.values())
     page = render_report(diagnosis, run)
-    for name in ("before.json", "after.json"):
-        write_json(folder / name, with_run(parts[name], run))
-    _write_page(folder, page)
-    write_json(folder / INDEX, with_run(parts[INDEX], run))
+    texts = {name: json_text(with_run(part, run)) for name, part in parts.items()}
+    index = texts.pop(INDEX)
+    write_together(folder, texts | {"report.html": page, INDEX: index})
 
 
 def write_calibration(
@@ -48,13 +47,9 @@ def write_calibration(
     """
     content = plain(calibration.to_mapping())
     run = run_of(content)
+    texts: dict[str, str] = {}
     if with_page:
         from scalar.report import render_calibration
 
-        _write_page(folder, render_calibration(calibration, dataset, run))
-    write_json(folder / "calibration.json", with_run(content, run))
-
-
-def _write_page(folder: Path, page: str) -> None:
-    with atomic_write(folder / "report.html") as temporary:
-        temporary.write_text(page, encoding="utf-8")
+        texts["report.html"] = render_calibration(calibration, dataset, run)
+    write_together(folder, texts | {"calibration.json": json_text(with_run(content, run))})

@@ -1,5 +1,6 @@
 """Only one process at a time writes to a folder, and what killed processes left is removed."""
 
+import errno
 import os
 import signal
 import subprocess
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from scalar.data.io.atomic import atomic_directory, atomic_write
+from scalar.data.io.atomic import atomic_directory, atomic_write, write_together
 from scalar.data.io.lock import LOCK, locked
 from scalar.data.io.processes import lives
 from scalar.data.io.temporary import sweep, temporary_beside
@@ -186,3 +187,30 @@ def test_a_worker_ends_with_the_process_it_works_for() -> None:
         time.sleep(0.1)
     else:
         assert not lives(worker)
+
+
+def test_a_lock_that_cannot_be_written_leaves_nothing(tmp_path, monkeypatch):
+    """On a full disk the folder is refused, and neither the lock nor the new folder stays."""
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "pwrite", full)
+    with pytest.raises(InvalidInput, match="make room"), locked(tmp_path / "new"):
+        pytest.fail("the folder was locked")
+    assert not list(tmp_path.iterdir())
+
+
+def test_no_file_of_a_result_is_replaced_unless_all_can_be_written(tmp_path):
+    """If one of them cannot be written, those before and after it are as they were, and nothing hidden is left."""
+    write_together(tmp_path, {"first": "1", "second": "2"})
+    (tmp_path / "third").mkdir()
+    for names in (("first", "third", "second"), ("third", "first"), ("first", "third")):
+        with pytest.raises(InvalidInput, match="third"):
+            write_together(tmp_path, dict.fromkeys(names, "new"))
+    assert {path.name: path.read_text() for path in tmp_path.iterdir() if path.is_file()} == {
+        "first": "1",
+        "second": "2",
+    }
+    write_together(tmp_path, {"first": "one", "second": "two"})
+    assert (tmp_path / "second").read_text() == "two"

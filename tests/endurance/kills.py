@@ -2,9 +2,10 @@
 
     python -m tests.endurance.kills --kills 50 --table kills.csv
 
-A result of another dataset lies in the folder already, so that a kill may leave files of two runs. After each kill every file is whole: that of the
-first result or that of the second, byte by byte; files of two runs are refused by the command that reads them; a plain second call succeeds, gives
-the bytes of an undisturbed run, and leaves nothing hidden. The workflow (``killed_workflow``) starts from nothing each time.
+A result of another dataset lies in the folder already, so that a kill may leave files of two runs; a command that replaces nothing starts without.
+After each kill every file is whole: that of the first result or that of the second, byte by byte; files of two runs are refused by the command that
+reads them; a plain second call succeeds, gives the bytes of an undisturbed run, and leaves nothing hidden. The workflow (``killed_workflow``) starts
+from nothing each time.
 """
 
 from __future__ import annotations
@@ -25,19 +26,9 @@ from pathlib import Path
 import pandas as pd
 
 from tests.endurance import killed_workflow
+from tests.endurance.killed_commands import COMMANDS, NEVER_REPLACE, SCALAR, command, write_datasets
 from tests.endurance.outcome import HOWS, Outcome
 
-SCALAR = (sys.executable, "-m", "scalar.cli")
-COMMANDS = {
-    "calibrate": ("calibrate", "{data}", "-o", "{out}", "--report"),
-    "diagnose --quick": ("diagnose", "{data}", "-o", "{out}", "--quick"),
-    "diagnose": ("diagnose", "{data}", "-o", "{out}"),
-    "diagnose --batch": ("diagnose", "--batch", "{data}/../fleet", "-o", "{out}", "--quick"),
-    "simulate": ("simulate", "{data}/../scene.yaml", "-o", "{out}"),
-    "plan": ("plan", "{data}", "--poses", "24", "--no-collisions", "--candidates", "200", "-o", "{out}"),
-    "predict": ("predict", "{data}/../calibration.json", "{data}/poses.csv", "-o", "{out}/frames.csv"),
-    "export": ("export", "{data}/../calibration.json", "-o", "{out}/arm.md"),
-}
 WORKFLOW = "snakemake"
 
 
@@ -53,11 +44,6 @@ def contents(folder: Path) -> dict[str, bytes]:
 def hidden(folder: Path) -> list[str]:
     """Return the names of everything hidden below a folder."""
     return sorted(str(path.relative_to(folder)) for path in folder.rglob(".*"))
-
-
-def command(name: str, data: Path, out: Path) -> list[str]:
-    """Return a command line."""
-    return [*SCALAR, *(part.format(data=data, out=out) for part in COMMANDS[name])]
 
 
 def run(arguments: Sequence[str]) -> tuple[int, str]:
@@ -91,7 +77,12 @@ def endure(name: str, datasets: tuple[Path, Path], kills: int, rng: random.Rando
         root: Folder to work in.
     """
     old, new, out = root / "old", root / "new", root / "out"
+    for folder in (old, new, out):
+        shutil.rmtree(folder, ignore_errors=True)
     for folder, data in ((old, datasets[0]), (new, datasets[1])):
+        folder.mkdir(parents=True)
+        if folder is old and name in NEVER_REPLACE:
+            continue
         started = time.monotonic()
         status, said = run(command(name, data, folder))
         length = time.monotonic() - started
@@ -119,6 +110,10 @@ def endure(name: str, datasets: tuple[Path, Path], kills: int, rng: random.Rando
             outcome.faults.append(f"{case}: a file of the old run is gone, and no new one there")
         if name.startswith("diagnose") and "--batch" not in name:
             _read_a_mix(out, left, of_new, datasets[1], outcome, case)
+        if (
+            name in NEVER_REPLACE and left == of_new
+        ):  # it was done, and a second call would refuse to replace it
+            continue
         status, said = run(command(name, datasets[1], out))
         if status != 0:
             outcome.faults.append(f"{case}: the second call ended with {status}: {said.strip()[:200]}")
@@ -153,33 +148,6 @@ def _read_a_mix(
         outcome.refused += 1
     else:
         outcome.faults.append(f"{case}: {new[-1]} of the new run was read beside diagnosis.json of the old")
-
-
-def write_datasets(root: Path) -> tuple[Path, Path]:
-    """Write two datasets of one workcell, each with a scene and a calibration beside it."""
-    from scalar.data.dataset import read_dataset
-    from scalar.data.io.plain_yaml import dump_yaml, load_yaml
-    from scalar.estimation.calibrate import calibrate
-    from scalar.simulation import load_config, simulate, write_scene
-
-    configs = Path(__file__).parents[2] / "configs"
-    found = []
-    for seed in (1, 2):
-        folder = root / f"seed-{seed}"
-        scene = load_yaml(configs / "scenes" / "paper.yaml") | {
-            "seed": seed,
-            "poses_per_plane": 14,
-            "truth_poses": 1000,
-        }
-        folder.mkdir(parents=True)
-        scene["robot"] = str((configs / "scenes" / scene["robot"]).resolve())
-        dump_yaml(scene, folder / "scene.yaml")
-        write_scene(simulate(load_config(folder / "scene.yaml"), base_dir=folder), folder)
-        calibrate(read_dataset(folder / "dataset")).save(folder / "calibration.json")
-        for arm in ("first", "second"):
-            shutil.copytree(folder / "dataset", folder / "fleet" / arm)
-        found.append(folder / "dataset")
-    return found[0], found[1]
 
 
 def main() -> None:

@@ -11,8 +11,8 @@ import json
 import math
 import os
 import shutil
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +66,22 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
         if isinstance(error, OSError) and error.errno in _BROKEN:  # the disk is full, or went away
             raise cannot_write(path, error) from error
         raise
+
+
+def write_together(folder: Path, texts: Mapping[str, str]) -> None:
+    """Write the files of one result to a folder: none is put in its place before all are complete, so that a full disk leaves the older ones.
+
+    Args:
+        folder: An existing folder.
+        texts: The content of each file by its name, in the order in which they are put in their places.
+
+    Raises:
+        InvalidInput: One of them cannot be written.
+    """
+    with ExitStack() as stack:  # which ends with the file that was begun first
+        for name, text in reversed(list(texts.items())):
+            temporary = stack.enter_context(atomic_write(folder / name))
+            temporary.write_text(text, encoding="utf-8", newline="\n")
 
 
 @contextmanager
@@ -166,11 +182,16 @@ def json_content(obj: Any) -> Any:
     return _finite(plain(obj))
 
 
+def json_text(obj: Any) -> str:
+    """Return `obj` as the text of a JSON file: keys in the given order, indent 1, a line end at the end, null for numbers that are not finite."""
+    return json.dumps(json_content(obj), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
 def write_json(path: str | os.PathLike[str], obj: Any) -> None:
     """Write `obj` to `path` as JSON, atomically: keys in the given order, indent 1, and a line end at the end.
 
     Numbers that are not finite become null, since JSON has no others; floats read back exactly.
     """
-    text = json.dumps(json_content(obj), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json_text(obj)
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")

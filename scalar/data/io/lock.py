@@ -90,8 +90,7 @@ def _acquire(folder: Path) -> tuple[int, tuple[int, int]]:
             if (there.st_dev, there.st_ino) != (mine.st_dev, mine.st_ino):
                 os.close(descriptor)
                 continue
-            os.ftruncate(descriptor, 0)
-            os.pwrite(descriptor, f"{os.getpid()} {platform.node()}\n".encode(errors="replace"), 0)
+            _state_owner(descriptor, path)
         except BaseException:
             with suppress(OSError):
                 os.close(descriptor)
@@ -99,6 +98,17 @@ def _acquire(folder: Path) -> tuple[int, tuple[int, int]]:
         at = (mine.st_dev, mine.st_ino)
         _held.add(at)
         return descriptor, at
+
+
+def _state_owner(descriptor: int, path: Path) -> None:
+    """Write into a lock file that this process holds who holds it; remove the file if it cannot be written, as on a full disk."""
+    try:
+        os.ftruncate(descriptor, 0)
+        os.pwrite(descriptor, f"{os.getpid()} {platform.node()}\n".encode(errors="replace"), 0)
+    except OSError:
+        with suppress(OSError):
+            path.unlink()
+        raise
 
 
 def _lock(descriptor: int, folder: Path, path: Path) -> None:

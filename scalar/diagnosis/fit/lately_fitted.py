@@ -6,9 +6,11 @@ and which effects are selected depends on it: with states of the same effects fr
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any, Generic, Protocol, TypeVar
 
+from scalar.diagnosis.fit.freed_memory import give_back
 from scalar.diagnosis.settings import Settings
 from scalar.effects import Effect
 from scalar.estimation.model import Model
@@ -16,6 +18,8 @@ from scalar.geometry.se3 import Array
 
 MOST_STATES = 16
 _MOST_BYTES = 64_000_000  # of all that the states have computed; of thousands of poses only the last is kept
+
+_MOST_DROPPED = 64_000_000  # bytes of dropped states, after which their memory is given back to the system: of small states it never is
 
 
 class _Kept(Protocol):
@@ -34,6 +38,7 @@ class LatelyFitted(Generic[_State]):
     def __init__(self) -> None:
         """Begin without any."""
         self._states: dict[Hashable, _State] = {}
+        self._dropped = 0  # bytes
 
     def of(self, key: Hashable, fit: Callable[[], _State]) -> _State:
         """Return the state of a key; it is fitted if it is not among those that are kept.
@@ -48,8 +53,22 @@ class LatelyFitted(Generic[_State]):
         for k, older in enumerate(reversed(list(self._states))):
             total += _size(self._states[older])
             if k and (k >= MOST_STATES or total > _MOST_BYTES):
-                del self._states[older]
+                self._dropped += _size(self._states.pop(older))
+        if self._dropped > _MOST_DROPPED:
+            self._dropped = 0
+            give_back()
         return state
+
+    def forget(self) -> None:
+        """Keep no state any longer; those that are asked for again are fitted anew, with the same result.
+
+        Processes that are started for other poses would hold them until they end.
+        """
+        large = sum(_size(state) for state in self._states.values()) > _MOST_DROPPED / 2
+        self._states.clear()
+        if large:
+            gc.collect()
+            give_back()
 
 
 def key_of(settings: Settings, geometry_free: Array, effects: Sequence[Effect], start: Model) -> Hashable:

@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from scalar.data.dataset import Dataset
 from scalar.data.io.processes import end_with
+from scalar.diagnosis.fit.freed_memory import give_back
 from scalar.diagnosis.settings import Settings
 from scalar.effects import Effect
 from scalar.errors import ScalarError
@@ -89,6 +90,7 @@ def _answered(run: Run, dataset: Dataset, settings: Settings) -> Answer | Scalar
         return error
     finally:
         gc.collect()
+        give_back()
 
 
 def available_cores() -> int:
