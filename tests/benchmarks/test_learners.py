@@ -1,5 +1,8 @@
 """Learned compensation predicts what depends on the joint angles, leaves noise alone, and is judged on poses that no half shares."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -95,3 +98,18 @@ def test_every_target_counts_as_a_point():
     assert rms(np.array([[3e-3, 0.0, 4e-3]])) == pytest.approx(5.0)
     assert rms(np.array([[3e-3, 0.0, 4e-3, 0.0, 5e-3, 0.0]])) == pytest.approx(5.0)
     assert rms(np.zeros((0, 3))) is None
+
+
+def test_the_table_of_measured_arms_is_that_of_the_summary():
+    """Each campaign of the committed summary has its row in the description of the benchmark, with the same errors to two places."""
+    root = Path(__file__).parents[2]
+    sets = json.loads((root / "paper/summaries/measured/rivals.json").read_text(encoding="utf-8"))["sets"]
+    page = (root / "benchmarks/diagnosis/README.md").read_text(encoding="utf-8")
+    for name, found in sets.items():
+        (row,) = [line for line in page.splitlines() if line.startswith(f"| `{name}` |")]
+        told = [
+            ", ".join(f"{half[f'{method}{where}_mm']:.2f}" for half in found["halves"])
+            for where in ("", "_within")
+            for method in ("geometry", "diagnosis", "gaussian_process", "network")
+        ]
+        assert [cell.strip() for cell in row.split("|")[2:-1]] == told

@@ -8,7 +8,7 @@ def half(diagnosis, process=1.0, network=1.0, within=1.0):
     """Return the errors of one half, in units of what geometry leaves."""
     return {
         "geometry_mm": 1.0,
-        "stated_mm": 2.0 * diagnosis,
+        "stated_mm": 2.0 * diagnosis,  # 1 with a diagnosis of 0.5
         "diagnosis_mm": diagnosis,
         "gaussian_process_mm": process,
         "network_mm": network,
@@ -24,17 +24,24 @@ def test_halves_are_counted_by_a_stated_factor():
     sets = {
         "one": {"halves": [half(0.5), half(WORSE + 0.01, within=WORSE - 0.01)]},
         "two": {
-            "halves": [half(0.5, network=0.5 * WORSE - 0.01), half(0.5, process=0.4, network=WORSE + 0.01)]
+            "halves": [
+                half(0.5, network=0.5 * WORSE - 0.01),
+                half(0.5, process=0.4, network=WORSE + 0.01, within=WORSE + 0.01),
+            ]
         },
     }
     assert counts(sets) == {
+        "campaigns": 2,
         "halves": 4,
         "ahead": 1,
         "ahead_within": 0,
         "behind": 2,
+        "behind_within": 1,
+        "behind_sets": ["one", "two"],
         "harmful": 1,
-        "harmful_within": 0,
+        "harmful_within": 1,
         "learned_harmful": 1,
         "learned_nothing": 2,
+        "stated_too_small": 1,
         "stated_mm": {"least": 1.0, "greatest": 2.0 * (WORSE + 0.01)},
     }

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
+from scalar.units import DEG, MRAD
 from study.plots.style import (
     COLOURS,
     EDGE,
@@ -37,6 +38,14 @@ _STATED = "stated"
 _SHOWN = 2  # explanations besides the stated noise; with more, the bands hide one another
 _LOOKS = ((COLOURS["first explanation"], "-"), (COLOURS["second explanation"], "--"))
 # The curves of the maxima look the same; predictions.csv has them.
+_SIZE_UNITS = {
+    "mrad": ("°", MRAD / DEG),
+    "factor": (" × σ", 1.0),
+    "share": (" σ", 1.0),
+    "relative": (" tolerance", 1.0),
+    "count": (" iterations", 1.0),
+}
+"""``{unit of a magnitude in the table: (what follows its number, factor to it)}``; angles are degrees in every figure."""
 _QUANTITIES = ("position_mean_mm", "orientation_mean_deg")
 _NEAR = 0.24  # share of a panel's width: labels of ticks nearer than this to one another are left out
 _VERDICTS = {
@@ -165,11 +174,9 @@ def _magnitudes(row: dict[str, Any]) -> str:
     words = []
     for k in (1, 2):
         if isinstance(row.get(f"magnitude_{k}"), str):
-            value, low, high = (numeral(row[f"{name}_{k}"], 2) for name in ("value", "low", "high"))
-            unit = {"factor": "× σ", "share": "σ", "relative": "tolerance", "count": "iterations"}.get(
-                row[f"unit_{k}"], row[f"unit_{k}"]
-            )
-            words.append(f"{value} {unit}".strip() + f" ({low}–{high})")
+            unit, factor = _SIZE_UNITS.get(row[f"unit_{k}"], (f" {row[f'unit_{k}']}".rstrip(), 1.0))
+            value, low, high = (numeral(factor * row[f"{name}_{k}"], 2) for name in ("value", "low", "high"))
+            words.append(f"{value}{unit} ({low}–{high})")
     return ", ".join(words)
 
 
