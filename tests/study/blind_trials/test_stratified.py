@@ -259,10 +259,10 @@ def test_sets_are_counted_by_how_many_effects_they_have(design):
 
 
 def test_good_poses_that_are_set_aside_are_counted_by_scanner():
-    """Poses of all sets that were diagnosed are counted; tables of runs that did not count them give no number."""
+    """Poses of the sets that were diagnosed and counted are counted; tables of runs without the count give no number."""
     columns = ["scanner", "poses", "set_aside", "status"]
     rows = [("mixed", 60, 1, "diagnosed"), ("mixed", 300, 2, "diagnosed"), ("white", 60, 0, "diagnosed")]
-    rows.append(("white", 60, None, "Undetermined"))
+    rows += [("white", 60, None, "Undetermined"), ("white", 120, None, "diagnosed")]
     sets = pd.DataFrame(rows, columns=columns)
     found = set_aside_by_scanner(sets)
     assert found == {"mixed": {"poses": 360, "set_aside": 3}, "white": {"poses": 60, "set_aside": 0}}

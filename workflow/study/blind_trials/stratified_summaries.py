@@ -196,7 +196,7 @@ def set_aside_by_scanner(sets: pd.DataFrame) -> dict[str, dict[str, int]]:
     every: Any = sets
     if "set_aside" not in sets:
         return {}
-    diagnosed = every[every["status"] == "diagnosed"]
+    diagnosed = every[(every["status"] == "diagnosed") & every["set_aside"].notna()]
     return {
         str(scanner): {"poses": int(group["poses"].sum()), "set_aside": int(group["set_aside"].sum())}
         for scanner, group in diagnosed.groupby("scanner", sort=False)
