@@ -1,7 +1,5 @@
 """Orders of a joint that were chosen one by one from few poses are a doubtful name, because a random error of the joint chooses as many."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -46,7 +44,8 @@ def test_many_orders_of_few_poses_are_doubtful(effect, n_poses, doubtful):
 def test_a_limit_above_the_confidence_is_no_reason():
     """A name that had less confidence than the limit keeps it, and the limit is not stated as its reason; of two limits, the lower one is."""
     finding = finding_of(JointScale(3), 0.4)
-    assert finding.limited(0.5, LEAST, "a rule") == replace(finding, doubtful=True)
+    kept = finding.limited(0.5, LEAST, "a rule")
+    assert (kept.confidence, kept.doubtful, kept.limit) == (0.4, True, "")
     assert finding.limited(0.3, LEAST, "one").limited(0.2, LEAST, "two").limit == "two"
     assert finding.limited(0.2, LEAST, "one").limited(0.3, LEAST, "two").limit == "one"
 

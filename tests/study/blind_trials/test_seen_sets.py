@@ -1,6 +1,7 @@
 """Sets of sealed exams in which a diagnosis went wrong, taken once more: what was mended stays mended."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -54,3 +55,12 @@ def test_a_doubtful_change_of_the_last_poses_is_not_applied_to_all_later_ones():
     """A supposed slip before the last 6 of 300 poses had turned an error of 0.039 mm into 0.551 mm (fifteenth exam)."""
     row = answered(1121107210, 326)
     assert row["position_after_mm"] < row["position_before_mm"]
+
+
+@pytest.mark.parametrize("path", ["configs/blind_trials_stratified.yaml", "docs/many_machines.md"])
+def test_the_stated_time_of_a_set_is_that_of_the_committed_run(path):
+    """What a set of 60 to 300 poses takes is stated as the committed run of the trials measured it, within a third."""
+    numbers = json.loads((ROOT / "paper/summaries/stratified/numbers.json").read_text("utf-8"))
+    measured = numbers["simulate_s_mean"] + numbers["diagnose_s_mean"]
+    stated = [float(text) for text in re.findall(r"([\d.]+) s a set", (ROOT / path).read_text("utf-8"))]
+    assert stated and all(0.67 < value / measured < 1.5 for value in stated)

@@ -20,6 +20,7 @@ from study.blind_trials.stratified_summaries import (
     kind_of_injected,
     rate_table,
     ratios,
+    set_aside_by_scanner,
     summarise_trials,
 )
 
@@ -258,6 +259,17 @@ def test_sets_are_counted_by_how_many_effects_they_have(design):
     assert (counts.groupby("factor")["sets"].sum() == 120).all()
     assert (counts.groupby("factor")["clean"].sum() == 60).all()
     assert set(counts.query("factor == 'injected'")["level"]) == {"none", *kinds.values()}
+
+
+def test_good_poses_that_are_set_aside_are_counted_by_scanner():
+    """Poses of the sets that were diagnosed and counted are counted; tables of runs without the count give no number."""
+    columns = ["scanner", "poses", "set_aside", "status"]
+    rows = [("mixed", 60, 1, "diagnosed"), ("mixed", 300, 2, "diagnosed"), ("white", 60, 0, "diagnosed")]
+    rows += [("white", 60, None, "Undetermined"), ("white", 120, None, "diagnosed")]
+    sets = pd.DataFrame(rows, columns=columns)
+    found = set_aside_by_scanner(sets)
+    assert found == {"mixed": {"poses": 360, "set_aside": 3}, "white": {"poses": 60, "set_aside": 0}}
+    assert set_aside_by_scanner(sets.drop(columns="set_aside")) == {}
 
 
 @pytest.mark.slow

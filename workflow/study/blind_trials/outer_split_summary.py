@@ -61,7 +61,8 @@ def split_numbers(sets: pd.DataFrame) -> dict[str, Any]:
     Returns:
         ``sets``; ``held_out`` and ``unseen``: in how many ``sets`` an error is stated, quantiles of the true over the stated one, and in how many the
         true error is no larger (``covered``) and no more than a tenth larger; ``wrong_names`` and ``right_names``: how many ``names`` the diagnosis
-        with the split found, and how many of them fewer than half of its runs chose (``not_confirmed``), so that they are not given.
+        with the split found, and how many of them fewer than half of its runs chose (``not_confirmed``), so that they are not given. Names
+        that are refused count even if they were too doubtful to be given without the split.
     """
     every: Any = sets
     diagnosed = every[(every["status"] == "diagnosed") & (every["status_split"] == "diagnosed")]

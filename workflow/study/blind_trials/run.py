@@ -223,6 +223,7 @@ def answer_entries(diagnosis: Diagnosis, wrong: list[int], truth_poses: pd.DataF
         ),
         "components": json.dumps([part["name"] for part in mapping["noise"]["components"]]),
         "wrong_poses": len(wrong),
+        "set_aside": len(mapping["outliers"]["poses"]),
         "wrong_poses_found": len(set(wrong) & set(mapping["outliers"]["poses"])),
         "held_out_before_mm": residual["before"]["held_out_rms_mm"],
         "held_out_after_mm": residual["after"]["held_out_rms_mm"],

@@ -44,6 +44,7 @@ TRIAL_COLUMNS = {
     "surface_truth": "JSON, the surfaces' block of truth.json, or null",
     "found": "JSON, the entries of diagnosis.json without their coefficients",
     "unobservable": "JSON, names and targets that the diagnosis says it cannot observe",
+    "set_aside": "number of poses that the diagnosis sets aside; all poses of these trials are good",
     "components": "JSON, names of the components of the scanner's own noise",
     "position_before_mm": "mean position error over the evaluation poses, base aligned, without the effects found",
     "position_after_mm": "the same with the effects found",

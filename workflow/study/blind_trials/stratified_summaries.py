@@ -187,6 +187,22 @@ def named_by_significance(sets: pd.DataFrame) -> dict[str, dict[str, int]]:
     return counts
 
 
+def set_aside_by_scanner(sets: pd.DataFrame) -> dict[str, dict[str, int]]:
+    """Return for each scanner how many poses were diagnosed, and how many of them were set aside although all are good.
+
+    Args:
+        sets: The rows of all sets. Tables of earlier runs have no column ``set_aside``; the result is then empty.
+    """
+    every: Any = sets
+    if "set_aside" not in sets:
+        return {}
+    diagnosed = every[(every["status"] == "diagnosed") & every["set_aside"].notna()]
+    return {
+        str(scanner): {"poses": int(group["poses"].sum()), "set_aside": int(group["set_aside"].sum())}
+        for scanner, group in diagnosed.groupby("scanner", sort=False)
+    }
+
+
 def _number(value: Any) -> float | None:
     """Return a finite number as it is, and None for anything else."""
     return None if value is None or not np.isfinite(value) else float(value)
@@ -197,8 +213,9 @@ def summarise_trials(
 ) -> tuple[dict[str, Any], dict[str, pd.DataFrame]]:
     """Return numbers and ``{name: table}``.
 
-    The numbers are the version of the code, the design with its checksum, counts of sets, the worst ratio of errors, and the processor time. The
-    tables are ``table`` (the rates), ``ratios``, ``confidence`` and ``conditions`` (counts of some rates for each level of each factor).
+    The numbers are the version of the code, the design with its checksum, counts of sets and of good poses that were set aside, the worst ratio of
+    errors, and the processor time. The tables are ``table`` (the rates), ``ratios``, ``confidence`` and ``conditions`` (counts of some rates for each
+    level of each factor).
 
     Args:
         sets: The rows of all sets, as ``run_trials`` returns them.
@@ -213,6 +230,7 @@ def summarise_trials(
         "failed": int(judged["failed"].sum()),
         "worst_after_over_before": float(judged.loc[~judged["failed"], "after_over_before"].max()),
         "named_by_significance": named_by_significance(sets),
+        "good_poses_set_aside": set_aside_by_scanner(sets),
         "sets": len(sets),
         "not_simulated": int((columns["status"] == "not_simulated").sum()),
         "processor_hours": sum(seconds.values()) / 3600,
