@@ -16,7 +16,9 @@ from scalar.diagnosis.naming.finding import Finding
 from scalar.effects import BaseEffect, Effect
 
 MOST_CONFIDENCE = 0.5  # chosen: the cause is the step, or an error of these poses
-FEW_POSES = "only a few poses beside a boundary of sessions show the step, and they may as well err by themselves"
+FEW_POSES = (
+    "only a few poses beside a boundary of sessions show the step, and they may as well err by themselves"
+)
 
 
 def limited_by_boundaries(
