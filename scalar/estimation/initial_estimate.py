@@ -18,6 +18,7 @@ from scalar.errors import Undetermined
 from scalar.estimation.least_squares import Fit, fit
 from scalar.estimation.model import SENSOR_PARAMETERS, Model
 from scalar.estimation.residuals import Residuals
+from scalar.estimation.settings import DEFAULTS
 from scalar.geometry.parallel_axes import with_parallel_axes
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
@@ -136,6 +137,10 @@ def _refined(residuals: Residuals, model: Model, may_move: Array) -> Fit:
 def _unseen_shifts_undone(residuals: Residuals, model: Model, place: Array, may_move: Array) -> Model:
     """Return the model with its sensor as near to where it is stated as shifts allow that a motion of the target makes up for.
 
+    A shift counts as made up for as well if the data determine it to a standard error, by the residual's size, that is larger than a stated place may
+    be wrong. If the sensor points to the same side at all poses but for some thousandths of a degree, for example, errors of the arm move it by
+    metres along that direction: a reflector had been placed 23 m above the flange, and the tracker 25 m below the floor.
+
     Args:
         residuals: Of the dataset, without effects.
         model: As fitted.
@@ -143,14 +148,16 @@ def _unseen_shifts_undone(residuals: Residuals, model: Model, place: Array, may_
         may_move: ``(P,)`` bool, coordinates that are not held.
     """
     parallel = replace(model, robot=with_parallel_axes(model.robot))
-    J = residuals.linearise(parallel)[1]
+    residual, J = residuals.linearise(parallel)
+    misfit = max(1.0, float(np.sqrt(np.mean(residual**2))))
     index = np.arange(len(may_move))
     shifts, target = (index[block][may_move[block]] for block in (_place(model), model.blocks["target"]))
     # The triangular factor has the same lengths and angles as the columns, and as few rows as there are columns.
     by_target, by_shift = np.hsplit(np.linalg.qr(J[:, [*target, *shifts]], mode="r"), [len(target)])
     made_up = np.linalg.lstsq(by_target, by_shift, rcond=None)[0]
     _, lengths, directions = np.linalg.svd(by_shift - by_target @ made_up, full_matrices=False)
-    unseen = directions[lengths < _UNSEEN_SHIFT * np.linalg.norm(by_shift)]
+    determined = misfit / DEFAULTS.identifiability.plausible_sensor_place
+    unseen = directions[lengths < max(_UNSEEN_SHIFT * np.linalg.norm(by_shift), determined)]
     if not len(unseen):
         return model
     vector = model.vector

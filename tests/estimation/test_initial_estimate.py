@@ -16,6 +16,7 @@ from scalar.sensors import measure
 from scalar.sensors.linear_guess import linear_guess
 from scalar.units import DEG, MM
 from tests import kinematics
+from tests.estimation.test_data_sheet_priors import workcell
 from tests.random_scene import make_scene
 from tests.workcell import PLANE_NAMES
 
@@ -123,3 +124,30 @@ def test_an_arm_that_is_ten_times_as_wrong_is_calibrated(robot, times):
             continue
         assert found.residual_rms < 1e-12, seed
     assert refused <= 1
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_tool_that_always_points_up_keeps_its_stated_length(seed):
+    """The flange's axis is upright at all poses but for a milliradian: errors of the arm had moved the reflector far along it."""
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(-1.0, 1.0, (60, 6)) * np.array([2.5, 0.8, 0.8, 0.0, 0.0, 2.5])
+    robot = workcell(seed, q)[0].robot
+
+    def leaning(wrist: np.ndarray) -> np.ndarray:
+        """Return how far the flange's axis leans out of the vertical at each pose [rad], with the angles ``(60,)`` of joint 5."""
+        q[:, 4] = wrist
+        z = robot.flange(q)[:, :3, 2]
+        return np.arctan2(np.hypot(z[:, 0], z[:, 1]), z[:, 2])
+
+    tries = np.linspace(-np.pi, np.pi, 721)
+    best = tries[np.argmin([leaning(np.full(60, each)) for each in tries], axis=0)]
+    for width in 0.01 * 0.5 ** np.arange(16):
+        steps = best + width * np.array([[-1.0], [0.0], [1.0]])
+        best = np.take_along_axis(steps, np.argmin([leaning(each) for each in steps], axis=0)[None], axis=0)[
+            0
+        ]
+    assert leaning(best).max() < 1e-3
+    dataset, _ = workcell(seed, q)
+    stated = dataset.sensor.T_flange_sensor[:3, 3]
+    found = prepare(dataset).initial.model.T_flange_sensor[:3, 3]
+    assert np.linalg.norm(found - stated) < 50 * MM
