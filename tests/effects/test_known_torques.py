@@ -96,7 +96,7 @@ def test_compliances_stand_as_stiffnesses_with_their_uncertainty_too():
     assert rows["joint 2 stiffness"] == ("1.25 × 10⁵", "3125", "N m/rad")
     assert rows["joint 5 stiffness"][0].startswith("more than 2.5 × 10⁶")
     (table,) = [t for t in parameter_tables(made, None) if t["unit"] == "N m/rad"]
-    assert [row["name"] for row in table["rows"]] == ["joint 2", "joint 3", "joint 5"]
+    assert [row["name"] for row in table["rows"]] == ["joint 2 (J2)", "joint 3 (J3)", "joint 5 (J5)"]
     said = describe_calibration(made)
     assert (
         "joint 2: stiffness 1.25e+05 +- 3.1e+03 N m/rad" in said

@@ -20,7 +20,11 @@ MODULES = {
 }
 MAKE_DATA = {
     ROOT / "workflow/study/sensitivity/datasets.py",
-    *(ROOT / "workflow/study/tracked_trials").glob("*.py"),
+    *(
+        path
+        for study in ("tracked_trials", "real_arm_trials", "spoiled_setups", "coverage")
+        for path in (ROOT / "workflow/study" / study).glob("*.py")
+    ),
 }
 """Simulate datasets of kinds that they choose, as the simulator does."""
 
