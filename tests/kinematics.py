@@ -2,6 +2,7 @@
 
 from study.common.kinematics import (
     PARAMETER_KINDS,
+    best_motion,
     chain,
     joint_names,
     pose_mapping,
@@ -16,6 +17,7 @@ from study.common.kinematics import (
 
 __all__ = [
     "PARAMETER_KINDS",
+    "best_motion",
     "chain",
     "joint_names",
     "pose_mapping",

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from study.common.kinematics import PARAMETER_KINDS, chain, random_transform
+from study.common.kinematics import PARAMETER_KINDS, best_motion, chain, random_transform
 
 from benchmarks.trackers.adapters.exchange import KINDS, Job
 from scalar.units import MM
@@ -53,7 +53,7 @@ def tracked_scene(seed: int, *, tilted: bool = False, noise: float = NOISE, erro
     q, q_test = (rng.uniform(limits[:, 0], limits[:, 1], (count, len(joints))) for count in (TRAINING, TEST))
     measured = positions(true, q, reflector, T_tracker_base)
     measured = measured + noise * rng.standard_normal(measured.shape)
-    start = best_frame(positions(nominal, q, REFLECTOR, np.eye(4)), measured)
+    start = best_motion(positions(nominal, q, REFLECTOR, np.eye(4)), measured)
     dh = nominal[[PARAMETER_KINDS.index(kind) for kind in KINDS]].T
     job = Job(dh, limits, REFLECTOR, start, noise, q, measured, q_test, MM)
     return Scene(job, positions(true, q_test, reflector, T_tracker_base))
@@ -94,12 +94,3 @@ def nominal_positions(job: Job, q: np.ndarray) -> np.ndarray:
     for kind, column in zip(KINDS, job.dh.T, strict=True):
         geometry[PARAMETER_KINDS.index(kind)] = column
     return positions(geometry, q, job.reflector, job.T_tracker_base)
-
-
-def best_frame(places: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """Return the frame ``(4, 4)`` that takes places ``(N, 3)`` nearest to measured ones [m] (Kabsch, 1976)."""
-    u, _, vt = np.linalg.svd((measured - measured.mean(0)).T @ (places - places.mean(0)))
-    T = np.eye(4)
-    T[:3, :3] = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
-    T[:3, 3] = measured.mean(0) - T[:3, :3] @ places.mean(0)
-    return T

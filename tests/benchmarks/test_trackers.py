@@ -13,11 +13,11 @@ from benchmarks.trackers import environments, scene
 from benchmarks.trackers.adapters.exchange import Answer, link, read_answer, read_job, write_answer, write_job
 from benchmarks.trackers.contest import ADAPTERS, WAYS, Outcome, Way, answered, nominal_score, outcome, score
 from benchmarks.trackers.environments import Missing, build, interpreter, last_line, pinned
-from benchmarks.trackers.scene import best_frame, nominal_positions, tracked_scene
+from benchmarks.trackers.scene import nominal_positions, tracked_scene
 from benchmarks.trackers.table import HEADER, row, table
 from scalar import read_robot
 from scalar.units import MM
-from tests.kinematics import PARAMETER_KINDS, chain, random_transform
+from tests.kinematics import PARAMETER_KINDS, best_motion, chain, random_transform
 
 PYTHON = Path(sys.executable)
 ANSWER = Answer("1.2", [[0.0, 0.0, 0.0]] * 2, [0.5, 0.25], 26, 4, "steps", "yes")
@@ -214,7 +214,7 @@ def test_the_start_is_the_frame_of_the_nominal_arm(drawn):
     """Kabsch's frame takes exact places to where they were moved, and the nominal arm in it is off by millimetres, not by metres."""
     rng = np.random.default_rng(1)
     places, T = rng.standard_normal((9, 3)), random_transform(rng, 2.0, 2.5)
-    np.testing.assert_allclose(best_frame(places, places @ T[:3, :3].T + T[:3, 3]), T, atol=1e-12)
+    np.testing.assert_allclose(best_motion(places, places @ T[:3, :3].T + T[:3, 3]), T, atol=1e-12)
     assert 0.2 * MM < nominal_score(drawn).rms < 10 * MM
 
 

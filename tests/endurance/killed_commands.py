@@ -59,7 +59,7 @@ def command(name: str, data: Path, out: Path) -> list[str]:
 
 
 def write_datasets(root: Path) -> tuple[Path, Path]:
-    """Write two datasets of one workcell, each with a scene, a calibration, a foreign table and a recording beside it."""
+    """Write two datasets of one workcell, each with a scene, a calibration, a foreign table and a recording."""
     from scalar.data.dataset import read_dataset
     from scalar.data.io.plain_yaml import dump_yaml, load_yaml
     from scalar.estimation.calibrate import calibrate

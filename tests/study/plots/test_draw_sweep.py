@@ -38,7 +38,7 @@ def drawn(table: pd.DataFrame) -> dict[str, list[tuple[np.ndarray, np.ndarray]]]
 
 
 def test_the_bound_of_a_mean_is_drawn_beside_means():
-    """The bound is its mean over the seeds, and the crosses beside it are the proposed method's means, where no fit failed or was lost."""
+    """The bound is its mean over the seeds, and the crosses are the proposed method's means, where no fit failed or was lost."""
     found = drawn(summary())
     [(x, y)] = found["bound"]
     assert (list(x), list(y)) == (list(VALUES), pytest.approx([1.2 * 0.9 * v for v in VALUES]))

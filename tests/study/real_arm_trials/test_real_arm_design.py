@@ -53,7 +53,7 @@ def test_every_effect_is_injected_at_every_size_alone_and_in_company(design, tri
 
 
 def test_the_sizes_are_a_third_of_the_natural_one_this_and_three_times(design, trials):
-    """The effect that is judged has a size of the design, and those beside it about their natural ones."""
+    """The effect that is judged has a size of the design, and the further effects about their natural ones."""
     for instrument, sets in trials.items():
         one = design.content["instruments"][instrument]
         for trial in sets:

@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
-from traceback import print_exc
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +27,7 @@ from study.blind_trials.cases import Set, Study
 from study.blind_trials.gross_errors import with_gross_errors
 from study.common.grid import with_overrides
 from study.common.in_memory import dataset_in_memory
+from study.common.outcomes import outcome, stated
 from study.common.scene_config import scene_config
 
 if TYPE_CHECKING:
@@ -58,8 +58,6 @@ SET_COLUMNS = {
     "position_max_after_mm": "the same with the effects found",
     "position_max_control_mm": "the same of the matched control",
 }
-CRASHED = "crashed"
-"""Status of a set whose diagnosis ended in an error that is a defect of this program."""
 _SEED_OF_GROSS_ERRORS = 40_917  # with the scene's seed, the seed of the gross errors
 
 
@@ -188,14 +186,12 @@ def answered(
         outer_folds: Number of parts of the outer split; with zero there is none.
         more: Returns further entries.
     """
-    try:
+
+    def entries() -> dict[str, Any]:
         diagnosis = diagnose(dataset, outer_folds=outer_folds, cores=1)
-        return {"status": "diagnosed"} | answer_entries(diagnosis, wrong, truth_poses) | dict(more(diagnosis))
-    except ScalarError as error:
-        return {"status": type(error).__name__, "reason": str(error).splitlines()[0]}
-    except Exception as error:  # a defect of this program: counted, and the other sets are still run
-        print_exc()
-        return {"status": CRASHED, "reason": f"{type(error).__name__}: {error}".splitlines()[0]}
+        return answer_entries(diagnosis, wrong, truth_poses) | dict(more(diagnosis))
+
+    return outcome(entries)
 
 
 def injected_config(wanted: Set, control: MatchedControl) -> dict[str, Any]:
@@ -213,14 +209,9 @@ def answer_entries(diagnosis: Diagnosis, wrong: list[int], truth_poses: pd.DataF
         truth_poses: Joint angles and true frames at the evaluation poses, content of ``truth_poses.csv``.
     """
     mapping = diagnosis.to_mapping()
-    entries = [{k: v for k, v in entry.items() if k != "coefficients"} for entry in mapping["effects"]]
     residual = mapping["residual"]
     return {
-        "verdict": mapping["verdict"],
-        "found": json.dumps(entries),
-        "unobservable": json.dumps(
-            [{"name": s["name"], "target": s["target"]} for s in mapping["unobservable"]]
-        ),
+        **stated(mapping),
         "components": json.dumps([part["name"] for part in mapping["noise"]["components"]]),
         "wrong_poses": len(wrong),
         "set_aside": len(mapping["outliers"]["poses"]),

@@ -133,3 +133,12 @@ def standard_chain(rows: list[tuple[float, float, float, float]], q: np.ndarray)
     for i, (theta, d, a, alpha) in enumerate(rows):
         T = T @ rotation(2, q[:, i] + theta) @ translation(2, d) @ translation(0, a) @ rotation(0, alpha)
     return T
+
+
+def best_motion(points: np.ndarray, onto: np.ndarray) -> np.ndarray:
+    """Return the rigid motion ``(4, 4)`` that brings points ``(N, 3)`` nearest to others ``(N, 3)`` (Kabsch, 1976)."""
+    U, _, Vt = np.linalg.svd((onto - onto.mean(0)).T @ (points - points.mean(0)))
+    T = np.eye(4)
+    T[:3, :3] = U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt
+    T[:3, 3] = onto.mean(0) - T[:3, :3] @ points.mean(0)
+    return T

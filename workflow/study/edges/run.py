@@ -13,10 +13,11 @@ import pandas as pd
 from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
 from scalar.errors import ScalarError
-from study.blind_trials.run import CRASHED, errors
+from study.blind_trials.run import errors
 from study.blind_trials.score import NOISES
 from study.common.grid import with_overrides
 from study.common.in_memory import dataset_in_memory
+from study.common.outcomes import CRASHED
 from study.common.scene_config import scene_config
 from study.edges.axes import AXES
 

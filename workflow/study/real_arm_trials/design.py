@@ -56,7 +56,7 @@ class Trial:
         unseen: Number of unseen poses, over which errors are taken.
         effect: Name of the effect that is judged; ``NONE`` for none.
         size: Its level, one of ``SIZES``; ``NONE`` without one.
-        company: Number of effects beside it.
+        company: Number of further effects in the set.
         causes: Entries of a scene's key ``injected``, the effect that is judged first. On a rail, those with ``on_rail`` act in the
             linear axis, and the joints of the others are counted without it.
         noise_m: Standard deviation of a measured coordinate, or of a range.

@@ -10,16 +10,14 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from time import process_time
-from traceback import print_exc
 from typing import Any
 
 import pandas as pd
 
 from scalar.diagnosis import Diagnosis, diagnose
-from scalar.errors import ScalarError
 from scalar.units import MM
-from study.blind_trials.run import CRASHED
 from study.blind_trials.stratified_run import ATTEMPTS
+from study.common.outcomes import outcome, stated
 from study.real_arm_trials.campaign import Campaign
 from study.real_arm_trials.design import Design, Trial
 from study.real_arm_trials.scanned import scanned_campaign
@@ -95,26 +93,15 @@ def kept(entry: Mapping[str, Any]) -> dict[str, Any]:
 
 def answered(campaign: Campaign) -> dict[str, Any]:
     """Diagnose a campaign; return how the diagnosis ended and what it says, as entries of a row."""
-    try:
-        return {"status": "diagnosed"} | answer(diagnose(campaign.dataset, outer_folds=0, cores=1), campaign)
-    except ScalarError as error:
-        return {"status": type(error).__name__, "reason": str(error).splitlines()[0]}
-    except Exception as error:  # a defect of this program: counted, and the other sets are still run
-        print_exc()
-        return {"status": CRASHED, "reason": f"{type(error).__name__}: {error}".splitlines()[0]}
+    return outcome(lambda: answer(diagnose(campaign.dataset, outer_folds=0, cores=1), campaign))
 
 
 def answer(diagnosis: Diagnosis, campaign: Campaign) -> dict[str, Any]:
     """Return what a diagnosis says of a campaign, and how well its calibrations predict the unseen poses, as entries of a row."""
     mapping = diagnosis.to_mapping()
-    found = [{k: v for k, v in entry.items() if k != "coefficients"} for entry in mapping["effects"]]
     calibrations = {"before": diagnosis.calibration_before, "after": diagnosis.calibration_after}
     return {
-        "verdict": mapping["verdict"],
-        "found": json.dumps(found),
-        "unobservable": json.dumps(
-            [{"name": s["name"], "target": s["target"]} for s in mapping["unobservable"]]
-        ),
+        **stated(mapping),
         "shipped": mapping["shipped"]["fit"],
         **{
             f"unseen_{when}_mm": unseen_error(calibration.predict(campaign.unseen), campaign.truth) / MM

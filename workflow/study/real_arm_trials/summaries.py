@@ -29,7 +29,7 @@ COUNTED = (
     ("company",),
     (),
 )
-"""Which levels are told apart in a row of the table; those of the others are counted together."""
+"""Which levels are distinguished in a row of the table; those of the others are counted together."""
 
 
 def scored(sets: Any) -> pd.DataFrame:

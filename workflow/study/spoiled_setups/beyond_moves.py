@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from study.common.kinematics import rotation
+from study.common.kinematics import best_motion, rotation
 
 ROUNDS = 40
 QUARTERS = np.arange(4) * np.pi / 2
@@ -42,15 +42,6 @@ def least_change(right: np.ndarray, wrong: np.ndarray, points: np.ndarray) -> fl
             Y = best_motion(points, in_flange)
         least = min(least, now)
     return least
-
-
-def best_motion(points: np.ndarray, onto: np.ndarray) -> np.ndarray:
-    """Return the rigid motion ``(4, 4)`` that brings points ``(K, 3)`` nearest to others (Kabsch)."""
-    U, _, Vt = np.linalg.svd((onto - onto.mean(0)).T @ (points - points.mean(0)))
-    T = np.eye(4)
-    T[:3, :3] = U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt
-    T[:3, 3] = onto.mean(0) - T[:3, :3] @ points.mean(0)
-    return T
 
 
 def _placed(frames: np.ndarray, points: np.ndarray) -> np.ndarray:

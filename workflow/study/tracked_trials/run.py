@@ -9,17 +9,15 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from time import process_time
-from traceback import print_exc
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from scalar.diagnosis import Diagnosis, diagnose
-from scalar.errors import ScalarError
 from scalar.estimation.result import Calibration
 from scalar.units import MM
-from study.blind_trials.run import CRASHED
+from study.common.outcomes import outcome, stated
 from study.tracked_trials.design import Design, Trial
 from study.tracked_trials.measure import simulated
 from study.tracked_trials.tracked_arm import relative
@@ -63,15 +61,9 @@ def run_trial(trial: Trial) -> dict[str, Any]:
     row |= {"injected": json.dumps(trial.causes), "found": "[]", "unobservable": "[]"}
     dataset, unseen, truth = simulated(trial)
     row["poses"] = len(dataset.poses)
-    try:
-        row |= {"status": "diagnosed"} | answer(
-            diagnose(dataset, outer_folds=0, cores=1), unseen, truth, trial.sensor == "probe"
-        )
-    except ScalarError as error:
-        row |= {"status": type(error).__name__, "reason": str(error).splitlines()[0]}
-    except Exception as error:  # a defect of this program: counted, and the other sets are still run
-        print_exc()
-        row |= {"status": CRASHED, "reason": f"{type(error).__name__}: {error}".splitlines()[0]}
+    row |= outcome(
+        lambda: answer(diagnose(dataset, outer_folds=0, cores=1), unseen, truth, trial.sensor == "probe")
+    )
     return row | {"seconds": process_time() - start}
 
 
@@ -85,18 +77,13 @@ def answer(diagnosis: Diagnosis, unseen: np.ndarray, truth: np.ndarray, scaled: 
         scaled: Whether errors are taken after the best scale.
     """
     mapping = diagnosis.to_mapping()
-    found = [{k: v for k, v in entry.items() if k != "coefficients"} for entry in mapping["effects"]]
     calibrations = {
         "before": diagnosis.calibration_before,
         "found": diagnosis.calibration_found,
         "after": diagnosis.calibration_after,
     }
     return {
-        "verdict": mapping["verdict"],
-        "found": json.dumps(found),
-        "unobservable": json.dumps(
-            [{"name": s["name"], "target": s["target"]} for s in mapping["unobservable"]]
-        ),
+        **stated(mapping),
         "shipped": mapping["shipped"]["fit"],
         "held_out_after_mm": mapping["residual"]["after"]["held_out_rms_mm"],
         **{

@@ -14,7 +14,7 @@ from scalar.data.declared import Sensor
 from scalar.data.io.plain_yaml import load_yaml
 from scalar.geometry.robot import Robot
 from study.common import kinematics
-from study.common.kinematics import PARAMETER_KINDS
+from study.common.kinematics import PARAMETER_KINDS, best_motion
 
 ROBOTS = Path(__file__).parents[3] / "configs/robots"
 GUESS = kinematics.translation(0, 0.05) @ kinematics.translation(2, 0.1)
@@ -153,9 +153,4 @@ class TrackedArm:
 
 def relative(T: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Return frames ``T`` ``(N, 4, 4)`` after the rigid motion that fits their origins best to those of ``reference`` ``(N, 4, 4)`` (Kabsch)."""
-    a, b = T[:, :3, 3], reference[:, :3, 3]
-    U, _, Vt = np.linalg.svd((b - b.mean(0)).T @ (a - a.mean(0)))
-    R = U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt
-    moved = np.eye(4)
-    moved[:3, :3], moved[:3, 3] = R, b.mean(0) - R @ a.mean(0)
-    return moved @ T
+    return best_motion(T[:, :3, 3], reference[:, :3, 3]) @ T
