@@ -35,6 +35,11 @@ def titled(kind: str, target: Mapping[str, Any], depends_on: Sequence[str] = ())
     return f"{kind}{_since(target)}"
 
 
+def joints_of(target: Mapping[str, Any]) -> list[int]:
+    """Return the numbers of the joints that a target names, from 1."""
+    return [*target.get("joints", ()), *(target[key] for key in ("joint", "source") if key in target)]
+
+
 def joints_in_words(joints: Sequence[int]) -> str:
     """Return ``joint 2`` or ``joints 2 and 3``."""
     return f"joint{'s' if len(joints) > 1 else ''} {listed([str(j) for j in joints])}"

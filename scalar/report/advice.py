@@ -11,7 +11,7 @@ import numpy as np
 from scalar.data.poses import is_joint
 from scalar.diagnosis.naming.finding import UNATTRIBUTED
 from scalar.effects import registry
-from scalar.effects.title import joints_in_words
+from scalar.effects.title import joints_in_words, joints_of
 from scalar.effects.wording import KNOWN_LENGTH_ADVICE
 from scalar.geometry.standard_dh import as_stated
 from scalar.report.controller_geometry import better_in_controller
@@ -137,9 +137,7 @@ def _about_findings(diagnosis: Diagnosis) -> list[Item]:
 
 def _joints_of(effect: Effect) -> list[int]:
     """Return the numbers of the joints at which an effect acts, or with which it varies, from 1; none for an effect of something else."""
-    target = effect.target
-    named = [*target.get("joints", []), *(target[key] for key in ("joint", "source") if key in target)]
-    return named or [int(name[1:]) for name in effect.depends_on if is_joint(name)]
+    return joints_of(effect.target) or [int(name[1:]) for name in effect.depends_on if is_joint(name)]
 
 
 def _in_controller(diagnosis: Diagnosis) -> list[Item]:

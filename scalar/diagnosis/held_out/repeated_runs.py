@@ -37,6 +37,7 @@ class Answer:
     noise: str | None
 
 
+_MANY_POSES = 2_000  # of which a run leaves tens of megabytes, and of 12,000 hundreds; with fewer, freeing them takes longer than it is worth
 Run = Callable[[Dataset, Settings], Answer]
 
 
@@ -89,8 +90,9 @@ def _answered(run: Run, dataset: Dataset, settings: Settings) -> Answer | Scalar
     except ScalarError as error:
         return error
     finally:
-        gc.collect()
-        give_back()
+        if dataset.n_poses > _MANY_POSES:
+            gc.collect()
+            give_back()
 
 
 def available_cores() -> int:

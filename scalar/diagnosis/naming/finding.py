@@ -13,6 +13,7 @@ from typing import Any
 from scalar.diagnosis.held_out.hold_out import HeldOutErrors
 from scalar.diagnosis.naming.grounds import Grounds
 from scalar.effects import Effect, registry
+from scalar.effects.title import joints_of
 from scalar.units import MM
 
 UNATTRIBUTED = "unattributed"  # the verdict, and the name of an entry, where structure has no name
@@ -71,10 +72,11 @@ class Finding:
     def depends_on(self) -> list[str]:
         """Return the columns of ``poses.csv`` with which it varies: those of its class, of the joints of its target, and of the moment it begins."""
         target = self.effect.target
-        joints = [*target.get("joints", ()), *(target[key] for key in ("joint", "source") if key in target)]
         by_order = self.effect.follows_order and not self.effect.moves_from
         moment = ["order"] if "at" in target or by_order else []
-        return list(dict.fromkeys([*self.effect.depends_on, *(f"q{joint}" for joint in joints), *moment]))
+        return list(
+            dict.fromkeys([*self.effect.depends_on, *(f"q{joint}" for joint in joints_of(target)), *moment])
+        )
 
     def to_mapping(self) -> dict[str, Any]:
         """Return its entry in ``diagnosis.json``, under the name of its effect."""
