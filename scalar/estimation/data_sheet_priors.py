@@ -23,13 +23,17 @@ from scalar.estimation.initial_estimate import COARSE
 from scalar.estimation.learned_prior_std import group_of, learned_prior_stds
 from scalar.estimation.least_squares import covariance_and_step, fit
 from scalar.estimation.misfit import misfit
-from scalar.estimation.model import Model, ParameterPrior
+from scalar.estimation.model import SENSOR_PARAMETERS, Model, ParameterPrior
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS, EstimationSettings, IdentifiabilitySettings
 from scalar.geometry.se3 import Array
 from scalar.units import DEG, MM
 
 _CLEARLY = 3.0  # margin by which every direction is determined without doubt: further rounds change prior standard deviations by less
+# Chosen: of the standard deviation of the prior on the sensor's place. Where the prior decides that place, it is held so closely while effects are
+# fitted.
+_HELD = 0.02
+_PLACE_OF_SENSOR = SENSOR_PARAMETERS[:3]
 _ROUNDS = 4  # in each, the model is fitted and the priors are weighted anew by the remaining residual; usually two suffice
 
 
@@ -81,7 +85,7 @@ def fit_near_data_sheet(
             break
     if _determined_by(1.0, residuals, model, free, rules):
         return model.with_priors((), 1.0).rebased()
-    return with_reasons(residuals, model, free, rules).rebased()
+    return _with_unseen_place_held(with_reasons(residuals, model, free, rules)).rebased()
 
 
 def _determined_by(
@@ -121,19 +125,52 @@ def data_sheet_priors(
     """Return priors on every free length and angle of the robot and on the place of the sensor.
 
     Args:
-        model: The initial estimate. The prior means of the robot are its nominal values, those of the sensor its place in this estimate.
+        model: The initial estimate, or a later one with such priors. The prior means of the robot are its nominal values, those of the sensor its
+            place in the initial estimate.
         free: ``(P,)`` bool; only free parameters get a prior.
         settings: Thresholds.
     """
     scale = prior_std(model, settings)
+    initial = {prior.name: prior.mean for prior in model.priors}
     priors = []
     for i in np.flatnonzero(free[: model.blocks["target"].start]):
         name = model.names[i]
         if name.startswith("sensor_r"):  # the orientation of the sensor has no prior
             continue
-        value = model.nominal.geometry.ravel()[i] if i < model.blocks["geometry"].stop else model.vector[i]
+        is_robot = i < model.blocks["geometry"].stop
+        value = model.nominal.geometry.ravel()[i] if is_robot else initial.get(name, float(model.vector[i]))
         priors.append(ParameterPrior(name, float(value), float(scale[i]), ""))
     return tuple(priors)
+
+
+def _with_unseen_place_held(model: Model) -> Model:
+    """Return a model with effects whose sensor is held near its prior mean in the coordinates that the prior decides; others as they are.
+
+    What effects lack moves the sensor along directions that the poses hardly determine, by as much as its prior allows. The residual hardly falls
+    with it, and poses that turn the sensor otherwise are predicted worse by the same length.
+
+    Args:
+        model: With priors, and the reasons of those that decide their parameter.
+    """
+    if not model.effects:
+        return model
+    priors = [
+        replace(prior, std=_HELD * prior.std) if prior.reason and prior.name in _PLACE_OF_SENSOR else prior
+        for prior in model.priors
+    ]
+    return model.with_priors(priors, model.misfit_ratio)
+
+
+def with_place_as_stated(model: Model, settings: IdentifiabilitySettings = DEFAULTS.identifiability) -> Model:
+    """Return the model with the priors on the sensor's place as wide as a stated place may be wrong, also where it was held during the fit.
+
+    Standard errors are computed with these priors.
+    """
+    if not model.priors:
+        return model
+    std = settings.plausible_sensor_place
+    priors = [replace(p, std=std) if p.name in _PLACE_OF_SENSOR else p for p in model.priors]
+    return model.with_priors(priors, model.misfit_ratio)
 
 
 def with_prior_stds(model: Model, stds: Mapping[str, float]) -> Model:

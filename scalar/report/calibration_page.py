@@ -33,7 +33,7 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
     discrepancy = discrepancy_of_calibration(calibration, state_of(calibration, dataset))
     workspace = workspace_section(calibration, None, seen, FILE, discrepancy)
     if workspace is not None:
-        workspace["repeated"] = repeated_in_words(dataset)
+        workspace["repeated"] = repeated_in_words(dataset, calibration.model)
     about = [f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints", kind_of(dataset).words]
     return {
         "name": dataset.name,

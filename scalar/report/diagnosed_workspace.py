@@ -18,6 +18,7 @@ from scalar.report.workspace_map import SHIPPED, workspace_section
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
     from scalar.diagnosis.result import Diagnosis
+    from scalar.estimation.model import Model
 
 _CHANCE = 0.01  # chosen: with a right noise, one report in a hundred says that the scatter of repeated poses disagrees with it
 
@@ -32,7 +33,7 @@ def diagnosed_workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
     if section is None:
         return None
     section["within_ranges"] = expected_within_ranges(diagnosis)
-    section["repeated"] = repeated_in_words(diagnosis.cleaned.dataset)
+    section["repeated"] = repeated_in_words(diagnosis.cleaned.dataset, diagnosis.calibration_before.model)
     if diagnosis.shipped.without_effects or (more := error_left_open(diagnosis)) is None:
         return section
     return section | {
@@ -52,9 +53,14 @@ def expected_within_ranges(diagnosis: Diagnosis) -> str:
     )
 
 
-def repeated_in_words(dataset: Dataset) -> str:
-    """Return the sentence on how far the points of poses scatter to which the arm came back; empty if they do not tell."""
-    found = repeated_poses(dataset)
+def repeated_in_words(dataset: Dataset, model: Model) -> str:
+    """Return the sentence on how far the points of poses scatter to which the arm came back; empty if they do not tell.
+
+    Args:
+        dataset: What was measured.
+        model: Calibrated with it.
+    """
+    found = repeated_poses(dataset, model)
     if found is None:
         return ""
     poses = "one pose" if found.poses == 1 else f"{found.poses} poses"

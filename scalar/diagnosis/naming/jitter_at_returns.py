@@ -12,6 +12,7 @@ import numpy as np
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.fit.variance_components import JITTER, VarianceComponent
 from scalar.diagnosis.held_out.hold_out import first_of_repetitions
+from scalar.diagnosis.noise.repeated_poses import SAME_ANGLES
 from scalar.estimation.design_effect import standstills
 from scalar.geometry.se3 import Array
 
@@ -21,7 +22,6 @@ MOST_CONFIDENCE = 0.65
 NO_RETURNS = "no returns to the same poses bear it out, and the pull of a hose or a loose mount scatters poses that all differ alike"
 MOST_SHARE = 0.5  # chosen: of the variance that returns may have in common; with more, the larger part is an error of the angles
 STANDARD_ERRORS = 2.0  # by which that share has to be exceeded, or not reached
-SAME_POSE = 1e-4  # rad, or m of a joint that slides (chosen): above what encoders repeat to, and a twentieth of the wave of an order of 512
 
 
 def most_confidence_at_returns(state: FittedState, component: VarianceComponent) -> float:
@@ -69,7 +69,7 @@ def _returns(q: Array, order: Array, target: Array) -> Array:
         order: ``(N,)``, the order of acquisition.
         target: ``(N,)``, the index of the target that each row measures.
     """
-    place, standstill = first_of_repetitions(q, SAME_POSE), standstills(q, order)
+    place, standstill = first_of_repetitions(q, SAME_ANGLES), standstills(q, order)
     read: dict[tuple[int, int], list[int]] = {}
     for i in np.argsort(order, kind="stable").tolist():
         rows = read.setdefault((int(place[i]), int(target[i])), [])

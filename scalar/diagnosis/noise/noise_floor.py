@@ -38,7 +38,7 @@ def between_scans(state: FittedState) -> float:
 
 def noise_entry(state: FittedState) -> dict[str, Any]:
     """Return the entry of ``diagnosis.json`` on the noise, and on the scatter of poses to which the arm came back (null if they do not tell)."""
-    repeated = repeated_poses(state.dataset)
+    repeated = repeated_poses(state.dataset, state.model)
     return {
         "within_scan_mm": within_scans(state) / MM,
         "between_scans_mm": between_scans(state) / MM,

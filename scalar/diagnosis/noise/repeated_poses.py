@@ -7,7 +7,8 @@ the tracker, the direction of approach).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +16,13 @@ from scalar.data.dataset import Dataset
 from scalar.data.formats import PAYLOAD
 from scalar.diagnosis.held_out.hold_out import first_of_repetitions
 from scalar.estimation.design_effect import standstills
+from scalar.estimation.model import Model
+from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
-SAME_ANGLES = 1e-5  # rad, or m of a joint that slides (chosen): an arm of 1 m then stands within 0.01 mm of the same place
+# rad, or m of a joint that slides (chosen): logged angles of one commanded pose differ by some hundredths of a milliradian, and it is a hundredth of
+# the wave of a gear error of order 512.
+SAME_ANGLES = 1e-4
 LEAST_RETURNS = 5  # chosen: fewer give a scatter that is wrong by a third or more
 _COORDINATES = 3  # of a tracked point
 
@@ -41,13 +46,13 @@ class RepeatedPoses:
     by_stated_noise: float | None
 
 
-def repeated_poses(dataset: Dataset, same_angles: float = SAME_ANGLES) -> RepeatedPoses | None:
+def repeated_poses(dataset: Dataset, model: Model | None = None) -> RepeatedPoses | None:
     """Return the scatter of poses to which the arm came back; None without tracked points, or with too few returns.
 
     Args:
         dataset: What was measured.
-        same_angles: Joint coordinates that all differ by less are those of one pose [rad, or m of a joint that slides]. With a larger value than the
-            default the scatter also holds what the differences of the angles move.
+        model: Calibrated with the same data. By its geometry, what the differences of the angles at returns move is taken out of the scatter, in
+            which it stays without a model. Joint coordinates that differ by less than ``SAME_ANGLES`` are those of one pose.
     """
     if dataset.planes or dataset.points.shape[1:] != (_COORDINATES,) or not len(dataset.points):
         return None
@@ -58,12 +63,13 @@ def repeated_poses(dataset: Dataset, same_angles: float = SAME_ANGLES) -> Repeat
     session = np.zeros(dataset.n_poses) if dataset.session is None else dataset.session
     load = known.columns.get(PAYLOAD[0], np.zeros(dataset.n_poses))
     others = np.column_stack([session, np.nan_to_num(np.asarray(load, dtype=float), nan=-1.0)])
-    place = first_of_repetitions(np.column_stack([dataset.q, others]), same_angles)
+    place = first_of_repetitions(np.column_stack([dataset.q, others]), SAME_ANGLES)
     target = dataset.point_columns.get("target", np.zeros(len(dataset.points)))
     # One mean for each target at each standstill, and the place of each of these means.
     keys = np.column_stack([place[pose_of_point], target, standstill[pose_of_point]])
     read, index = np.unique(keys, axis=0, return_inverse=True)
-    means = _means(dataset.points, index.ravel(), len(read))
+    points = dataset.points if model is None else dataset.points - _expected(dataset, model, pose_of_point)
+    means = _means(points, index.ravel(), len(read))
     places, of_place = np.unique(read[:, :2], axis=0, return_inverse=True)
     of_place = of_place.ravel()
     off = means - _means(means, of_place, len(places))[of_place]
@@ -84,6 +90,20 @@ def repeated_poses(dataset: Dataset, same_angles: float = SAME_ANGLES) -> Repeat
         )  # of the variance of a reading, after the mean of its place is subtracted
         by_noise = float(np.sqrt(_COORDINATES * np.sum(of_means * left) / freedom))
     return RepeatedPoses(scatter, returns, int(np.sum(at_place > 1)), freedom, by_noise)
+
+
+def _expected(dataset: Dataset, model: Model, pose_of_point: Array) -> Array:
+    """Return where the geometry of a model has each point ``(P, 3)`` [m], in the tracker's frame; ``pose_of_point`` ``(P,)`` has the pose of each."""
+    rigid = replace(model, effects=())
+    residuals = Residuals.of(dataset, rigid)
+    frames: Any = rigid.target
+    T = frames.transforms[residuals.measurement.target_index] @ residuals.kinematics(rigid).T_base_sensor
+    numbers = dataset.point_columns.get("target", np.zeros(len(dataset.points)))
+    among_seen = np.unique(numbers, return_inverse=True)[
+        1
+    ]  # the model has the targets that were seen, in the same order
+    on_flange = frames.targets.transforms[among_seen]
+    return (T[pose_of_point] @ on_flange)[:, :3, 3]
 
 
 def _stated_noise(dataset: Dataset) -> Array | None:

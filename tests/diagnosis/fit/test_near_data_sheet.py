@@ -6,9 +6,11 @@ import pytest
 from scalar import calibrate, diagnose
 from scalar.diagnosis.fit.fitted_state import refit
 from scalar.diagnosis.fit.near_data_sheet import near_data_sheet
+from scalar.effects import registry
 from scalar.estimation.geometry_fit import geometry_fit
 from tests.effects.injected import Flaws, make_cell
 from tests.estimation.test_data_sheet_priors import elsewhere, workcell
+from tests.estimation.test_initial_estimate import pointing_up
 
 
 def fitted(count: int, gear: float):
@@ -46,3 +48,24 @@ def test_variance_components_are_identified_without_priors():
     (effect,) = diagnosis.to_mapping()["effects"]
     assert effect["name"] == "scan_bias"
     assert effect["coefficients"]["std_m"]["value"] == pytest.approx(1.3e-4, rel=0.3)
+
+
+@pytest.mark.parametrize("seed", [1, 3, 6])
+def test_an_effect_does_not_move_a_tool_along_a_direction_that_the_poses_do_not_show(seed):
+    """The tool points up at all poses, and the effect is not what is wrong with the arm: it had moved the tool by 22 to 50 mm."""
+    dataset = pointing_up(seed, gear=1e-3)
+    effects = registry.known()["joint_scale"].candidates(dataset)
+    found = calibrate(dataset, effects=effects)
+    assert found.model.T_flange_sensor[2, 3] == pytest.approx(dataset.sensor.T_flange_sensor[2, 3], abs=1e-3)
+    assert found.std["sensor_z"] > 0.04  # m: and yet it may lie as far off as any stated place may
+
+
+def test_priors_that_are_made_again_keep_the_initial_place_of_the_tool():
+    """The final fits make their priors anew; had these been centred where the last fit had ended, each fit would allow another step."""
+    dataset = pointing_up(3, gear=1e-3)
+    model, prepared = geometry_fit(dataset)
+    first = {prior.name: prior.mean for prior in model.priors}
+    moved = model.with_vector(model.vector + 0.02 * (np.array(model.names) == "sensor_z"))
+    state = refit(dataset, moved, prepared.free, ())
+    again = {prior.name: prior.mean for prior in near_data_sheet(state).model.priors}
+    assert again["sensor_z"] == first["sensor_z"]

@@ -8,10 +8,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from scalar import calibrate
 from scalar.data.dataset import Dataset
 from scalar.diagnosis.noise.repeated_poses import repeated_poses
 from scalar.report.diagnosed_workspace import repeated_in_words
+from tests.diagnosis.tracked_arm import LIMITS
+from tests.estimation.test_data_sheet_priors import workcell
 from tests.random_scene import make_scene
+from tests.tracked_targets import drawn_arm
 
 SCATTER = 4e-5  # m, along each axis
 
@@ -48,7 +52,7 @@ def test_readings_of_a_standstill_are_no_returns():
     """Poses that are read three times in succession, and never again, show nothing of how the arm comes back."""
     dataset = taken(np.arange(20), still=3)
     assert repeated_poses(dataset) is None
-    assert repeated_in_words(dataset) == ""
+    assert repeated_in_words(dataset, calibrate(dataset).model) == ""
 
 
 def test_another_session_or_load_is_another_pose():
@@ -64,9 +68,10 @@ def test_another_session_or_load_is_another_pose():
 
 def test_the_report_states_the_scatter():
     """The sentence has the size and how often the arm came back."""
-    said = repeated_in_words(taken(np.tile(np.arange(10), 12)))
+    dataset = taken(np.tile(np.arange(20), 6))
+    said = repeated_in_words(dataset, calibrate(dataset).model)
     assert said.startswith("Repeated poses scatter by 0.0")
-    assert "the arm came back 110 times, to 10 poses" in said
+    assert "the arm came back 100 times, to 20 poses" in said
 
 
 def with_noise(dataset: Dataset, noise: float | None) -> Dataset:
@@ -78,25 +83,40 @@ def with_noise(dataset: Dataset, noise: float | None) -> Dataset:
 def test_the_scatter_is_compared_with_the_stated_noise(still):
     """Means of several readings scatter by less of the noise; the report speaks only where scatter and stated noise disagree, either way."""
     dataset = taken(
-        np.tile(np.arange(10), 12), seed=2, still=still
+        np.tile(np.arange(20), 6), seed=2, still=still
     )  # a shift that scatters by 1.01 times its size
     found = repeated_poses(with_noise(dataset, SCATTER))
     assert found is not None
     assert found.by_stated_noise == pytest.approx(np.sqrt(3 / still) * SCATTER)
     right, large, small = (SCATTER * np.sqrt(still) * factor for factor in (1.0, 2.0, 0.5))
-    assert "stated" not in repeated_in_words(with_noise(dataset, right))
-    assert "the noise is stated too large" in repeated_in_words(with_noise(dataset, large))
-    assert "unless the noise is stated too small" in repeated_in_words(with_noise(dataset, small))
-    assert "stated" not in repeated_in_words(with_noise(dataset, None))
+    model = calibrate(with_noise(dataset, None)).model
+    assert "stated" not in repeated_in_words(with_noise(dataset, right), model)
+    assert "the noise is stated too large" in repeated_in_words(with_noise(dataset, large), model)
+    assert "unless the noise is stated too small" in repeated_in_words(with_noise(dataset, small), model)
+    assert "stated" not in repeated_in_words(with_noise(dataset, None), model)
 
 
-def test_angles_that_were_logged_need_a_wider_limit():
-    """Returns whose logged angles differ by hundredths of a milliradian are found with the limit that is asked for, and not without it."""
-    dataset = taken(np.tile(np.arange(10), 2))
-    names = [f"q{i}" for i in range(1, 7)]
-    jitter = np.random.default_rng(2).uniform(-3e-5, 3e-5, (20, 6))
-    logged = dataset.poses.assign(**dict(zip(names, (dataset.q + jitter).T, strict=True)))
-    dataset = replace(dataset, poses=logged)
-    assert repeated_poses(dataset) is None
-    found = repeated_poses(dataset, 1e-4)
-    assert found is not None and found.returns == 10
+def test_what_logged_angles_differ_by_is_no_scatter():
+    """Returns to angles that differ by hundredths of a milliradian are found, and what these differences move is not taken for scatter."""
+    rng = np.random.default_rng(2)
+    q = np.tile(rng.uniform(-1, 1, (10, 6)) * LIMITS, (12, 1)) + rng.uniform(-4e-5, 4e-5, (120, 6))
+    dataset, where = workcell(2, q)
+    dataset = replace(dataset, points=where(q) + 1e-5 * rng.standard_normal((120, 3)))
+    alone, given = repeated_poses(dataset), repeated_poses(dataset, calibrate(dataset).model)
+    assert alone is not None and given is not None
+    assert given.returns == alone.returns == 110
+    assert given.scatter == pytest.approx(np.sqrt(3) * 1e-5, rel=0.12)
+    assert alone.scatter > 1.3 * given.scatter
+
+
+def test_each_of_several_targets_is_expected_at_its_own_place():
+    """With three targets of which some are hidden, a reading is compared with where its own target should be."""
+    rng = np.random.default_rng(3)
+    arm = drawn_arm(rng, ("A", "B", "C"))
+    q = np.tile(arm.poses(30, rng), (4, 1)) + rng.uniform(-4e-5, 4e-5, (120, 6))
+    seen = rng.random((len(q), 3)) < 0.8
+    seen[:, 0] |= ~seen.any(axis=1)
+    dataset = arm.dataset(q, rng, noise=1e-5, seen=seen)
+    found = repeated_poses(dataset, calibrate(dataset).model)
+    assert found is not None and found.returns > 80
+    assert found.scatter == pytest.approx(np.sqrt(3) * 1e-5, rel=0.15)

@@ -8,17 +8,14 @@ from scalar.data.dataset import Dataset
 from scalar.diagnosis.noise.repeated_poses import repeated_poses
 from scalar.units import MM
 
-SAME_LOGGED = 1e-4
-"""Joint values that agree to this are those of one pose [rad, m]: logged angles of one commanded pose differ by some hundredths of a milliradian."""
-
 
 def floor_of(dataset: Dataset) -> dict[str, Any] | None:
     """Return ``{"scatter_mm", "returns", "poses"}`` of the poses to which the arm came back; None without tracked points or with too few returns.
 
     ``scatter_mm`` is the root mean square distance of a point from its mean over the returns. It holds the arm's repeatability, the noise of
-    the instrument, and what differences of the joint values below ``SAME_LOGGED`` move.
+    the instrument, and what differences of the joint values below ``SAME_ANGLES`` move.
     """
-    found = repeated_poses(dataset, SAME_LOGGED)
+    found = repeated_poses(dataset)
     if found is None:
         return None
     return {"scatter_mm": found.scatter / MM, "returns": found.returns, "poses": found.poses}
