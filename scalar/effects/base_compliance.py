@@ -13,6 +13,7 @@ from scalar.data.poses import Poses
 from scalar.effects.effect import WEIGHT, Effect, Table
 from scalar.effects.flexible.tilt import tilts
 from scalar.effects.gravity import AXES, unit_moments_at
+from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import BaseEffect
 from scalar.geometry.planes import tangent_basis
@@ -110,6 +111,18 @@ class BaseCompliance(BaseEffect):
     def imitators(self, dataset: Dataset) -> list[Effect]:
         """Return tilts of the joints' axes, and of the base, under the weight that they bear."""
         return [*tilts(dataset, with_base=True)]
+
+    def under_the_weight_of(self, other: Effect) -> list[tuple[str, Array]]:
+        """Return the coefficients of a base that tilts as far about every horizontal axis as a joint turns under the same moment."""
+        if not self.alike or not isinstance(other, JointCompliance):
+            return []
+        found = []
+        for joint in other.target["joints"]:
+            terms = [k for k, (bends, _) in enumerate(other.terms) if bends == joint]
+            by_frame = {other.terms[k][1]: other.coefficients[2 * k : 2 * k + 2] for k in terms}
+            each = [by_frame.get(frame, np.zeros(2)) for frame in self.frames]
+            found.append((f"joint {joint}", np.concatenate(each)))
+        return found
 
     @classmethod
     def in_many_arms(cls, dataset: Dataset) -> list[Effect]:

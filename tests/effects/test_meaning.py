@@ -63,6 +63,27 @@ def assert_explained(result, cell):
     assert apart(result, at.q, cell.sensor(at)) < PREDICTION
 
 
+def tilting(truth, stiff=(1.0, 1.0)):
+    """Return the motions of a base that tilts by 3e-6 rad for each N m under the weight of the links, times ``stiff`` about x and y."""
+    masses = np.array([0.0, 9.0, 5.0, 3.0, 1.0, 0.5])
+
+    def tilt(at):
+        moment = np.zeros((len(at.q), 3))
+        T = np.broadcast_to(truth.T_base_0, (len(at.q), 4, 4))
+        for i in range(6):
+            a, alpha, d, theta, _ = truth.geometry[:, i]
+            T = T @ kinematics.rotation(0, alpha) @ kinematics.translation(0, a)
+            T = T @ kinematics.rotation(2, at.q[:, i] + theta) @ kinematics.translation(2, d)
+            moment += masses[i] * np.cross(T[:, :3, 3], [0.0, 0.0, -9.81])
+        w = 3e-6 * moment * [*stiff, 0.0]
+        turn = np.tile(np.eye(4), (len(w), 1, 1))
+        for k, vector in enumerate(w):
+            turn[k, :3, :3] = kinematics.rotate_about(vector, np.linalg.norm(vector))
+        return turn
+
+    return tilt
+
+
 def value(result, name):
     return result.parameters()[name]["value"]
 
@@ -133,25 +154,9 @@ def test_a_nonparallel_axis_is_explained():
 @pytest.mark.parametrize("stiff", [(1.0, 1.0), (1.0, 0.3)])
 def test_a_tilting_base_is_explained(stiff):
     """The tilt of a pedestal under the moving weight is explained, with the same compliance about both axes or with a smaller one about y."""
-    cell = make_cell(seed=25, poses_per_plane=4, length_error=0.0, angle_error=0.0)
-    truth = cell.scene.truth
-    masses = np.array([0.0, 9.0, 5.0, 3.0, 1.0, 0.5])
-
-    def tilt(at):
-        moment = np.zeros((len(at.q), 3))
-        T = np.broadcast_to(truth.T_base_0, (len(at.q), 4, 4))
-        for i in range(6):
-            a, alpha, d, theta, _ = truth.geometry[:, i]
-            T = T @ kinematics.rotation(0, alpha) @ kinematics.translation(0, a)
-            T = T @ kinematics.rotation(2, at.q[:, i] + theta) @ kinematics.translation(2, d)
-            moment += masses[i] * np.cross(T[:, :3, 3], [0.0, 0.0, -9.81])
-        w = 3e-6 * moment * [*stiff, 0.0]
-        turn = np.tile(np.eye(4), (len(w), 1, 1))
-        for k, vector in enumerate(w):
-            turn[k, :3, :3] = kinematics.rotate_about(vector, np.linalg.norm(vector))
-        return turn
-
     settings = {"length_error": 0.0, "angle_error": 0.0}
+    cell = make_cell(seed=25, poses_per_plane=4, **settings)
+    tilt = tilting(cell.scene.truth, stiff)
     result, cell = explained(Flaws(base=tilt), "base_compliance", seed=25, **settings)
     assert_explained(result, cell)
 

@@ -17,8 +17,12 @@ from scalar.diagnosis.fit.effect_columns import Bases
 from scalar.diagnosis.fit.fitted_state import FittedState, whitened
 from scalar.diagnosis.fit.predicted_displacements import displacements, random_poses
 from scalar.effects import Effect
+from scalar.effects.borrowed_weight import BorrowsWeight, consequence_beside
 from scalar.geometry.se3 import Array
 
+_LEAST_PART = (
+    0.2  # chosen: an effect that stays unseen up to a smaller part of what was found is not listed beside it
+)
 _RANK_TOLERANCE = 1e-10  # smaller singular values of the parameters' columns, over the largest, count as zero
 
 
@@ -58,7 +62,8 @@ def unobservable_effects(
 ) -> list[Unobservable]:
     """Return the unobservable candidates, each with the prediction error that it would cause.
 
-    Only candidates with a single term and a natural size are tested, and only of kinds of which no effect was found.
+    Of kinds of which no effect was found, candidates with a single term and a natural size are tested, and those of the arm's weight that would look
+    like an effect that was found (``BorrowsWeight``).
 
     Args:
         state: The fitted state.
@@ -84,30 +89,82 @@ def unobservable_effects(
             continue
         share = float(np.max(lengths_left[start:stop][acts] / lengths[acts]))
         if share < state.settings.observability.unobservable:
-            errors = prediction_errors(state, effect, E[:, start:stop])
+            sizes = np.diag(effect.natural_sizes)
+            errors = prediction_errors(state, effect, E[:, start:stop] @ sizes, sizes)
             which = int(np.argmax(errors))
             words = effect.consequence(float(errors[which]), which)
             result.append(Unobservable(effect, share, float(errors[which]), words))
-    return result
+    return [*result, *_beside_the_found(state, candidates)]
 
 
-def prediction_errors(state: FittedState, effect: Effect, E: Array) -> Array:
-    """Return the prediction error ``(k,)`` [m] that each coefficient causes if it has its natural size and the model lacks it.
+def _beside_the_found(state: FittedState, candidates: Sequence[Effect]) -> list[Unobservable]:
+    """Return the candidates that may be there unseen beside an effect that was found, because they bear the same weight.
+
+    Args:
+        state: The fitted state.
+        candidates: The candidates.
+    """
+    found_names = {effect.name for effect in state.effects}
+    result = []
+    for candidate in candidates:
+        if not isinstance(candidate, BorrowsWeight) or candidate.name in found_names:
+            continue
+        borrowed = [pair for effect in state.effects for pair in candidate.under_the_weight_of(effect)]
+        alike = [_unseen_beside(state, candidate, *pair) for pair in borrowed]
+        result += sorted(filter(None, alike), key=lambda pair: -pair[0])[:1]
+    return [entry for _, entry in result]
+
+
+def _unseen_beside(
+    state: FittedState, candidate: Effect, place: str, coefficients: Array
+) -> tuple[float, Unobservable] | None:
+    """Return how far a candidate may move the sensor unseen [m], root mean square, with its entry; None if that is little.
+
+    It is seen if the squared residual that it leaves exceeds what the Bayesian information criterion asks for as many coefficients as it has.
+
+    Args:
+        state: The fitted state.
+        candidate: The candidate.
+        place: The place that gives way by what was found.
+        coefficients: ``(e,)``, those with which the candidate acts as that place does.
+    """
+    background = state.background()
+    column = state.columns_of([candidate]) @ coefficients
+    left = float(np.linalg.norm(column - background.Q @ (background.Q.T @ column)))
+    least = float(
+        np.sqrt(background.variance * np.count_nonzero(coefficients) * np.log(background.degrees_of_freedom))
+    )
+    part = min(1.0, least / left) if left > 0 else 1.0
+    if not column.any() or part < _LEAST_PART:
+        return None
+    part_of_it = part * coefficients
+    moved = displacements(
+        state, [candidate], np.r_[np.zeros(len(state.free)), part_of_it], random_poses(state)
+    )
+    size = float(np.sqrt(np.mean(moved**2)))
+    (error,) = prediction_errors(state, candidate, part * column[:, None], part_of_it[:, None])
+    share = left / float(np.linalg.norm(column))
+    return size, Unobservable(candidate, share, float(error), consequence_beside(place, size, float(error)))
+
+
+def prediction_errors(state: FittedState, effect: Effect, rows: Array, coefficients: Array) -> Array:
+    """Return the prediction error ``(k,)`` [m] that each of k sizes of an effect causes if the model lacks it.
 
     It is the root mean square over random poses within the joint limits.
 
     Args:
         state: The fitted state, without the effect.
-        effect: The effect.
-        E: ``(N m, k)``, its whitened columns.
+        effect: The effect, of e coefficients.
+        rows: ``(N m, k)``, whitened: what each size adds to the rows.
+        coefficients: ``(e, k)``, the coefficients of each.
     """
-    J = whitened(state.whitening, state.linearised()[1])[: len(E)]
-    absorbed = np.linalg.lstsq(J, E * effect.natural_sizes, rcond=_RANK_TOLERANCE)[0]
+    J = whitened(state.whitening, state.linearised()[1])[: len(rows)]
+    absorbed = np.linalg.lstsq(J, rows, rcond=_RANK_TOLERANCE)[0]
     poses = random_poses(state)
     errors = []
-    for k, size in enumerate(effect.natural_sizes):
-        steps = np.zeros(len(state.free) + len(effect.coefficients))
+    for k in range(rows.shape[1]):
+        steps = np.zeros(len(state.free) + len(coefficients))
         steps[: len(state.free)][state.free] = absorbed[:, k]
-        steps[len(state.free) + k] = -size
+        steps[len(state.free) :] = -coefficients[:, k]
         errors.append(float(np.sqrt(np.mean(displacements(state, [effect], steps, poses) ** 2))))
     return np.array(errors)
