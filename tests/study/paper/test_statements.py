@@ -85,3 +85,54 @@ def test_spoiled_data_hide_one_of_two_gears():
     assert ("outliers", min((value for axis, value in tried if axis == "outliers"), key=float)) in degrees
     wrong = [row for row in rows if row["answer"] == "wrong" and row["verdict"] != "unattributed"]
     assert {row["injected"] for row in wrong} == {"gear"}  # "In no set was a gear named that was not there"
+
+
+def test_readme_and_documentation_say_how_the_last_exam_ended():
+    """README and documentation have the counts of the last sealed exam, and the documentation those of all before it."""
+    last = {row["rate"]: row["count"] for row in read("stratified/table.csv") if row["row"] == "all"}
+    readme, trials = (
+        " ".join((ROOT / name).read_text(encoding="utf-8").split())
+        for name in ("README.md", "docs/trials.md")
+    )
+    assert (
+        f"{last['clean']} of 640 answers are without a fault, {last['wrong_sure']} have a wrong name with a confidence of 0.8 or more, "
+        f"and {last['worse']} corrections make predictions worse by more than 5 %"
+    ) in readme
+    assert f"{last['clean']} of the 640 " in trials
+    numbers = range(1, len(list((SUMMARIES / "stratified/exams").glob("*.csv"))) + 1)
+    earlier = [
+        {row["rate"]: row["count"] for row in read(f"stratified/exams/{i}.csv") if row["row"] == "all"}
+        for i in numbers
+    ]
+    for rate, words in (
+        ("clean", "sets without a fault"),
+        ("wrong_sure", "sets with a wrong name"),
+        ("worse", "corrections that made"),
+    ):
+        *others, final = (counts[rate] for counts in earlier)
+        assert f"{', '.join(others)} and {final} {words}" in trials, rate
+
+
+def test_the_table_of_halves_is_that_of_the_summary():
+    """The page on measured arms has a row for each campaign whose halves were diagnosed, with the errors of the summary to two places."""
+    page = (ROOT / "docs/measured_arms.md").read_text(encoding="utf-8")
+    table = page[
+        page.index("## Halves of campaigns") : page.index("In ten halves the stated error")
+    ].splitlines()
+    sets = read("measured/rivals.json")["sets"]
+    rows = [line for line in table if line.startswith("| `")]
+    assert len(rows) == len(sets)
+    for name, found in sets.items():
+        told = [
+            ", ".join(f"{half[key]:.2f}" for half in found["halves"])
+            for key in ("geometry_mm", "diagnosis_mm", "diagnosis_within_mm", "stated_mm")
+        ]
+        assert f"| `{name}` | {' | '.join(told)} |" in rows
+    assert (
+        sum(
+            1.05 * half["stated_mm"] < half["diagnosis_within_mm"]
+            for found in sets.values()
+            for half in found["halves"]
+        )
+        == 10
+    )
