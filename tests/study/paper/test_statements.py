@@ -136,3 +136,19 @@ def test_the_table_of_halves_is_that_of_the_summary():
         )
         == 10
     )
+
+
+def test_causes_without_a_name_are_corrected_where_their_shape_is_tried():
+    """Of the causes whose shape no flexible term has, most are reported and most not corrected; of the others most are corrected (conclusions)."""
+    ratios = {
+        row["row"]: float(row["value"])
+        for row in read("stratified/ratios.csv")
+        if row["ratio"] == "after_over_before" and row["quantile"] == "0.5"
+    }
+    assert ratios["unknown cause"] == 1.0 and ratios["shape also tried"] < 0.9
+    shares = {
+        row["row"]: float(row["share"])
+        for row in read("stratified/table.csv")
+        if row["rate"] == "unattributed"
+    }
+    assert min(shares["unknown cause"], shares["shape also tried"]) > 0.5
