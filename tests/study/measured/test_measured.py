@@ -167,7 +167,7 @@ def test_the_tables_say_what_the_summaries_say():
         told.append(f"{found['checks']['shuffled']['held_out_rms_mm']:.2f}")
         repeated = found["repeated_poses"]
         told.append(f"{repeated['scatter_mm']:.2f} ({repeated['returns']})" if repeated else "–")
-        (row,) = [line for line in page.splitlines() if line.startswith(f"| `{name}`")]
+        (row,) = [line for line in page.splitlines() if line.startswith(f"| `{name}`:")]
         assert f", {models['geometry']['poses']} poses" in row
         assert [cell.strip() for cell in row.split("|")[2:7]] == told
         assert all(len(checksum) == 64 for checksum in found["files_sha256"].values())

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from study.common.statistics import QUANTITIES
 from study.plots.sequential import draw_sequential
-from study.plots.style import save_figure
+from study.plots.style import LOOKS, save_figure
 from study.sequential.compare import AT_ONCE, ORDERS, SEQUENTIAL_COLUMNS
 from study.sequential.summary import summarise_sequential
 
@@ -50,6 +50,17 @@ def test_every_way_and_case_has_its_name(most):
         "[mm]",
     ):
         assert word in text
+
+
+def test_the_initial_model_looks_as_in_the_other_figures():
+    """The initial model has its own marker and colour, in both panels, and no way of calibration has them too."""
+    errors = table(5)
+    look, lines = (
+        LOOKS["initial"],
+        [line for ax in draw_sequential(errors, summarise_sequential(errors)).axes for line in ax.lines],
+    )
+    assert [line.get_marker() for line in lines if line.get_color() == look.colour] == [look.marker] * 3
+    assert all(line.get_color() == look.colour for line in lines if line.get_marker() == look.marker)
 
 
 def test_the_same_table_gives_the_same_bytes(tmp_path):

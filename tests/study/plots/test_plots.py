@@ -16,7 +16,7 @@ from study.plots.identifiability import draw_singular_values
 from study.plots.initial import draw_initial
 from study.plots.parameters import draw_parameters
 from study.plots.planes import draw_planes
-from study.plots.style import LOOKS, numeral, save_figure, with_unit
+from study.plots.style import LOOKS, PUBLISHED, numeral, save_figure, with_unit
 
 PLANES = ("floor", "wall_x")
 PARAMETERS = (("a_2", "mm"), ("sensor_x", "mm"), ("alpha_3", "deg"))
@@ -126,6 +126,18 @@ def test_every_method_has_a_look_of_its_own():
     looks = [LOOKS[name] for name in (INITIAL, *METHODS)]
     for part in ("label", "colour", "marker"):
         assert len({getattr(look, part) for look in looks}) == len(looks)
+
+
+def test_a_published_point_is_a_black_dot_in_every_figure():
+    """The published errors of initial models are drawn as the published points of the sweeps are; crosses are left to fits that failed."""
+    figure = draw_errors(tables()["errors"], summarise_errors(tables()["errors"]), STATED)
+    black = [
+        line
+        for ax in figure.axes
+        for line in ax.lines
+        if line.get_color() == PUBLISHED and line.get_marker() != "None"
+    ]
+    assert {(line.get_marker(), *map(float, line.get_ydata())) for line in black} == {("o", 14.6)}
 
 
 def test_plots_compute_nothing():

@@ -8,7 +8,7 @@ import pytest
 import study.plots
 from hypothesis import given
 from hypothesis import strategies as st
-from study.plots.style import COLOURS, LOOKS, spaced_labels, symbol
+from study.plots.style import COLOURS, LOOKS, rounded, spaced_labels, symbol
 
 COLOUR = re.compile(r"[\"']#[0-9a-fA-F]{6}[\"']|color=[\"'](?!white|none)\w+[\"']")
 
@@ -24,6 +24,23 @@ def test_a_colour_has_one_meaning():
     """All colours of the table differ, and the methods' are among them."""
     assert len(set(COLOURS.values())) == len(COLOURS)
     assert {look.colour for look in LOOKS.values()} <= set(COLOURS.values())
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (0.02996, "0.030"),
+        (0.2, "0.20"),
+        (0.0029, "0.0029"),
+        (16.5, "16"),
+        (17.2, "17"),
+        (103.9, "104"),
+        (1e-6, "1.0e-06"),
+    ],
+)
+def test_a_result_keeps_the_zeros_at_its_end(value, shown):
+    """A result is written with its two significant digits, as the text of the paper writes it."""
+    assert rounded(value, 2) == shown
 
 
 @pytest.mark.parametrize(

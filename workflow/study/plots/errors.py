@@ -21,12 +21,17 @@ from study.plots.style import (
     decimal_ticks,
     new_figure,
     numeral,
+    rounded,
     styled,
 )
 
 _HALF_WIDTH = 0.11  # half the width over which the dots of one column are spread
-_CROSS, _RAW, _ALIGNED = -0.5, -0.17, 0.19
-"""Positions of the published cross and of the columns of raw and of aligned errors, relative to the tick of a method."""
+_STATED, _RAW, _ALIGNED = -0.5, -0.17, 0.19
+"""Positions of the published dot and of the columns of raw and of aligned errors, relative to the tick of a method."""
+
+
+_DOT: Any = {"color": PUBLISHED, "linestyle": "none", "marker": "o", "markersize": 7}
+"""How the published error of the initial model is drawn: as the published points in all figures."""
 
 
 def draw_errors(errors: pd.DataFrame, summary: pd.DataFrame, published: pd.DataFrame) -> Figure:
@@ -94,15 +99,15 @@ def _column(
     ax.plot(ends, [band["median"]] * 2, color=LINE, linewidth=1.4, solid_capstyle="butt")
     if raw:
         place = {"xytext": (0, 4), "textcoords": "offset points", "ha": "center", "fontsize": 8}
-        ax.annotate(numeral(band["mean"], 2), (x, band["max"]), **place)
+        ax.annotate(rounded(band["mean"], 2), (x, band["max"]), **place)
 
 
 def _published(ax: Axes, methods: list[str], stated: Any) -> None:
-    """Draw what the original paper states: a cross beside the initial models, and a line across the calibrated ones."""
+    """Draw what the original paper states: a dot beside the initial models, and a line across the calibrated ones."""
     place = {"textcoords": "offset points", "ha": "right", "va": "center", "fontsize": 8}
     if "initial" in methods:
-        x = methods.index("initial") + _CROSS
-        ax.plot([x], [stated["initial"]], "x", color=PUBLISHED, markersize=8, markeredgewidth=2.2)
+        x = methods.index("initial") + _STATED
+        ax.plot([x], [stated["initial"]], **_DOT)
         ax.annotate(numeral(stated["initial"], 4), (x, stated["initial"]), xytext=(-7, 0), **place)
     ax.plot([0.5, len(methods) - 0.45], [stated["calibrated"]] * 2, "--", color=PUBLISHED, linewidth=1.2)
     ax.annotate(
@@ -136,11 +141,7 @@ def _legend(n_seeds: int) -> list[Line2D | Patch]:
         Line2D(
             [],
             [],
-            color=PUBLISHED,
-            linestyle="none",
-            marker="x",
-            markersize=8,
-            markeredgewidth=2,
+            **_DOT,
             label="published, initial model (one run, raw)",
         ),
         Line2D(

@@ -11,14 +11,15 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from study.plots.style import COLOURS, GRID, LINE, PROPOSED, Look, new_figure, numeral, styled
+from study.plots.style import COLOURS, GRID, LINE, LOOKS, PROPOSED, Look, new_figure, numeral, styled
 
 _AT_ONCE = Look("all at once", PROPOSED, "o")
 _WAYS = {
     "scanner_first": Look("scanner first, then arm", COLOURS["scanner first"], "^"),
     "robot_first": Look("arm first, scanner as declared", COLOURS["arm first"], "s"),
-    "robot_first_linear": Look("arm first, scanner at linear guess", COLOURS["arm first, linear"], "D"),
+    "robot_first_linear": Look("arm first, scanner at linear guess", COLOURS["arm first, linear"], "v"),
 }
+_INITIAL = LOOKS["initial"]
 _QUANTITY = "position_mean_mm"
 _BAND = (0.05, 0.95)
 _FROM_MIDDLE = 0.26
@@ -63,7 +64,7 @@ def _by_passes(ax: Axes, rows: Any) -> None:
         ax.fill_between(x, bands[0], bands[2], color=look.colour, alpha=0.15, linewidth=0)
         ax.plot(x, bands[1], color=look.colour, marker=look.marker, markersize=5, label=look.label)
     ax.plot(
-        [0], [before.median()], "X", color=COLOURS["initial"], markersize=7, linestyle="none", label="initial model (median)"
+        [0], [before.median()], _INITIAL.marker, color=_INITIAL.colour, markersize=7, linestyle="none", label="initial model (median)"
     )  # fmt: skip
     ax.set_yscale("log")
     _plain_numbers(ax.yaxis, (1.0, 2.0, 5.0))
@@ -94,8 +95,8 @@ def _single_passes(ax: Axes, raw: Any, summary: pd.DataFrame) -> None:
         ax.plot(
             [(before / at_once).median()],
             [-i - 0.4],
-            "X",
-            color=COLOURS["initial"],
+            _INITIAL.marker,
+            color=_INITIAL.colour,
             markersize=6,
             markeredgewidth=0,
         )

@@ -57,7 +57,7 @@ COLOURS = {
 """``{meaning: colour}``; no colour has two meanings. Those of the methods are from the palette of Okabe and Ito."""
 PROPOSED, PUBLISHED = COLOURS["proposed"], COLOURS["published"]
 PROPOSED_LIGHT, PROPOSED_DARK = "#c6dbef", "#08306b"
-"""Lighter and darker shades of ``PROPOSED``, for figures that show nothing else."""
+"""Lighter and darker shades of ``PROPOSED``, for further things of the proposed method."""
 LINE, EDGE, FAINT, GRID = "#000000", "#444444", "#bbbbbb", "#dddddd"
 """Colours without a meaning: axes and limits, edges of bars, lines between dots, grids."""
 BAND = "#555555"
@@ -158,6 +158,13 @@ def with_unit(value: float, column: str, digits: int = 3) -> str:
 def numeral(value: float, digits: int = 3) -> str:
     """Return a number with so many significant digits; with an exponent only if it is below 1e-4 or at least 1e5."""
     return f"{value:.{digits}g}" if 1e-4 <= abs(value) < 1e5 or value == 0 else f"{value:.{digits - 1}e}"
+
+
+def rounded(value: float, digits: int) -> str:
+    """Return a result with so many significant digits, also if the last of them are zeros: ``0.030``; large ones as whole numbers."""
+    if not 1e-4 <= abs(value) < 1e5:
+        return numeral(value, digits)
+    return f"{value:#.{digits}g}".removesuffix(".") if abs(value) < 10**digits else f"{value:.0f}"
 
 
 _GREEK = {"alpha": r"\alpha", "theta": r"\theta", "beta": r"\beta", "a": "a", "d": "d"}

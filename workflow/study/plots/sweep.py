@@ -16,6 +16,7 @@ from study.plots.style import (
     BAND,
     LINE,
     LOOKS,
+    PROPOSED_DARK,
     PUBLISHED,
     QUANTITY_LABELS,
     QUANTITY_PANELS,
@@ -36,7 +37,7 @@ _LINES: dict[str, Any] = {
     "baseline-raise": ":",
 }
 _MEANS: dict[str, Any] = {
-    "color": LINE,
+    "color": PROPOSED_DARK,
     "linestyle": "none",
     "marker": "x",
     "markersize": 5.5,

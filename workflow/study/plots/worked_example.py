@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from study.plots.style import COLOURS, EDGE, LINE, PROPOSED, new_figure, numeral, plane_name, styled
+from study.plots.style import COLOURS, EDGE, LINE, PROPOSED, new_figure, plane_name, rounded, styled
 
 _MARKERS = ("^", "s", "v", "D", "P", "X")
 _COLOURS = tuple(COLOURS[name] for name in ("floor", "first wall", "second wall"))
@@ -127,7 +127,7 @@ def _errors(ax: Axes, errors: pd.DataFrame, numbers: dict[str, Any]) -> None:
         ax.bar(x, y, 0.24, color=colour, edgecolor=EDGE, linewidth=0.6, hatch=hatch, label=label)
         for at, value in zip(x, y, strict=True):
             note: Any = {"xytext": (0, 2), "textcoords": "offset points", "ha": "center", "fontsize": 7.5}
-            ax.annotate(numeral(float(value), 2), (at, value), **note)
+            ax.annotate(rounded(float(value), 2), (at, value), **note)
     ax.set_xticks(range(len(groups)), [label for label, _ in groups], fontsize=8)
     ax.set_ylabel("[mm]")
     top = max(max(values) for _, values in groups)

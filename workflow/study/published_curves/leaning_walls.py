@@ -28,8 +28,8 @@ READINGS = {
     "baseline-abs": "√|·|",
     "baseline-abs-2018": "√|·|, lmfit of 2018",
     "baseline-clip": "√max(0, ·)",
-    "baseline-nan": "no number passed on",
-    "baseline-nan-2018": "no number passed on, lmfit of 2018",
+    "baseline-nan": "NaN passed on",
+    "baseline-nan-2018": "NaN passed on, lmfit of 2018",
 }
 """Methods that are fitted, with their labels."""
 

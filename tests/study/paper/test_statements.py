@@ -1,0 +1,154 @@
+"""Comparisons that the paper makes in words hold in the committed summaries, so that a new summary does not leave a sentence behind."""
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import yaml
+from study.blind_trials.score import NOISES
+
+ROOT = Path(__file__).parents[3]
+SUMMARIES = ROOT / "paper/summaries"
+
+
+def read(name: str) -> Any:
+    """Return a summary, as its file has it."""
+    path = SUMMARIES / name
+    if path.suffix == ".csv":
+        with path.open(encoding="utf-8", newline="") as file:
+            return list(csv.DictReader(file))
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def test_worse_initial_models_are_told_apart_by_upright_walls_alone():
+    """The clipped reading fails clearly more often than the proposed method with upright walls, and about as often with leaning ones."""
+    found = read("starts/numbers.json")["initial_model"]
+    bad = {
+        (walls, method): sum(found[walls][method]["own"][key] for key in ("failed", "lost"))
+        for walls in ("upright", "tilted")
+        for method in ("proposed", "baseline-clip")
+    }
+    assert bad["upright", "baseline-clip"] > 1.5 * bad["upright", "proposed"]
+    assert bad["tilted", "baseline-clip"] < 1.5 * bad["tilted", "proposed"]
+    assert all(found[walls]["proposed"]["own"]["lost"] == 0 for walls in ("upright", "tilted"))
+    for walls in ("upright", "tilted"):  # "that start does not help the clipped reading"
+        own, other = (found[walls]["baseline-clip"][start] for start in ("own", "other"))
+        assert own["failed"] + own["lost"] <= other["failed"] + other["lost"]
+
+
+def test_the_sealed_exam_has_no_jitter():
+    """No set of the sealed exam has a jitter of the joints or an error common to a scan (stratified)."""
+    design = yaml.safe_load((ROOT / "configs/blind_trials_stratified.yaml").read_text(encoding="utf-8"))
+    design |= yaml.safe_load((ROOT / "configs/blind_trials_sealed.yaml").read_text(encoding="utf-8"))
+    assert not set(NOISES) & {*design["effects"], *design["causes"], *design["shapes"]}
+
+
+def test_geometry_alone_does_little_for_the_iiwa():
+    """In the three campaigns of the iiwa geometry predicts held-out poses about as well as base and tool (measured)."""
+    sets = {
+        name: found
+        for name, found in read("measured/numbers.json")["sets"].items()
+        if name.startswith("iiwa")
+    }
+    assert len(sets) == 3
+    for found in sets.values():
+        base, geometry = (found["models"][name]["held_out_rms_mm"] for name in ("base_and_tool", "geometry"))
+        assert abs(geometry / base - 1) < 0.05
+
+
+def test_errors_are_several_times_what_the_arms_repeat():
+    """Where an arm came back to its poses, the errors are more than three times the scatter, also after the correction (measured)."""
+    for found in read("measured/numbers.json")["sets"].values():
+        if found.get("repeated_poses"):
+            errors = [model["held_out_rms_mm"] for model in found["models"].values()] + [
+                found["unseen"]["after_rms_mm"]
+            ]
+            assert min(errors) > 3 * found["repeated_poses"]["scatter_mm"]
+
+
+def test_spoiled_data_hide_one_of_two_gears():
+    """Structure that is found and not named is there in sets with a gear alone, in one of two, also at the fewest stray points (edges)."""
+    rows = read("edges/edges.csv")
+    unnamed = [row for row in rows if row["verdict"] == "unattributed"]
+    assert {row["injected"] for row in unnamed} == {"gear"}
+    degrees = {(row["axis"], row["value"]) for row in unnamed}
+    assert len(degrees) == len(unnamed)
+    tried = {
+        (row["axis"], row["value"])
+        for row in rows
+        if row["axis"] in ("outliers", "labels", "missing")
+        and float(row["value"]) > 0
+        and row["answer"] != "refused"
+    }
+    assert len(degrees) > len(tried) / 2
+    assert ("outliers", min((value for axis, value in tried if axis == "outliers"), key=float)) in degrees
+    wrong = [row for row in rows if row["answer"] == "wrong" and row["verdict"] != "unattributed"]
+    assert {row["injected"] for row in wrong} == {"gear"}  # "In no set was a gear named that was not there"
+
+
+def test_readme_and_documentation_say_how_the_last_exam_ended():
+    """README and documentation have the counts of the last sealed exam, and the documentation those of all before it."""
+    last = {row["rate"]: row["count"] for row in read("stratified/table.csv") if row["row"] == "all"}
+    readme, trials = (
+        " ".join((ROOT / name).read_text(encoding="utf-8").split())
+        for name in ("README.md", "docs/trials.md")
+    )
+    assert (
+        f"{last['clean']} of 640 answers are without a fault, {last['wrong_sure']} have a wrong name with a confidence of 0.8 or more, "
+        f"and {last['worse']} corrections make predictions worse by more than 5 %"
+    ) in readme
+    assert f"{last['clean']} of the 640 " in trials
+    numbers = range(1, len(list((SUMMARIES / "stratified/exams").glob("*.csv"))) + 1)
+    earlier = [
+        {row["rate"]: row["count"] for row in read(f"stratified/exams/{i}.csv") if row["row"] == "all"}
+        for i in numbers
+    ]
+    for rate, words in (
+        ("clean", "sets without a fault"),
+        ("wrong_sure", "sets with a wrong name"),
+        ("worse", "corrections that made"),
+    ):
+        *others, final = (counts[rate] for counts in earlier)
+        assert f"{', '.join(others)} and {final} {words}" in trials, rate
+
+
+def test_the_table_of_halves_is_that_of_the_summary():
+    """The page on measured arms has a row for each campaign whose halves were diagnosed, with the errors of the summary to two places."""
+    page = (ROOT / "docs/measured_arms.md").read_text(encoding="utf-8")
+    table = page[
+        page.index("## Halves of campaigns") : page.index("In ten halves the stated error")
+    ].splitlines()
+    sets = read("measured/rivals.json")["sets"]
+    rows = [line for line in table if line.startswith("| `")]
+    assert len(rows) == len(sets)
+    for name, found in sets.items():
+        told = [
+            ", ".join(f"{half[key]:.2f}" for half in found["halves"])
+            for key in ("geometry_mm", "diagnosis_mm", "diagnosis_within_mm", "stated_mm")
+        ]
+        assert f"| `{name}` | {' | '.join(told)} |" in rows
+    assert (
+        sum(
+            1.05 * half["stated_mm"] < half["diagnosis_within_mm"]
+            for found in sets.values()
+            for half in found["halves"]
+        )
+        == 10
+    )
+
+
+def test_causes_without_a_name_are_corrected_where_their_shape_is_tried():
+    """Of the causes whose shape no flexible term has, most are reported and most not corrected; of the others most are corrected (conclusions)."""
+    ratios = {
+        row["row"]: float(row["value"])
+        for row in read("stratified/ratios.csv")
+        if row["ratio"] == "after_over_before" and row["quantile"] == "0.5"
+    }
+    assert ratios["unknown cause"] == 1.0 and ratios["shape also tried"] < 0.9
+    shares = {
+        row["row"]: float(row["share"])
+        for row in read("stratified/table.csv")
+        if row["rate"] == "unattributed"
+    }
+    assert min(shares["unknown cause"], shares["shape also tried"]) > 0.5
