@@ -33,16 +33,20 @@ def single_functions(variable: Variable, poses: Poses, degree: int = SINGLE_DEGR
     u = variable.unit(poses)
     columns = [legendre.legvander(u, degree)[:, 1:]]
     if variable.name.startswith("q"):
-        x = variable.values(poses)
+        x = variable.clipped(poses)
         columns.append(np.column_stack([np.abs(x) / variable.half, np.sign(x)]))
     return np.concatenate(columns, axis=1)
 
 
 def pair_functions(a: Variable, b: Variable, poses: Poses) -> Array:
-    """Return products of Legendre polynomials and of sines and cosines of two variables, ``(N, k)``."""
+    """Return products of Legendre polynomials and of sines and cosines of two variables, ``(N, k)``.
+
+    Outside the measured range of a variable they keep their values at its end: within it, waves and polynomials of opposite sign may cancel that grow
+    to many times their sum beyond.
+    """
     P, Q = (legendre.legvander(v.unit(poses), PAIR_DEGREE)[:, 1:] for v in (a, b))
     products = (P[:, :, None] * Q[:, None, :]).reshape(len(P), -1)
-    trig = [np.column_stack([np.sin(v.values(poses)), np.cos(v.values(poses))]) for v in (a, b)]
+    trig = [np.column_stack([np.sin(v.clipped(poses)), np.cos(v.clipped(poses))]) for v in (a, b)]
     waves = (trig[0][:, :, None] * trig[1][:, None, :]).reshape(len(P), -1)
     return np.concatenate([products, waves], axis=1)
 

@@ -43,6 +43,10 @@ class Variable:
         """Return u ``(N,)``."""
         return np.minimum(np.maximum((self.values(poses) - self.centre) / self.half, -1.0), 1.0)
 
+    def clipped(self, poses: Poses) -> Array:
+        """Return the variable at poses ``(N,)``, outside its measured range the value at the nearer end."""
+        return self.centre + self.half * self.unit(poses)
+
     def within(self, poses: Poses) -> Array:
         """Return which poses ``(N,)`` lie in the measured range; its upper end, which stands for every later pose, does not belong to it."""
         values, start = self.values(poses), self.centre - self.half
