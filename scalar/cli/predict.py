@@ -139,6 +139,7 @@ def predict(
     for line in (
         *lines_on_convention(convention, f"{joints.name} has", imported, robot.name),
         *_lines_on_orientation(calibrated),
+        *_lines_on_times(calibrated, columns),
         *_lines_on_table(calibrated, table, columns, read_in, written_in, convention),
         *(_lines_on_std(calibrated) if with_std else ()),
     ):
@@ -197,6 +198,14 @@ def _lines_on_orientation(calibration: Calibration) -> list[str]:
         f"  the measurements of a {kind} do not show how its frame is turned on the flange: orientations are those of the declared mount, and have "
         "no standard deviation"
     ]
+
+
+def _lines_on_times(calibration: Calibration, columns: Sequence[str]) -> list[str]:
+    """Return what the frames contain because the table states an order or a time, and which is no error of the arm."""
+    if not {"order", "time"} & set(columns):
+        return []
+    said = sorted({effect.in_timed_predictions for effect in calibration.model.effects} - {""})
+    return [f"  {clause}" for clause in said]
 
 
 def _lines_on_std(calibration: Calibration) -> list[str]:

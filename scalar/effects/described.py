@@ -52,6 +52,8 @@ class Described(ABC):
 
     natural: ClassVar[Mapping[str, float]] = {}  # size of a coefficient in real workcells, by unit
     natural_source: ClassVar[str] = ""  # where these sizes come from
+    # What a table of predicted poses contains because its rows state an order or a time, and which is no error of the arm; a clause.
+    in_timed_predictions: ClassVar[str] = ""
     remedy: ClassVar[str] = ""  # what would make it observable, a clause
     remedy_advice: ClassVar[str] = ""  # the same as advice, whole sentences
     reported_with: ClassVar[str] = (

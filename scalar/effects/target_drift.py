@@ -65,6 +65,10 @@ class TargetDrift(BaseEffect):
     natural_source: ClassVar[str] = (
         "assumed: a tripod on a hall's floor settles by a tenth of a millimetre, and turns by 6 seconds of arc, in a campaign of hours"
     )
+    in_timed_predictions: ClassVar[str] = (
+        "the frames contain the movement of the tracker or the base at the order and time of each row; without these columns they are those of the "
+        "arm alone"
+    )
     acts_on_arm: ClassVar[bool] = False
     acts_by_joint_angles: ClassVar[bool] = False
 

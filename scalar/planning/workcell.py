@@ -123,17 +123,15 @@ class Workcell:
     def dataset(self, q: Array, plane: Array) -> Dataset:
         """Return poses with what the sensor would measure there without error.
 
-        Columns that effects may need are made up: directions of approach at random, one temperature for all.
+        Columns that effects may need, those in question included, are made up: directions of approach at random, one temperature for all.
 
         Args:
             q: ``(N, n)`` [rad], joint angles.
             plane: ``(N,)``, index of the plane that each pose measures; -1 without planes.
         """
-        columns: dict[str, Array] = {}
-        if self.model.effects:
-            sides = np.random.default_rng(0).choice([-1.0, 1.0], q.shape)
-            columns = {f"approach{i + 1}": side for i, side in enumerate(sides.T)}
-            columns["temperature"] = np.full(len(q), _TEMPERATURE)
+        sides = np.random.default_rng(0).choice([-1.0, 1.0], q.shape)
+        columns = {f"approach{i + 1}": side for i, side in enumerate(sides.T)}
+        columns["temperature"] = np.full(len(q), _TEMPERATURE)
         names = [self.planes[k].name for k in plane] if self.on_planes else None
         dataset = _dataset(self.model.nominal, self.sensor, self.planes, q, names, columns)
         T = self.model.robot.flange(q) @ self.model.T_flange_sensor

@@ -12,6 +12,7 @@ from scalar.estimation.calibrate import calibrate
 from scalar.export.rigid_part import rigid_part
 from scalar.geometry.se3 import exp_so3
 from scalar.report.advice import GEOMETRY, advice
+from tests.cli.running import run
 from tests.random_scene import make_scene
 
 
@@ -59,6 +60,20 @@ def test_a_step_moves_no_later_pose_of_the_arm():
     rigid = rigid_part(calibration.model, {})
     assert stepped.coefficients.any() and not rigid.included and not rigid.left_out
     np.testing.assert_array_equal(rigid.robot.T_base_0, calibration.model.robot.T_base_0)
+
+
+def test_a_table_with_orders_is_told_that_the_step_is_in_its_frames(tmp_path):
+    """``predict`` says that the frames of rows with an order contain the movement of the tracker, and nothing where no row has one."""
+    dataset = knocked(30, 3e-4, 7)
+    calibrate(dataset, effects=(TargetDrift("step", order=30.0),)).save(tmp_path / "calibration.json")
+    names = [f"q{j + 1}" for j in range(6)]
+    table = dataset.poses[["pose", *names]]
+    for timed in (True, False):
+        rows = table.assign(order=np.arange(len(table))) if timed else table
+        rows.to_csv(tmp_path / "joints.csv", index=False)
+        files = tmp_path / "calibration.json", tmp_path / "joints.csv", "-o", tmp_path / "frames.csv"
+        said = run("predict", *files, "--force").output
+        assert ("movement of the tracker or the base" in said) is timed
 
 
 def test_no_step_is_found_where_the_tracker_stands_still():

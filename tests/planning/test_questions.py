@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from scalar.data.io.atomic import plain
@@ -60,3 +62,20 @@ def test_two_flexible_terms_of_one_kind_are_two_effects() -> None:
     columns = np.r_[question.rest, question.own]
     tilts = dataset.robot.n_joints  # of the axes, which are no columns of a question
     assert len(np.unique(columns)) == len(columns) == len(what.start) - tilts
+
+
+def test_a_question_on_play_is_asked_of_an_arm_without_effects() -> None:
+    """Planned poses have directions of approach although the calibration has no effect that needs them: one in question may."""
+    dataset = make_scene("vs060", "tracker", seed=2, poses_per_plane=30).dataset
+    sides = np.random.default_rng(1).choice([-1, 1], (dataset.n_poses, 6))
+    dataset = replace(
+        dataset, poses=dataset.poses.assign(**{f"approach{j + 1}": sides[:, j] for j in range(6)})
+    )
+    made = calibrate(dataset)
+    cell = Workcell.of(dataset.robot, dataset.sensor, (), made, repeatability=2e-5, same_campaign=True)
+    found = draw_candidates(cell, 5, np.random.default_rng(0))
+    both = [e for e in JointBacklash.candidates(dataset) if e.target["joint"] == 2]
+    (play,) = [e for e in both if isinstance(e, JointBacklash) and e.by == "approach"]
+    pair = Pair(play.with_coefficients(play.natural_sizes), None)
+    what = open_questions(cell, [pair], dataset, cell.dataset(found.q, found.plane), 1.0)
+    assert np.isfinite(what.rows).all() and what.rows[:, :, what.questions[0].own].any()
