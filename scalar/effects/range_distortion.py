@@ -11,6 +11,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.acquisition import range_middle
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.incidence import incidence
 from scalar.effects.flexible.profile_bow import profile_bow
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.range_error import RangeError, check_measures_range
@@ -49,8 +50,8 @@ class RangeDistortion(RangeError):
     basis_names: ClassVar[tuple[str, ...]] = ("dx", "dz", "rx", "rz", "ux", "uz")
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return a bow of profiles, whose ends are farther away than their middle."""
-        return [*profile_bow(dataset)]
+        """Return a bow of profiles, whose ends are farther away than their middle, and an error by the incidence."""
+        return [*profile_bow(dataset), *incidence(dataset)]
 
     def generalised(self, dataset: Dataset) -> Effect | None:
         """Return a map of the scanner's error over its profile, where it scans profiles."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.incidence import incidence
 from scalar.effects.flexible.profile_bow import profile_bow
 from scalar.effects.flexible.profile_width import profile_width
 from scalar.effects.range_error import RangeError
@@ -42,8 +43,8 @@ class RangeOffset(RangeError):
     basis_names: ClassVar[tuple[str, ...]] = ("ux", "uz")
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return a factor of the width of profiles, which an offset imitates where the range hardly varies, and a bow of profiles."""
-        return [*profile_width(dataset), *profile_bow(dataset)]
+        """Return a factor of the width of profiles, which an offset imitates where the range hardly varies, a bow, and an error by the incidence."""
+        return [*profile_width(dataset), *profile_bow(dataset), *incidence(dataset)]
 
     def generalised(self, dataset: Dataset) -> Effect | None:
         """Return a map of the scanner's error over its profile, where it scans profiles."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from scalar.effects.effect import Effect
+from scalar.effects.flexible.incidence import incidence
 from scalar.effects.range_error import RangeError
 from scalar.effects.sensor_map import SensorMap
 from scalar.effects.wording import KNOWN_LENGTH, KNOWN_LENGTH_ADVICE
@@ -22,6 +23,7 @@ class RangeScale(RangeError):
 
     name: ClassVar[str] = "range_scale"
     stretches_lengths: ClassVar[bool] = True
+    imitators_are_as_likely: ClassVar[bool] = True
     kind: ClassVar[str] = "range scale of the laser"
     sentence: ClassVar[str] = (
         "the scanner measures all distances too long or too short in the same proportion"
@@ -33,6 +35,10 @@ class RangeScale(RangeError):
     remedy: ClassVar[str] = KNOWN_LENGTH
     remedy_advice: ClassVar[str] = KNOWN_LENGTH_ADVICE
     basis_names: ClassVar[tuple[str, ...]] = ("rx", "rz")
+
+    def imitators(self, dataset: Dataset) -> list[Effect]:
+        """Return an error by the incidence: scans from afar are often those that look at a plane from the side."""
+        return [*incidence(dataset)]
 
     def generalised(self, dataset: Dataset) -> Effect | None:
         """Return a map of the scanner's error over its profile, where it scans profiles."""

@@ -182,6 +182,7 @@ _CALLED = {
     "session": "the session",
     "measured_position": "the measured position",
     "profile_x": "the place in the scanner's profile",
+    "incidence": "the angle at which the scanner looks at the plane",
     "plane_u": "the place on the target plane",
     "plane_v": "the place on the target plane",
 }

@@ -12,6 +12,7 @@ from scalar.effects.effect import Effect
 from scalar.effects.flexible.angle_sum import UnattributedAngleSum
 from scalar.effects.flexible.arm_step import UnattributedArmStep
 from scalar.effects.flexible.growth import UnattributedGrowth
+from scalar.effects.flexible.incidence import UnattributedIncidence
 from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.link import UnattributedLink
 from scalar.effects.flexible.load_step import UnattributedLoadStep
@@ -128,6 +129,7 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         UnattributedArmStep((1, 2, 3, 4, 5, 6), Variable("order", half, half), -0.4),
         UnattributedLoadStep((2, 3, 5), Variable("order", half, half), 0.1),
         UnattributedProfileWidth(),
+        UnattributedIncidence(),
         UnattributedProfileBow(0.1),
         UnattributedTilt(1),
         UnattributedTilt(3),

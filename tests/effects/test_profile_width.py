@@ -32,7 +32,7 @@ def test_only_scanners_of_profiles_have_a_width(kind, count):
     dataset = make_scene(kind=kind, seed=2, poses_per_plane=6).dataset
     assert len(profile_width(dataset)) == count
     assert len(profile_bow(dataset)) == count
-    assert len(RangeOffset().imitators(dataset)) == 2 * count
+    assert len(RangeOffset().imitators(dataset)) == 3 * count
 
 
 def test_the_term_takes_a_bow_away():

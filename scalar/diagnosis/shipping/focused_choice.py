@@ -152,10 +152,11 @@ def _with_doubtful_that_help(
 ) -> tuple[int, ...]:
     """Return the effects that are kept, without those among them that have no sure name and do not help clearly.
 
-    A change that begins among the last few poses (``LATE``) and has no sure name is not shipped: it would be applied to every later pose. Changes in
-    time without a sure name are shipped only if the expected error without them, or without any effects, is far larger
-    (``settings.shipped_fit.worth_doubtful``): their form is a guess, and the arm itself need not have changed. Other effects without a sure name have
-    to remove as much within the joint limits as all effects together have to (``settings.shipped_fit.worth_correcting``).
+    A change that begins among the last few poses (``LATE``) and has no sure name is not shipped: it would be applied to every later pose. Nor is an
+    error of the scale of all lengths: held-out poses do not show whether it is right. Changes in time without a sure name are shipped only if the
+    expected error without them, or without any effects, is far larger (``settings.shipped_fit.worth_doubtful``): their form is a guess, and the arm
+    itself need not have changed. Other effects without a sure name have to remove as much within the joint limits as all effects together have to
+    (``settings.shipped_fit.worth_correcting``).
 
     Effects without a sure name may have been selected by chance from many. If few equations are measured for each parameter of the geometry
     (``settings.shipped_fit.few_equations``), and no effect with a sure name is shipped but nuisances, they are therefore shipped only if the F
@@ -168,7 +169,8 @@ def _with_doubtful_that_help(
         after: The state with all effects that were found.
     """
     effects, shipping = after.effects, after.settings.shipped_fit
-    kept = tuple(i for i in kept if i not in doubtful or not _is_late(effects[i], after))
+    unshown = [i for i in doubtful if _is_late(effects[i], after) or effects[i].stretches_lengths]
+    kept = _without(kept, unshown)
     in_time = [i for i in doubtful if _changes_in_time(effects[i])]
     for which, worth in ((in_time, shipping.worth_doubtful), (doubtful, shipping.worth_correcting)):
         if not _is_worth_correcting(wide, kept, which, worth):

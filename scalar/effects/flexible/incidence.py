@@ -1,0 +1,107 @@
+"""A scanner whose range errs with the angle at which its light falls on the surface."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from scalar.data.poses import Poses
+from scalar.effects.flexible.unattributed import NAME, Unattributed
+from scalar.effects.picture import Map, Profile, View
+from scalar.effects.range_error import LEAST_INCIDENCE, ScannerError
+from scalar.effects.wording import length
+from scalar.geometry.se3 import Array
+from scalar.sensors import kind_of
+
+if TYPE_CHECKING:
+    from scalar.data.dataset import Dataset
+
+_USUAL = 5e-5  # m, chosen: a tenth of the width of a laser's line
+
+
+@dataclass(frozen=True, eq=False)
+class UnattributedIncidence(Unattributed, ScannerError):
+    """The measured range needs ``c (1 / cos^2 b - 1)``, b the angle between a point's ray and the plane's normal.
+
+    The spot of a laser on an inclined surface is an ellipse whose brightest part is not its middle, so a scanner by triangulation measures inclined
+    surfaces too near or too far. Because b varies within a scan, its line tilts and bends. It is the rival of errors of the range's zero, scale and
+    linearity, which tilt and bend lines as well. Within a scan it is expanded to the second order in x / z.
+    """
+
+    place: ClassVar[str] = "incidence"
+    basis_names: ClassVar[tuple[str, ...]] = ("ux", "uz", "ux:10", "uz:10", "ux:20", "uz:20")
+
+    @property
+    def depends_on(self) -> list[str]:
+        """Return the angle of incidence."""
+        return ["incidence"]
+
+    @property
+    def described_as(self) -> str:
+        """Return that the range errs with the incidence, and how much at 45 degrees."""
+        size = length(float(abs(self.coefficients[0])))
+        return f"an error of the scanner's range that grows with the incidence, {size} at 45°, and not an error of the arm"
+
+    @property
+    def key(self) -> str:
+        """Name and place."""
+        return f"{NAME}_{self.place}"
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """``at_45_degrees_m``."""
+        return ["at_45_degrees_m"]
+
+    @property
+    def coefficient_units(self) -> list[str]:
+        """Metres."""
+        return ["m"]
+
+    @property
+    def prior_std(self) -> Array:
+        """Return the size that it has in scanners, so that it does not imitate a zero that is off by tenths of a millimetre."""
+        return np.array([_USUAL])
+
+    def contact_columns(
+        self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
+    ) -> Array:
+        """Return the plane's normal along the sensor's x and z axes, times the expansion of ``1 / cos^2 b - 1`` in powers of x."""
+        across, along = contact[:, 1], contact[:, 2]
+        along = np.copysign(np.maximum(np.abs(along), LEAST_INCIDENCE), along)
+        distance = -contact[:, 0] / along  # of the plane, along the z axis
+        slope, straight = across / along, 1.0 / along**2
+        powers = (
+            straight - 1.0,
+            -2.0 * slope * straight / distance,
+            (1.0 + 3.0 * slope**2) * straight / distance**2,
+        )
+        return np.concatenate([contact[:, 1:] * power[:, None] for power in powers], axis=1)[:, :, None]
+
+    @property
+    def advice(self) -> list[str]:
+        """Return what to do about it."""
+        return [
+            "Scan the same flat surface at several angles: if its distance changes with the angle, keep to one incidence in measurements, or have "
+            "the scanner's maker look at it. The arm is not at fault."
+        ]
+
+    def pictures(self, view: View) -> list[Profile | Map]:
+        """Return none: the text states the size."""
+        return []
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the place."""
+        return {"place": self.place}
+
+    @classmethod
+    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the term."""
+        return cls()
+
+
+def incidence(dataset: Dataset) -> list[UnattributedIncidence]:
+    """Return the term, where the sensor scans profiles."""
+    return [UnattributedIncidence()] if kind_of(dataset).scans else []
