@@ -17,7 +17,7 @@ from scalar.diagnosis import diagnose
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.alternatives import alternatives
-from scalar.estimation.setup.several_signs import several_signs
+from scalar.estimation.setup.several_signs import all_signs, several_signs
 from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.robot import Robot
 from scalar.units import DEG, MM
@@ -139,6 +139,29 @@ def test_three_wrong_signs_are_named_together(tracked):
     with pytest.raises(WrongSetup) as refused:
         calibrate(spoilt)
     assert "joints 1, 3 and 5" in [s.where for s in refused.value.suspicions]
+
+
+def test_signs_of_all_joints_are_one_reading(tracked):
+    """If the controller counts all axes clockwise, the reading is the same arm at the angles counted back; three moving joints are none."""
+    spoilt = with_columns(tracked, **{f"q{j}": -tracked.q[:, j - 1] for j in range(1, 7)})
+    (reading,) = all_signs(spoilt)
+    assert reading.where == "all joints" and reading.corrects_robot
+    np.testing.assert_allclose(
+        reading.dataset.robot.flange(spoilt.q), tracked.robot.flange(tracked.q), atol=1e-12
+    )
+    still = with_columns(tracked, **{f"q{j}": np.zeros(tracked.n_poses) for j in (1, 2, 3)})
+    assert list(all_signs(still)) == []
+
+
+@pytest.mark.parametrize(
+    ("what", "file"),
+    [("swapped_joints", "poses.csv"), ("swapped_planes", "poses.csv"), ("joint_sign", "dataset.yaml")],
+)
+def test_a_message_begins_with_the_file_that_has_to_be_corrected(sound, what, file):
+    """An error in a table is not looked for in the description, and the other way round."""
+    with pytest.raises(WrongSetup) as refused:
+        calibrate(spoiled(sound, what))
+    assert {fault.file for fault in refused.value.faults} == {file}
 
 
 @pytest.mark.slow
