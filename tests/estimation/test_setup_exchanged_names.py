@@ -80,3 +80,12 @@ def test_only_several_targets_have_names_that_may_be_exchanged(sound):
     assert names_exchanged_in_words(sound, model, far, np.zeros(sound.n_poses)) == {}
     one = replace(sound, targets=(), point_columns={})
     assert names_exchanged_in_words(one, model, ~far, np.zeros(sound.n_poses)) == {}
+
+
+def test_names_exchanged_in_all_poses_are_asked_about(sound):
+    """If the second target sits where the first is stated to be, that is said; if each sits where it belongs, nothing is."""
+    assert not calibrate(sound).summary["setup"]
+    (told,) = calibrate(exchanged(sound, np.arange(sound.n_poses))).summary["setup"]
+    assert told["what"] == "sensor_pose"
+    assert "the target 'left', the first of points.csv" in told["sentence"]
+    assert "'right' sits" in told["sentence"] and "the two names are exchanged" in told["sentence"]
