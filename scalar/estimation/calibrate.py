@@ -194,15 +194,13 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
         suspicion, moved = found
         faults.append(Fault("poses.csv", suspicion.sentence, None, "session"))
         alone = tuple(pose for pose in alone if not moved[rows[pose]])
-    exchanged: dict[int, str] = {}
     if away is not None:
         far = np.isin(dataset.pose_ids, alone)
-        exchanged = names_exchanged_in_words(dataset, away[2], far, away[0])
+        explained, sentences = names_exchanged_in_words(dataset, away[2], far, away[0])
+        measured = kind_of(dataset).format.measured_in
+        faults += [Fault(measured, sentence, None, "target") for sentence in sentences]
+        alone = tuple(pose for pose in alone if not explained[rows[pose]])
     for pose in alone:
-        if rows[pose] in exchanged:
-            measured = kind_of(dataset).format.measured_in
-            faults.append(Fault(measured, exchanged[rows[pose]], None, "target"))
-            continue
         how_far = ""
         if away is not None:
             distances, typical, _ = away

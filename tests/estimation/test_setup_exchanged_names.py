@@ -15,7 +15,7 @@ from scalar.estimation.setup.exchanged_names import names_exchanged_in_words, wi
 from scalar.estimation.setup.suspicion import WrongSetup
 from tests.tracked_targets import drawn_arm
 
-FAR = re.compile(r"it lies (\S+) mm from where a fit to the others has it, and as it is written (\S+) mm")
+FAR = re.compile(r"it lies (\S+) mm from where a fit to the others has it, and as written (\S+) mm")
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def test_single_poses_with_exchanged_names_are_told_from_gross_errors(sound):
         calibrate(replace(spoilt, points=points))
     said = {fault.message: fault for fault in refusal.value.faults}
     named = [
-        message for message in said if "names 'left' and 'right' of its targets are exchanged" in message
+        message for message in said if "names 'left' and 'right' of the targets are exchanged" in message
     ]
     assert sorted(m.split(" the names")[0] for m in named) == sorted(
         f"in pose {sound.pose_ids[row]}" for row in (7, 31)
@@ -73,13 +73,24 @@ def test_names_that_are_exchanged_from_a_pose_on_are_no_other_target(sound):
     assert calibrate(mended).residual_rms < 1e-4
 
 
+def test_many_poses_with_exchanged_names_are_one_sentence(sound):
+    """Every third pose is named, in one line that counts them."""
+    rows = np.arange(0, sound.n_poses, 3)
+    with pytest.raises(InvalidInput) as refusal:
+        calibrate(exchanged(sound, rows))
+    (fault,) = refusal.value.faults
+    ids = ", ".join(str(pose) for pose in sound.pose_ids[rows])
+    assert f"in {len(rows)} poses ({ids}) the names 'left' and 'right'" in fault.message
+
+
 def test_only_several_targets_have_names_that_may_be_exchanged(sound):
     """Nothing is said of a dataset with one target, or where no pose contradicts the others."""
     model = calibrate(sound).model
-    far = np.zeros(sound.n_poses, dtype=bool)
-    assert names_exchanged_in_words(sound, model, far, np.zeros(sound.n_poses)) == {}
+    none = np.zeros(sound.n_poses, dtype=bool)
     one = replace(sound, targets=(), point_columns={})
-    assert names_exchanged_in_words(one, model, ~far, np.zeros(sound.n_poses)) == {}
+    for dataset, rows in ((sound, none), (one, ~none)):
+        explained, sentences = names_exchanged_in_words(dataset, model, rows, np.zeros(sound.n_poses))
+        assert not explained.any() and sentences == []
 
 
 def test_names_exchanged_in_all_poses_are_asked_about(sound):

@@ -23,6 +23,8 @@ LEAST_NEAR = (
     3 * MM
 )  # and within the larger of this and ten times the usual distance: effects of an arm make no pose err farther
 TIMES_USUAL = 10.0
+MOST_ALONE = 3  # poses that have a sentence each; more have one together
+MOST_IDS = 30  # poses that such a sentence names
 
 
 def with_names_exchanged(dataset: Dataset, rows: Array, first: str, second: str) -> Dataset:
@@ -42,8 +44,10 @@ def with_names_exchanged(dataset: Dataset, rows: Array, first: str, second: str)
     return replace(dataset, point_columns=columns)
 
 
-def names_exchanged_in_words(dataset: Dataset, model: Model, rows: Array, distances: Array) -> dict[int, str]:
-    """Return for each pose that exchanged names explain what is wrong with it, and what to do, as a sentence that begins with the pose.
+def names_exchanged_in_words(
+    dataset: Dataset, model: Model, rows: Array, distances: Array
+) -> tuple[Array, list[str]]:
+    """Return which poses exchanged names explain, ``(N,)`` bool, and sentences that say so: one for each of a few poses, or one for many.
 
     Args:
         dataset: What was measured.
@@ -51,17 +55,34 @@ def names_exchanged_in_words(dataset: Dataset, model: Model, rows: Array, distan
         rows: ``(N,)`` bool, the poses that contradict the others.
         distances: ``(N,)`` [m], how far every pose lies from where the model has it.
     """
+    explained, sentences = np.zeros(dataset.n_poses, dtype=bool), []
     if len(dataset.targets) < 2 or "target" not in dataset.point_columns or not rows.any():
-        return {}
+        return explained, sentences
     near = max(LEAST_NEAR, TIMES_USUAL * float(np.median(distances[~rows])))
-    table = kind_of(dataset).format.measured_in
-    found: dict[int, tuple[float, str]] = {}
-    for first, second in itertools.combinations(dataset.targets, 2):
-        then = distances_under(with_names_exchanged(dataset, rows, first, second), model)
-        for row in np.flatnonzero(rows & (then < near) & (then < FALLS_TO * distances)):
-            words = (
-                f"the names '{first}' and '{second}' of its targets are exchanged: with the two exchanged it lies {then[row] / MM:.2g} mm from where "
-                f"a fit to the others has it, and as it is written {distances[row] / MM:.3g} mm; exchange them in the rows of this pose in {table}"
-            )
-            found[int(row)] = min(found.get(int(row), (np.inf, "")), (float(then[row]), words))
-    return {row: f"in pose {dataset.pose_ids[row]} {words}" for row, (_, words) in found.items()}
+    pairs = list(itertools.combinations(dataset.targets, 2))
+    then = np.array([distances_under(with_names_exchanged(dataset, rows, *pair), model) for pair in pairs])
+    best = then.argmin(axis=0)
+    for k, pair in enumerate(pairs):
+        these = rows & (best == k) & (then[k] < np.minimum(near, FALLS_TO * distances))
+        explained |= these
+        found = np.flatnonzero(these)
+        groups = [found[i : i + 1] for i in range(len(found))] if len(found) <= MOST_ALONE else [found]
+        for group in groups:
+            sentences.append(_in_words(dataset, pair, group, then[k], distances))
+    return explained, sentences
+
+
+def _in_words(dataset: Dataset, pair: tuple[str, str], rows: Array, then: Array, distances: Array) -> str:
+    """Return the sentence on poses, ``rows``, in which the names of a pair are exchanged; distances ``(N,)`` [m] with them exchanged and without."""
+    ids = [str(pose) for pose in dataset.pose_ids[rows]]
+    one = len(ids) == 1
+    more = f" and {len(ids) - MOST_IDS} more" if len(ids) > MOST_IDS else ""
+    where = f"pose {ids[0]}" if one else f"{len(ids)} poses ({', '.join(ids[:MOST_IDS])}{more})"
+    they_lie, of_this, at_most, at_least = (
+        ("it lies", "of this pose", "", "") if one else ("they lie", "of these poses", "at most ", " or more")
+    )
+    return (
+        f"in {where} the names '{pair[0]}' and '{pair[1]}' of the targets are exchanged: with the two exchanged {they_lie} "
+        f"{at_most}{then[rows].max() / MM:.2g} mm from where a fit to the others has {'it' if one else 'them'}, and as written "
+        f"{distances[rows].min() / MM:.3g} mm{at_least}; exchange them in the rows {of_this} in {kind_of(dataset).format.measured_in}"
+    )
