@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 from scalar.cli import cli
 from scalar.data.dataset import Dataset
+from scalar.data.declared import Sensor
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.diagnosis import diagnose
 from scalar.errors import InvalidInput, Undetermined
@@ -20,6 +21,7 @@ from scalar.estimation.setup.alternatives import alternatives
 from scalar.estimation.setup.several_signs import all_signs, several_signs
 from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.robot import Robot
+from scalar.robots import read_arm
 from scalar.units import DEG, MM
 from tests.random_scene import make_scene
 
@@ -151,6 +153,22 @@ def test_signs_of_all_joints_are_one_reading(tracked):
     )
     still = with_columns(tracked, **{f"q{j}": np.zeros(tracked.n_poses) for j in (1, 2, 3)})
     assert list(all_signs(still)) == []
+
+
+def test_a_zero_that_needs_another_length_gives_way_to_signs_that_need_none():
+    """On an arm whose axis 4 lies above its forearm, three wrong signs are nearly a zero of joint 3 and a longer a_4; the signs explain more."""
+    rng = np.random.default_rng(1)
+    robot = read_arm("abb_irb1200_5_90").robot
+    q = rng.uniform(-1.0, 1.0, (60, 6)) * [2.5, 1.2, 1.0, 2.5, 1.6, 2.5]
+    T_flange_target = np.eye(4)
+    T_flange_target[:3, 3] = 0.02, -0.01, 0.09
+    points = (robot.flange(q) @ T_flange_target)[:, :3, 3] + rng.normal(0.0, 2e-5, (60, 3))
+    counted_back = q * [1, -1, -1, 1, -1, 1]
+    sensor = Sensor("tracker", T_flange_target, 2e-5)
+    dataset = Dataset.from_arrays(robot=robot, sensor=sensor, q=counted_back, points=points)
+    with pytest.raises(WrongSetup) as refused:
+        calibrate(dataset)
+    assert [s.where for s in refused.value.suspicions] == ["joints 2, 3 and 5"]
 
 
 @pytest.mark.parametrize(
