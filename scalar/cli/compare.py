@@ -16,6 +16,7 @@ from scalar.cli.compared_effects import (
 from scalar.cli.compared_models import is_lacking, notes_on_models
 from scalar.cli.compared_words import (
     effects_by_candidate,
+    lines_on_stretch,
     named_parameter,
     size_grows,
     unchanged_effects,
@@ -110,6 +111,7 @@ def describe_comparison(comparison: Comparison, residuals: Mapping[str, float] =
         *notes_on_models(comparison, residuals),
         _headline(comparison, lacking),
         *_caution(comparison, lacking),
+        *lines_on_stretch(comparison),
         *_changes(comparison),
         *unchanged_effects(comparison),
         *lines_on_unnamed_terms(comparison),
@@ -128,6 +130,8 @@ def _headline(comparison: Comparison, lacking: bool) -> str:
         return f"{what}: {n} {'difference' if doubtful else 'change'}{'s' if n > 1 else ''} beyond chance"
     if comparison.changed:
         return f"{what} beyond chance, but no single parameter explains it"
+    if comparison.stretch is not None:
+        return "all lengths differ by one factor beyond chance, and no single part of the arm does"
     if comparison.positions_changed:
         return positions_unexplained(comparison)
     rest = " in what was compared (the last lines name the rest)" if comparison.not_compared else ""
@@ -234,8 +238,12 @@ def _change_lines(comparison: Comparison, change: Change, moved: Moved) -> list[
 
 def _title(comparison: Comparison, name: str) -> str:
     """Return the title of a candidate: joint and kind for a geometric parameter, the title in reports for an effect."""
+    from scalar.comparison.stretch import SCALE
+
     kind, _, _ = name.rpartition("_")
     effects = effects_by_candidate(comparison)
+    if name == SCALE:
+        return name
     named = named_parameter(comparison, name)
     if kind in _KINDS and not named[-1].isdigit():  # of the base
         return f"{_KINDS[kind]} {named}"

@@ -36,6 +36,24 @@ def what_was_compared(comparison: Comparison) -> list[str]:
     return lines + _not_compared(comparison)
 
 
+def lines_on_stretch(comparison: Comparison) -> list[str]:
+    """Return the lines on a factor between all lengths of the two calibrations, and what may be its cause; none if there is none."""
+    stretch = comparison.stretch
+    if stretch is None:
+        return []
+    from scalar.report.words import LEAST_P_VALUE
+    from scalar.units import MM
+
+    chance = f"p < {LEAST_P_VALUE:.0e}" if stretch.p_value < LEAST_P_VALUE else f"p = {stretch.p_value:.1g}"
+    longer = "longer" if stretch.value > 0 else "shorter"
+    return [
+        f"  all lengths of B are {100 * abs(stretch.value):.4f} +- {100 * stretch.std:.4f} % {longer} than those of A; this moves predicted "
+        f"positions by {stretch.moved.rms / MM:.3f} mm RMS, at most {stretch.moved.largest / MM:.3f} mm ({chance})",
+        "    an instrument that measured too long or too short in one campaign does this, or another temperature of the arm, and no data show which: "
+        "check scanner, probe or tracker against a known length before a change of the arm is looked for",
+    ]
+
+
 def _effects_of(coefficients: Sequence[str]) -> list[str]:
     """Return the names of the effects that coefficients belong to, each once."""
     from scalar.effects.parameter_names import effect_of

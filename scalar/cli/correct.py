@@ -12,6 +12,7 @@ from scalar.cli.convention import MAPPING, convention_of, lines_on_convention
 from scalar.cli.correct_words import (
     faults_of,
     is_near_singular,
+    line_on_wanted_frames,
     lines_on_left_out,
     lines_on_tool,
     warnings_on_written,
@@ -92,9 +93,13 @@ def correct(
     for line in _lines_before_writing(calibrated, corrected, leave_out):
         say(line)
     n_written = write_corrected(output, corrected, leave_out)
-    if not wanted.frames_wanted:
-        for line in lines_on_tool(calibrated.gauge, calibrated.model.nominal):
-            say(line)
+    whose_frame = (
+        [line_on_wanted_frames(calibrated.model.T_flange_sensor)]
+        if wanted.frames_wanted
+        else lines_on_tool(calibrated.gauge, calibrated.model.nominal)
+    )
+    for line in whose_frame:
+        say(line)
     failed = bool(corrected.refused) and not leave_out
     n_corrected = int(corrected.found.reached.sum())
     imported = calibrated.summary.get(IMPORTED, {})

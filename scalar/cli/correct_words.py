@@ -193,6 +193,20 @@ def lines_on_tool(gauge: Sequence[Mapping[str, Any]], robot: Robot) -> list[str]
     ]
 
 
+def line_on_wanted_frames(T_flange_sensor: Array) -> str:
+    """Return the line that says whose frames the wanted ones are: those of a tool, taken for the sensor's, put the sensor where the tool belongs.
+
+    Args:
+        T_flange_sensor: ``(4, 4)``, the calibrated pose of the sensor.
+    """
+    x, y, z = (f"{length / MM:.1f}" for length in T_flange_sensor[:3, 3])
+    return (
+        f"  the wanted frames are taken for those of the sensor, which sits at {x}, {y}, {z} mm on the flange, in the base frame of the table of "
+        "joints. If they are those of another tool, give the nominal joint angles of these poses in their place: the flange then goes where the "
+        "nominal arm has it"
+    )
+
+
 def unknown_of_flange(gauge: Sequence[Mapping[str, Any]], robot: Robot) -> list[str]:
     """Return a clause on what a calibration does not know of the flange, if it fixed a parameter of the last joint; else none.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -49,7 +49,7 @@ def refuse_frames(columns: Sequence[str], file: str) -> None:
 
 
 def refuse_without_orientation(columns: Sequence[str], file: str) -> None:
-    """Refuse a table of wanted places without any column of an orientation, and say in which forms one may be written.
+    """Refuse a table of wanted places without any column of an orientation, or in capitals, and say in which forms one may be written.
 
     Args:
         columns: Names of its columns.
@@ -58,22 +58,34 @@ def refuse_without_orientation(columns: Sequence[str], file: str) -> None:
     Raises:
         InvalidInput: It is such a table.
     """
+    from scalar.data.located_table import of_the_same_joint
     from scalar.data.table_units import base_name
     from scalar.estimation.frame_tables import ORIENTATIONS, PLACE, VECTOR
 
     named = {base_name(column) for column in columns}
     forms = [VECTOR, *ORIENTATIONS.values()]
+    capitals = [name for name in named if name.lower() in PLACE and name not in PLACE]
+    if len(capitals) == len(PLACE) and "q1" not in named and not of_the_same_joint("q1", list(named)):
+        message = (
+            f"the columns {', '.join(sorted(capitals))} of a place are called x, y, z here, in small letters (x_mm, y_mm, z_mm where they are in "
+            f"millimetres){_of_maker(named) or ': rename them'}"
+        )
+        raise InvalidInput(Fault(file, message, 1))
     if not named.issuperset(PLACE) or any(named.intersection(form) for form in forms):
         return
+    message = (
+        "the columns of an orientation are missing; write a rotation vector rx,ry,rz, or roll,pitch,yaw (R = Rz(yaw) Ry(pitch) Rx(roll)), or a "
+        f"quaternion qw,qx,qy,qz{_of_maker(named)}"
+    )
+    raise InvalidInput(Fault(file, message, 1))
+
+
+def _of_maker(named: Iterable[str]) -> str:
+    """Return what the columns of an orientation are that a maker calls otherwise, to be added to a message; empty if they are none of these."""
     lower = {name.lower() for name in named}
     if "q5" in lower:  # joint angles, which give the posture
         lower -= {f"q{i}" for i in range(1, 5)}
-    hint = next((f"; {says}: rename them" for their, says in _OF_MAKERS if their <= lower), "")
-    message = (
-        "the columns of an orientation are missing; write a rotation vector rx,ry,rz, or roll,pitch,yaw (R = Rz(yaw) Ry(pitch) Rx(roll)), or a "
-        f"quaternion qw,qx,qy,qz{hint}"
-    )
-    raise InvalidInput(Fault(file, message, 1))
+    return next((f"; {says}: rename them" for their, says in _OF_MAKERS if their <= lower), "")
 
 
 def refuse_large_turns(table: pd.DataFrame, form: Sequence[str], file: str) -> None:

@@ -15,6 +15,7 @@ from scalar.comparison.disjoint_terms import DisjointTerms, effects_with_disjoin
 from scalar.comparison.invariants import displacement_columns, displacements, invariants
 from scalar.comparison.moved import Moved
 from scalar.comparison.sensor_shift import SensorShift
+from scalar.comparison.stretch import Stretch, with_scale, without_scale
 from scalar.comparison.unnamed_terms import UnnamedTerm, unnamed_terms
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.command_line import named_effects
@@ -40,6 +41,7 @@ class Comparison:
     Attributes:
         arm: The arm's parameters in both.
         changes: The changes beyond chance, the surest first.
+        stretch: By what share all lengths differ, if that is beyond chance: of the instruments, or of a warmer arm.
         moved: How far each change alone moves predicted positions.
         rest_p_value: p-value of the difference that the changes leave unexplained.
         alpha: Probability that any change is found where there is none.
@@ -60,6 +62,7 @@ class Comparison:
 
     arm: ArmParameters
     changes: list[Change]
+    stretch: Stretch | None
     moved: list[Moved]
     rest_p_value: float
     alpha: float
@@ -80,7 +83,7 @@ class Comparison:
     def changed(self) -> bool:
         """Return whether any compared parameter, or all of them as a whole, differ beyond chance.
 
-        Effects without common coefficients do not count.
+        Effects without common coefficients do not count, and neither does a scale of all lengths, which the instruments may have changed.
         """
         return bool(self.changes) or self.rest_p_value < self.alpha
 
@@ -110,6 +113,7 @@ class Comparison:
             "format": FORMAT,
             "changed": self.changed,
             "changes": changes,
+            "scale_of_all_lengths": None if self.stretch is None else self.stretch.to_mapping(),
             "rest_p_value": self.rest_p_value,
             "alpha": self.alpha,
             "positions_differ": {
@@ -143,8 +147,9 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
     _check_comparable(a, b)
     arm = arm_parameters(a, b)
     compared = invariants(arm)
-    changes, rest = find_changes(compared, _candidates(arm), alpha)
+    found, rest = find_changes(*with_scale(arm, compared, _candidates(arm)), alpha)
     columns = displacement_columns(arm)
+    changes, stretch = without_scale(arm, found, columns)
     moved = [Moved.of(columns[:, list(c.candidate.columns)] @ c.value) for c in changes]
     not_compared = dict(arm.unknown)
     for i, name in enumerate(arm.names):
@@ -162,6 +167,7 @@ def compare(a: Calibration, b: Calibration, alpha: float = ALPHA) -> Comparison:
     return Comparison(
         arm=arm,
         changes=changes,
+        stretch=stretch,
         moved=moved,
         rest_p_value=rest,
         alpha=alpha,

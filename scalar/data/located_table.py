@@ -192,6 +192,15 @@ def closest(name: str, known: Sequence[str], least: float) -> str:
     return by_lower[close[0]] if close else ""
 
 
+def of_the_same_joint(name: str, unknown: Sequence[str]) -> str:
+    """Return the one unknown column that has the number of a joint's column and no other, as ``J3`` or ``joint_3`` for ``q3``; else an empty text."""
+    number = re.fullmatch(r"q([1-9][0-9]*)", name)
+    if not number:
+        return ""
+    same = [column for column in unknown if re.findall("[0-9]+", column) == [number[1]]]
+    return same[0] if len(same) == 1 and len(same[0]) <= _LONGEST_NAME else ""
+
+
 def shorten(value: object, width: int = 40) -> str:
     """Return the representation of `value`, cut to `width` characters."""
     text = repr(value)
@@ -217,8 +226,8 @@ def header_faults(file: str, names: list[str], layout: Layout, row: int | None =
         return [Fault(file, too_many_columns(len(names)), row)]
     for sign, called in ((";", "';'"), ("\t", "tabs")):
         if len(names) == 1 and sign in names[0]:
-            message = f"{SEPARATED} {called}; separate them by commas, and write decimal points: {wanted}"
-            return [Fault(file, message, row)]
+            message = f"{SEPARATED} {called}; separate them by commas, and write decimal points"
+            return [Fault(file, f"{message}: {wanted}" if layout.required else message, row)]
     if all(NUMBER.fullmatch(name) for name in names):
         return [Fault(file, f"there is no header; the first line has to be {wanted}", row)]
     faults = []
@@ -240,7 +249,8 @@ def header_faults(file: str, names: list[str], layout: Layout, row: int | None =
             faults.append(Fault(file, message, row, name))
     for name in layout.required:
         if name not in names:
-            hint = did_you_mean(name, unknown).replace("did you mean", "is it").replace("? ", "? rename it; ")
+            likely = closest(name, unknown, 0.6) or of_the_same_joint(name, unknown)
+            hint = f"is it {likely!r}? rename it; " if likely else ""
             faults.append(Fault(file, f"{MISSING_COLUMN}; {hint}the header has to name {wanted}", row, name))
     return faults
 

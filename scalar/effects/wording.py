@@ -46,6 +46,7 @@ def angle(value: float, digits: int = 2) -> str:
     return f"{number(value / DEG, digits)}°"
 
 
+_OF_BASE = re.compile(r"frame(\d+)_([xyz])")
 _OF_WEIGHT = re.compile(r"joint(\d+)_frame(\d+)_([xyz])")
 
 
@@ -71,6 +72,8 @@ def coefficient(name: str, value: float, std: float | None) -> tuple[str, str, s
             stem = _OF_WEIGHT.sub(
                 r"joint \1 by the weight of link \2 along \3, at its longest lever", name.removesuffix(ending)
             )
+            if (of_base := _OF_BASE.fullmatch(stem)) is not None:
+                stem = of_base.expand(r"tilt by the masses along \2 of frame \1")
             stem = stem.replace("_", " ")
             return stem, *with_error(value / scale, None if std is None else std / scale), unit
     return name, *with_error(value, std), ""

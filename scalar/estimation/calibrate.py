@@ -24,11 +24,13 @@ from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, w
 from scalar.estimation.joint_fit import fit_all
 from scalar.estimation.measured_effects import measured_effects, with_target_motion
 from scalar.estimation.misfit import lacks_something
+from scalar.estimation.model import Model
 from scalar.estimation.motion import refuse_without_motion
 from scalar.estimation.pose_consistency import distances_under
 from scalar.estimation.prepare import prepare
 from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorSettings
+from scalar.estimation.setup.exchanged_names import names_exchanged_in_words
 from scalar.estimation.setup.known_planes import KnownPlaneContradicted, refuse_contradicted_planes
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
@@ -36,6 +38,7 @@ from scalar.estimation.setup.suspicion import MOST_LEFT, Suspicion
 from scalar.estimation.setup.unstated_session import unstated_session
 from scalar.estimation.sufficiency import FitFailed, TooManyUnknowns
 from scalar.geometry.se3 import Array
+from scalar.sensors import kind_of
 from scalar.units import MM
 
 _BY_CHANCE = 1e-5  # chosen: 3 of 1.6 million points with normal noise lie off the line of their scan, since the scale of each scan is estimated
@@ -191,10 +194,16 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
         suspicion, moved = found
         faults.append(Fault("poses.csv", suspicion.sentence, None, "session"))
         alone = tuple(pose for pose in alone if not moved[rows[pose]])
+    if away is not None:
+        far = np.isin(dataset.pose_ids, alone)
+        explained, sentences = names_exchanged_in_words(dataset, away[2], far, away[0])
+        measured = kind_of(dataset).format.measured_in
+        faults += [Fault(measured, sentence, None, "target") for sentence in sentences]
+        alone = tuple(pose for pose in alone if not explained[rows[pose]])
     for pose in alone:
         how_far = ""
         if away is not None:
-            distances, typical = away
+            distances, typical, _ = away
             how_far = (
                 f": it lies {distances[rows[pose]] / MM:.3g} mm from where a fit to the others has it, and these "
                 f"lie {typical / MM:.2g} mm from it in the median"
@@ -220,9 +229,14 @@ def _angles_of_another(dataset: Dataset, row: int) -> str:
 
 def _distances_by_the_others(
     dataset: Dataset, cleaned: Cleaned, settings: EstimationSettings
-) -> tuple[Array, float] | None:
-    """Return the distance of every pose ``(N,)`` [m] by a fit to those that were not set aside, and the median of these; None if that fit fails."""
+) -> tuple[Array, float, Model] | None:
+    """Return the distance of every pose ``(N,)`` [m] by a fit to those that were not set aside, the median of these, and the fitted model.
+
+    None if that fit fails.
+    """
     with suppress(InvalidInput, Undetermined):
-        distances = distances_under(dataset, geometry_fit(cleaned.dataset, settings)[0])
-        return distances, float(np.median(distances[np.isin(dataset.pose_ids, cleaned.dataset.pose_ids)]))
+        model = geometry_fit(cleaned.dataset, settings)[0]
+        distances = distances_under(dataset, model)
+        of_others = distances[np.isin(dataset.pose_ids, cleaned.dataset.pose_ids)]
+        return distances, float(np.median(of_others)), model
     return None

@@ -8,6 +8,7 @@ import numpy as np
 
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
+from scalar.ingest.alike_faults import named_once
 from scalar.ingest.column_profiles import points_of_columns
 from scalar.ingest.copied_files import FileRead, digest_of, report_copies
 from scalar.ingest.file_columns import read_columns
@@ -47,8 +48,10 @@ def read_block(
         Both tables; None for both if there are faults, and for the second if rows are not points.
     """
     files = _Files(mapping, block, faults, left_out, rows_are_points)
+    known = len(faults)
     for path, rule in chosen:
         files.add(path, rule)
+    faults[known:] = named_once(faults[known:])
     before = len(faults)
     report_copies(files.read, block, mapping.measured_in(block), faults)
     # Nests may be measured once, and written to every pose.

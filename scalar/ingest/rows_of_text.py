@@ -57,7 +57,7 @@ def table_of_rows(
     if width > MOST_COLUMNS:
         raise InvalidInput(Fault(file, too_many_columns(width, MOST_COLUMNS), first))
     _check_widths(
-        file, rows, width, named=names is not None, first=first, commas=separator == written.decimal
+        file, rows, width, written, named=names is not None, first=first, commas=separator == written.decimal
     )
     columns = []
     for j in range(width):
@@ -69,7 +69,14 @@ def table_of_rows(
 
 
 def _check_widths(
-    file: str, rows: list[tuple[int, list[str]]], width: int, *, named: bool, first: int, commas: bool
+    file: str,
+    rows: list[tuple[int, list[str]]],
+    width: int,
+    written: Written,
+    *,
+    named: bool,
+    first: int,
+    commas: bool,
 ) -> None:
     """Refuse rows that have not ``width`` cells; empty cells beyond are removed from ``rows``.
 
@@ -77,6 +84,7 @@ def _check_widths(
         file: name of the file.
         rows: the cells of each row of data, with the number of its line.
         width: number of the columns.
+        written: how the file writes numbers.
         named: whether a row names the columns.
         first: number of the line of that row.
         commas: whether the decimal sign also separates the cells.
@@ -101,13 +109,31 @@ def _check_widths(
         raise InvalidInput(Fault(file, message, faults[0].row))
     usual, times = Counter(len(cells) for _, cells in rows).most_common(1)[0]
     if named and width < usual and times > _MOST_ROWS * len(rows):
-        begin = next(line for line, cells in rows if len(cells) == usual)
+        begin = _line_of_names(rows, usual, written)
         message = (
             f"the line that should name the columns has {width} cell{'s' if width > 1 else ''}, and {times} of the {len(rows)} lines after it "
             f"have {usual}; if a title stands before the table, write skip_lines: {begin - 1} under text in the mapping"
         )
         raise InvalidInput(Fault(file, message, first))
     raise InvalidInput(faults[:MAX_SHOWN])
+
+
+def _line_of_names(rows: list[tuple[int, list[str]]], width: int, written: Written) -> int:
+    """Return the line that names the columns below a title: the last one with ``width`` cells before the first that holds nothing but numbers.
+
+    The state of an instrument may have as many cells as the table has columns.
+    """
+    wide = [(line, cells) for line, cells in rows if len(cells) == width]
+    n_numbers = [sum(written.number(cell) is not None for cell in cells) for _, cells in wide]
+    full = [sum(map(bool, cells)) for _, cells in wide]
+    data = next((i for i, n in enumerate(n_numbers) if 0 < n == full[i]), 0)
+    if (
+        data > 1
+        and n_numbers[data - 2] == 0
+        and is_row_of_units(wide[data - 1][1], wide[data][1], written, frozenset())
+    ):
+        return wide[data - 2][0]
+    return wide[max(data - 1, 0)][0]
 
 
 def _remedy(cells: list[str]) -> str:

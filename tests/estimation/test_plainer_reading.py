@@ -106,3 +106,14 @@ def test_a_reading_under_which_a_link_is_far_off_is_doubted(like, by, is_said):
     said = suspicion._suspicion(reading, 60 * MM, trial, one_of=1)
     assert ("a_3 comes out 400 mm from the table of joints even then" in said.sentence) == is_said
     assert (said.robot is None) == is_said
+
+
+@pytest.mark.parametrize(("robot", "kind"), [("vs060", "line-laser"), ("ur10e", "tracker")])
+def test_signs_of_all_joints_that_a_mirror_image_hides_are_named(robot, kind):
+    """With all signs wrong an arm fits as its own mirror image; on planes a zero of joint 6 explains less, as it leaves a wall on the other side."""
+    sound = make_scene(robot, kind, poses_per_plane=25, noise=1e-4, seed=7).dataset
+    spoilt = replace(sound, poses=sound.poses.assign(**{f"q{j}": -sound.q[:, j - 1] for j in range(1, 7)}))
+    told = {entry["what"]: entry for entry in calibrate(spoilt).summary["setup"]}
+    assert told["joint_reading"]["where"] == "all joints"
+    assert "if all joints count the other way" in told["joint_reading"]["sentence"]
+    assert "joint 6" not in told["joint_reading"]["sentence"]

@@ -12,14 +12,16 @@ from click.testing import CliRunner
 
 from scalar.cli import cli
 from scalar.data.dataset import Dataset
+from scalar.data.declared import Sensor
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml
 from scalar.diagnosis import diagnose
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.alternatives import alternatives
-from scalar.estimation.setup.several_signs import several_signs
+from scalar.estimation.setup.several_signs import all_signs, several_signs
 from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.robot import Robot
+from scalar.robots import read_arm
 from scalar.units import DEG, MM
 from tests.random_scene import make_scene
 
@@ -139,6 +141,45 @@ def test_three_wrong_signs_are_named_together(tracked):
     with pytest.raises(WrongSetup) as refused:
         calibrate(spoilt)
     assert "joints 1, 3 and 5" in [s.where for s in refused.value.suspicions]
+
+
+def test_signs_of_all_joints_are_one_reading(tracked):
+    """If the controller counts all axes clockwise, the reading is the same arm at the angles counted back; three moving joints are none."""
+    spoilt = with_columns(tracked, **{f"q{j}": -tracked.q[:, j - 1] for j in range(1, 7)})
+    (reading,) = all_signs(spoilt)
+    assert reading.where == "all joints" and reading.corrects_robot
+    np.testing.assert_allclose(
+        reading.dataset.robot.flange(spoilt.q), tracked.robot.flange(tracked.q), atol=1e-12
+    )
+    still = with_columns(tracked, **{f"q{j}": np.zeros(tracked.n_poses) for j in (1, 2, 3)})
+    assert list(all_signs(still)) == []
+
+
+def test_a_zero_that_needs_another_length_gives_way_to_signs_that_need_none():
+    """On an arm whose axis 4 lies above its forearm, three wrong signs are nearly a zero of joint 3 and a longer a_4; the signs explain more."""
+    rng = np.random.default_rng(1)
+    robot = read_arm("abb_irb1200_5_90").robot
+    q = rng.uniform(-1.0, 1.0, (60, 6)) * [2.5, 1.2, 1.0, 2.5, 1.6, 2.5]
+    T_flange_target = np.eye(4)
+    T_flange_target[:3, 3] = 0.02, -0.01, 0.09
+    points = (robot.flange(q) @ T_flange_target)[:, :3, 3] + rng.normal(0.0, 2e-5, (60, 3))
+    counted_back = q * [1, -1, -1, 1, -1, 1]
+    sensor = Sensor("tracker", T_flange_target, 2e-5)
+    dataset = Dataset.from_arrays(robot=robot, sensor=sensor, q=counted_back, points=points)
+    with pytest.raises(WrongSetup) as refused:
+        calibrate(dataset)
+    assert [s.where for s in refused.value.suspicions] == ["joints 2, 3 and 5"]
+
+
+@pytest.mark.parametrize(
+    ("what", "file"),
+    [("swapped_joints", "poses.csv"), ("swapped_planes", "poses.csv"), ("joint_sign", "dataset.yaml")],
+)
+def test_a_message_begins_with_the_file_that_has_to_be_corrected(sound, what, file):
+    """An error in a table is not looked for in the description, and the other way round."""
+    with pytest.raises(WrongSetup) as refused:
+        calibrate(spoiled(sound, what))
+    assert {fault.file for fault in refused.value.faults} == {file}
 
 
 @pytest.mark.slow

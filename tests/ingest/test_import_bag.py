@@ -139,6 +139,13 @@ def test_positions_in_degrees_are_refused_until_they_are_said_to_be(campaign, wo
     np.testing.assert_allclose(read_dataset(tmp_path / "out").q, campaign.q, atol=2e-5)
 
 
+def test_radians_that_are_said_to_be_degrees_are_asked_about(bag, workcell, tmp_path):
+    """With --degrees an arm whose positions are radians would hardly move; that is said, and not that the scans lie on one plane."""
+    status, said = run("import-bag", workcell, bag, "-o", tmp_path / "out", "--degrees")
+    assert status == 2 and "leave out --degrees" in said and len(said.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
 def test_damaged_and_missing_recordings_are_refused(workcell, bag, tmp_path):
     """A file cut short, a file that is no bag, an empty folder and a missing file give exit status 2 and one line."""
     raw = bag.read_bytes()

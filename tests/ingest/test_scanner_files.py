@@ -122,7 +122,9 @@ def test_a_german_export_with_the_state_of_the_instrument(folder, encoding):
     check(dataset, lost=2)
     wrong = block.replace("skip_lines: 3, ", "")
     status, said, _ = imported(folder, POSES_BLOCK + wrong + DESCRIPTION)
-    assert status == 2 and "profile_11.csv" in said and "write skip_lines: " in said, said
+    assert status == 2 and "profile_11.csv" in said and "write skip_lines: 3 " in said, said
+    named = [line for line in said.splitlines() if "write skip_lines" in line]
+    assert len(named) == 4 and f"and {len(list(folder.glob('profile_*.csv'))) - 4} more" in named[-1], said
 
 
 def test_spreadsheets(folder):

@@ -25,6 +25,18 @@ def test_a_coefficient_stands_in_the_unit_beside_it(name: str, value: float, wri
     assert (row[1], row[3]) == (written, unit)
 
 
+@pytest.mark.parametrize(
+    ("name", "words_for_it"),
+    [
+        ("frame2_x_rad", "tilt by the masses along x of frame 2"),
+        ("joint2_frame3_y_rad", "joint 2 by the weight of link 3 along y, at its longest lever"),
+    ],
+)
+def test_what_is_fitted_for_the_masses_of_links_is_said_in_words(name: str, words_for_it: str) -> None:
+    """The line on the terminal says what the coefficient is, as the table of the report does."""
+    assert words.coefficient(name, 1e-4, None)[0] == words_for_it
+
+
 def test_milliradians_do_not_depend_on_the_unit_of_length(monkeypatch: pytest.MonkeyPatch) -> None:
     """Milliradians are thousandths, and would be so even if lengths were written in inches."""
     before = words.coefficient("gain_rad_per_rad", 2.5e-3, 1e-4)

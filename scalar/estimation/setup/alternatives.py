@@ -43,7 +43,8 @@ class Alternative:
     Attributes:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
             ``shifted_poses``, ``reversed_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign``, ``length_sign``, ``length_digit``,
-            ``sign_and_zero``, ``lost_row``, ``moved_target``, ``exchanged_target``, ``exchanged_columns`` or ``other_arm``.
+            ``sign_and_zero``, ``lost_row``, ``moved_target``, ``exchanged_target``,
+            ``exchanged_names``, ``exchanged_columns`` or ``other_arm``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
         says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.
         changed: Under which change the residual was computed, for the message: ``with its sign changed``.
@@ -97,7 +98,7 @@ def alternatives(dataset: Dataset) -> Iterator[Alternative]:
             where=f"joints {i + 1} and {j + 1}",
             says=f"the columns q{i + 1} and q{j + 1} of poses.csv are swapped",
             changed="with the two columns exchanged",
-            remedy="exchange the two columns in poses.csv",
+            remedy="exchange the two columns in poses.csv; where 'scalar import' made it, exchange them in the mapping, and import again",
         )
     for j in moving:
         if j not in dataset.robot.prismatic:  # a wrong zero of a travel is taken up by the geometry
@@ -182,7 +183,8 @@ def _planes_swapped(dataset: Dataset) -> Iterator[Alternative]:
             f"planes {a} and {b}",
             f"the labels '{a}' and '{b}' are exchanged in poses.csv",
             "with the two exchanged",
-            f"exchange '{a}' and '{b}' in the column plane of poses.csv",
+            f"exchange '{a}' and '{b}' in the column plane of poses.csv; where 'scalar import' made it, look at column and names of the plane in the "
+            "mapping",
             replace(dataset, poses=dataset.poses.assign(plane=exchanged)),
         )
 

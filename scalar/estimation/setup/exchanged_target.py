@@ -1,10 +1,13 @@
 """A reflector that was exchanged or put elsewhere on the flange during the campaign, without another name in the column ``target`` of its table.
 
+Where two targets change places, their names are exchanged instead.
+
 From some pose on, the target sits at another place of the flange. No place of the tracker explains that, because the shift turns with the flange.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -12,6 +15,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import Alternative
+from scalar.estimation.setup.exchanged_names import with_names_exchanged
 from scalar.estimation.setup.first_pose_after import best_break
 from scalar.estimation.setup.trial import first_look, full_fit
 from scalar.sensors import Target, kind_of, measure, on_flange
@@ -22,6 +26,7 @@ LATER = ", from there on"  # ends the name of a target after the change
 FARTHEST = (
     300 * MM
 )  # residual as described: a reflector that is put elsewhere on a flange is moved by less, and leaves less
+IN_ITS_PLACE = 0.1  # of the distance of two targets: each that sits so near to where the other sat has only got the other's name
 
 
 def exchanged_targets(dataset: Dataset) -> Iterator[Alternative]:
@@ -37,6 +42,19 @@ def exchanged_targets(dataset: Dataset) -> Iterator[Alternative]:
         return
     pose = dataset.pose_ids[k]
     table = kind_of(dataset).format.measured_in
+    pair = _changed_places(trial.model.target)
+    if pair is not None:
+        first, second = pair
+        yield Alternative(
+            "exchanged_names",
+            table,
+            f"from pose {pose} on the names '{first}' and '{second}' of the targets are exchanged",
+            "with the two exchanged there",
+            f"exchange them in the column target of {table} from pose {pose} on; where 'scalar import' made it, look where the columns or rows of "
+            "the two change places in the files that it read",
+            with_names_exchanged(dataset, np.arange(dataset.n_poses) >= k, first, second),
+        )
+        return
     yield Alternative(
         "exchanged_target",
         f"pose {pose}",
@@ -54,6 +72,22 @@ def _largest_shift(target: Target) -> float:
     places = dict(zip(targets.names, targets.coordinates[:, :3], strict=True))
     pairs = [(place, places[name + LATER]) for name, place in places.items() if name + LATER in places]
     return max((float(np.linalg.norm(after - before)) for before, after in pairs), default=np.nan)
+
+
+def _changed_places(target: Target) -> tuple[str, str] | None:
+    """Return the names of two targets of which each sits, after the change, where the other one sat before; None if there are no such two."""
+    targets = on_flange(target)
+    places = dict(zip(targets.names, targets.coordinates[:, :3], strict=True))
+    before = [name for name in places if name and name + LATER in places]
+    for first, second in itertools.combinations(before, 2):
+        apart = float(np.linalg.norm(places[first] - places[second]))
+        off = max(
+            float(np.linalg.norm(places[first + LATER] - places[second])),
+            float(np.linalg.norm(places[second + LATER] - places[first])),
+        )
+        if off < IN_ITS_PLACE * apart:
+            return first, second
+    return None
 
 
 def _with_break(dataset: Dataset, k: int) -> Dataset:

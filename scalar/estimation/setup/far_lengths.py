@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from scalar.estimation.setup.alternatives import Alternative
+from scalar.estimation.setup.trial import Look, Trial
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
+from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import as_stated
 from scalar.robots import arms_with_axes_of
 from scalar.units import MM
@@ -19,11 +22,28 @@ def most_of_a_link(robot: Robot) -> float:
     return max(LEAST_LINK, LINK_SHARE * float(np.abs(robot.geometry[lengths]).sum()))
 
 
-def far_length_in_words(nominal: Robot, fitted: Robot) -> str:
-    """Return a clause about the length of a fitted arm that is farthest from its table, for the end of a sentence; empty if all are near it."""
+def has_far_length(nominal: Robot, fitted: Robot) -> bool:
+    """Return whether a length of a fitted arm is farther from its table than lengths of real arms are."""
+    return bool(_changes(nominal, fitted).max() > most_of_a_link(nominal))
+
+
+def _changes(nominal: Robot, fitted: Robot) -> Array:
+    """Return by how much the lengths of a fitted arm differ from their table, ``(2, n)`` [m]; by nothing where a joint slides."""
     lengths = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
     change = np.abs(fitted.geometry - nominal.geometry)[lengths]
     change[:, nominal.slides] = 0.0
+    return change
+
+
+def with_its_lengths(found: list[tuple[Look, Alternative, Trial]]) -> list[tuple[Look, Alternative, Trial]]:
+    """Return those under which all lengths come out near their table: with a wrong sign or zero, a far length may take up what remains."""
+    return [entry for entry in found if not has_far_length(entry[1].dataset.robot, entry[2].model.robot)]
+
+
+def far_length_in_words(nominal: Robot, fitted: Robot) -> str:
+    """Return a clause about the length of a fitted arm that is farthest from its table, for the end of a sentence; empty if all are near it."""
+    lengths = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
+    change = _changes(nominal, fitted)
     k, joint = np.unravel_index(int(np.argmax(change)), change.shape)
     if change[k, joint] <= most_of_a_link(nominal):
         return ""

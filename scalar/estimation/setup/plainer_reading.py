@@ -2,7 +2,8 @@
 
 Where a joint of the wrist counts the other way and moves little, or where the target lies on the last axis, a fit with the wrong sign or zero
 leaves hardly any residual: another zero, a length or the target's place takes the error up. The number that comes out far off is then not the
-one that is wrong.
+one that is wrong. On planes, whose places are only guessed, the same holds for an arm of which all joints count the other way: it may be nearly its
+own mirror image. Of several readings, those count that also bring the planes to where they were guessed, if there are such.
 """
 
 from __future__ import annotations
@@ -25,11 +26,14 @@ from scalar.estimation.setup.alternatives import (
 )
 from scalar.estimation.setup.far_lengths import most_of_a_link
 from scalar.estimation.setup.lengths import ROBOT
+from scalar.estimation.setup.plane_guesses import far_guesses
 from scalar.estimation.setup.plausibility import SENSOR_SHIFT, ZERO
+from scalar.estimation.setup.several_signs import all_signs
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.estimation.setup.trial import full_fit
 from scalar.geometry.angles import within_half_turn
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
+from scalar.sensors import measure
 from scalar.units import DEG, MM
 
 FAR_OFF = frozenset({ROBOT, "joint_zero"})
@@ -41,6 +45,8 @@ AS_GOOD = 1.2
 
 MOST_FITTED_POSES = 200
 """Poses, evenly over the acquisition, that readings are compared with: the arm is fitted some thirty times."""
+ALL = -1
+"""In place of a joint: all that move."""
 MOST_READINGS = 3
 """With more readings that are as plain, the data tell nothing of signs and zeros."""
 
@@ -63,11 +69,14 @@ def plainer_reading(
     described = full_fit(dataset)
     if described is None or _is_plain(described.model, dataset):
         return ()
-    found = []
+    found, at_guesses = [], []
     for joint, angle, read in _readings(dataset):
         trial = full_fit(read)
         if trial is not None and trial.rms <= AS_GOOD * described.rms and _is_plain(trial.model, read):
             found.append((trial.rms, joint, _in_words(joint, angle, trial.model, read.robot)))
+            if not far_guesses(read, trial.model, measure(read).initial_target(read)):
+                at_guesses.append(found[-1])
+    found = at_guesses or found
     if not 0 < len(found) <= MOST_READINGS:
         return ()
     least, joint, _ = min(found)
@@ -75,10 +84,16 @@ def plainer_reading(
     sentence = (
         f"{far[0]['sentence'].split(':')[0]}. But all lengths, all zeros and the sensor come out where dataset.yaml has them if {words}; "
         f"the residual is {least / MM:.2g} mm then, and {described.rms / MM:.2g} mm as described (medians of the poses). "
-        "This is the plainer explanation: look "
-        f"which way the joint turns, where it has its zero and which column is its, and {CORRECT_TABLE}, or the mapping of the import"
+        f"This is the plainer explanation: look {_where_to_look(joint)}, and {CORRECT_TABLE}, or the mapping of the import"
     )
-    return (Suspicion("joint_reading", f"joint {joint + 1}", sentence, described.rms, least),)
+    where = "all joints" if joint == ALL else f"joint {joint + 1}"
+    return (Suspicion("joint_reading", where, sentence, described.rms, least),)
+
+
+def _where_to_look(joint: int) -> str:
+    if joint == ALL:
+        return "which way the joints turn when their angles grow"
+    return "which way the joint turns, where it has its zero and which column is its"
 
 
 def instead(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
@@ -89,7 +104,8 @@ def instead(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 def _readings(dataset: Dataset) -> Iterator[tuple[int, float | None, Dataset]]:
     """Yield the data with another sign (angle None) or zero [rad] of each joint (from 0) that turns and moves.
 
-    After these follow the data with the columns of the joint and the next one exchanged (angle NaN).
+    After these follow the data with the columns of the joint and the next one exchanged (angle NaN). In the last reading (joint ``ALL``) all of them
+    count the other way.
     """
     q = dataset.q
     moving = [
@@ -101,6 +117,8 @@ def _readings(dataset: Dataset) -> Iterator[tuple[int, float | None, Dataset]]:
             yield joint, angle, replace(dataset, robot=with_zero_moved(dataset.robot, joint, angle))
         if joint + 1 in moving:
             yield joint, np.nan, with_angles(dataset, swapped_columns(q, joint, joint + 1)).dataset
+    for alternative in all_signs(dataset):
+        yield ALL, None, alternative.dataset
 
 
 def _is_plain(model: Model, dataset: Dataset) -> bool:
@@ -122,6 +140,8 @@ def _is_plain(model: Model, dataset: Dataset) -> bool:
 
 def _in_words(joint: int, angle: float | None, model: Model, robot: Robot) -> str:
     """Return the reading as a clause."""
+    if joint == ALL:
+        return "all joints count the other way"
     if angle is None:
         return f"joint {joint + 1} counts the other way"
     if np.isnan(angle):

@@ -14,6 +14,7 @@ from scalar.estimation.outlying_points import scatter_about_lines
 from scalar.estimation.setup.copies import copied_poses, repeated_readings
 from scalar.estimation.setup.known_planes import contradictions
 from scalar.estimation.setup.lengths import ROBOT, SIGMAS, lengths_off
+from scalar.estimation.setup.nearer_target import nearer_target
 from scalar.estimation.setup.plane_guesses import far_guesses
 from scalar.estimation.setup.scan_axes import misread_axes
 from scalar.estimation.setup.suspicion import Suspicion
@@ -227,7 +228,9 @@ def _sensor(dataset: Dataset, model: Model, rotation_observed: bool) -> list[Sus
         return []
     (what, turned), found = kind_of(dataset).on_flange, []
     shift = float(np.linalg.norm(model.T_flange_sensor[:3, 3] - T[:3, 3]))
-    if shift > SENSOR_SHIFT:
+    if another := nearer_target(model, T):
+        found.append(_sensor_suspicion(another))
+    elif shift > SENSOR_SHIFT:
         found.append(
             _sensor_suspicion(
                 f"the {what} sits {shift / MM:.0f} mm from where nominal_pose has it: correct nominal_pose, or check whether "

@@ -1,4 +1,4 @@
-"""Two or three joints at once that count the other way, as with a controller that counts some of its axes against the convention of the table.
+"""Two or three joints at once that count the other way, or all of them, as a controller may count its axes against the convention of the table.
 
 They are tried after all single alternatives. Some sets of signs cannot be distinguished from a smaller set with another zero or another place of
 the sensor; ``scalar.estimation.setup.suspicion`` ranks them.
@@ -20,19 +20,34 @@ MOST_SIGNS = 3
 
 def several_signs(dataset: Dataset, count: int) -> Iterator[Alternative]:
     """Yield every alternative in which ``count`` joints that move count the other way."""
-    moving = [j for j in range(dataset.robot.n_joints) if np.ptp(dataset.q[:, j]) > 0]
-    for joints in itertools.combinations(moving, count):
-        robot = dataset.robot
-        for joint in joints:
-            robot = with_sign_changed(robot, joint)
+    for joints in itertools.combinations(_moving(dataset), count):
         names = [str(joint + 1) for joint in joints]
-        where = f"joints {', '.join(names[:-1])} and {names[-1]}"
-        yield Alternative(
-            "joint_sign",
-            where,
-            f"{where} count the other way",
-            "with their signs changed",
-            CORRECT_SIGNS,
-            replace(dataset, robot=robot),
-            corrects_robot=True,
-        )
+        yield _counted_back(dataset, joints, f"joints {', '.join(names[:-1])} and {names[-1]}")
+
+
+def all_signs(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield the alternative in which all joints that move count the other way, if they are more than ``MOST_SIGNS``."""
+    joints = _moving(dataset)
+    if len(joints) > MOST_SIGNS:
+        every = len(joints) == dataset.robot.n_joints
+        yield _counted_back(dataset, joints, "all joints" if every else "all joints that move")
+
+
+def _moving(dataset: Dataset) -> tuple[int, ...]:
+    return tuple(j for j in range(dataset.robot.n_joints) if np.ptp(dataset.q[:, j]) > 0)
+
+
+def _counted_back(dataset: Dataset, joints: tuple[int, ...], where: str) -> Alternative:
+    """Return the alternative in which these joints (from 0), called ``where``, count the other way."""
+    robot = dataset.robot
+    for joint in joints:
+        robot = with_sign_changed(robot, joint)
+    return Alternative(
+        "joint_sign",
+        where,
+        f"{where} count the other way",
+        "with their signs changed",
+        CORRECT_SIGNS,
+        replace(dataset, robot=robot),
+        corrects_robot=True,
+    )

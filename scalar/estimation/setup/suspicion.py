@@ -19,13 +19,14 @@ from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
 from scalar.estimation.setup.exchanged_columns import exchanged_columns
 from scalar.estimation.setup.exchanged_target import exchanged_targets
-from scalar.estimation.setup.far_lengths import far_length_in_words
+from scalar.estimation.setup.far_lengths import far_length_in_words, with_its_lengths
+from scalar.estimation.setup.file_at_fault import file_at_fault
 from scalar.estimation.setup.lost_row import lost_rows
 from scalar.estimation.setup.mistyped_numbers import length_signs, slipped_digits, twist_signs
 from scalar.estimation.setup.moved_target import moved_targets
 from scalar.estimation.setup.moved_zeros import as_described, with_zeros_of, zeros_in_words
 from scalar.estimation.setup.other_arms import other_arms, stays_that_arm
-from scalar.estimation.setup.several_signs import MOST_SIGNS, several_signs
+from scalar.estimation.setup.several_signs import MOST_SIGNS, all_signs, several_signs
 from scalar.estimation.setup.sign_and_zero import fitted_zeros, signs_and_zeros
 from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
 from scalar.estimation.setup.two_zeros import two_zeros
@@ -112,9 +113,7 @@ class WrongSetup(InvalidInput):
 
     def __init__(self, suspicions: tuple[Suspicion, ...]) -> None:
         self.suspicions = suspicions
-        super().__init__(
-            [Fault(s.where if s.where.endswith(".csv") else "dataset.yaml", s.sentence) for s in suspicions]
-        )
+        super().__init__([Fault(file_at_fault(s.what, s.where), s.sentence) for s in suspicions])
 
 
 def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
@@ -123,9 +122,9 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     Every alternative is compared with the arm nominal. The few with the smallest residuals, and with sensor and planes nearest to where
     dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
     explains the data with sensor and planes near their stated places. A zero that lies between the steps, and a sign and a zero of one joint, are
-    tried before the pairs, where no single alternative explains the data; two zeros, the other arms of the library, and errors that begin at some
-    pose, are tried last. If the data do not distinguish several alternatives, all are returned. Measurements that have nothing to do with the joint
-    angles are said to be that, and no more is tried.
+    tried before the pairs, where no single alternative explains the data; the signs of all joints, two zeros, the other arms of the library, and
+    errors that begin at some pose, are tried last. If the data do not distinguish several alternatives, all are returned. Measurements that have
+    nothing to do with the joint angles are said to be that, and no more is tried.
     """
     as_it_is = first_look(dataset)
     before = _residual(full_fit(dataset), as_it_is)
@@ -139,17 +138,20 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
                 return (Suspicion("unrelated_rows", "poses.csv", unrelated_in_words(dataset), before),)
             zeros = itertools.chain(fitted_zeros(dataset), signs_and_zeros(dataset))
             found += _explaining(zeros, as_it_is, before)
-        if count > 1 and any(look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in found):
+        if count > 1 and any(
+            look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in with_its_lengths(found)
+        ):
             break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then
-    if not found:
-        found += _explaining(two_zeros(dataset), as_it_is, before)
-    if not found:
+    if not with_its_lengths(found):
+        found += _explaining(itertools.chain(all_signs(dataset), two_zeros(dataset)), as_it_is, before)
+    if not with_its_lengths(found):
         fitting = _explaining(other_arms(dataset), as_it_is, before)
         found += [entry for entry in fitting if stays_that_arm(entry[1], entry[2].model.robot)]
     for alternatives_of in LAST:
         found = found or _explaining_fully(dataset, alternatives_of(dataset), before)
     if not found:
         return ()
+    found = with_its_lengths(found) or found
     lowest = min(trial.rms for _, _, trial in found)
     turn = min(look.turn for look, _, _ in found)
     shift = min(look.shift for look, _, _ in found)

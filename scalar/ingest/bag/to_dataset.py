@@ -32,6 +32,9 @@ SIGMAS = 5.0
 """The same in standard deviations of the stated noise."""
 _SEED = 0
 _SEVERAL = 2  # joints: a single one may well turn endlessly
+_A_TURN = (
+    2.0 * np.pi
+)  # the largest joint position in radians within a turn; in degrees an arm that is calibrated turns farther
 _TWO_TURNS = 4 * np.pi  # rad; hardly a joint turns further to one side
 
 
@@ -172,9 +175,17 @@ def _in_radians(recording: Recording, positions: Array, slides: Array, degrees: 
     """Return joint positions ``(J, n)`` [rad; m of a joint that slides]; ``degrees`` says whether those of joints that turn are in degrees.
 
     Raises:
-        InvalidInput: They are not said to be in degrees, and several joints would turn more than twice to one side.
+        InvalidInput: They are not said to be in degrees, and several joints would turn more than twice to one side; or they are, and no joint
+            would turn by more than a few degrees.
     """
     if degrees:
+        largest = float(np.abs(positions[:, ~np.asarray(slides)]).max(initial=0.0))
+        if 0.0 < largest <= _A_TURN:
+            message = (
+                f"no joint position is larger than {largest:.3g}: as radians these are angles of an arm that moves, and as degrees it hardly moves; "
+                "leave out --degrees, since JointState states radians"
+            )
+            raise InvalidInput(Fault(recording.joint_topic, message))
         return np.where(slides, positions, positions * DEG)
     turning = np.abs(positions[:, ~np.asarray(slides)]).max(axis=0, initial=0.0)
     if np.count_nonzero(turning > _TWO_TURNS) >= min(_SEVERAL, len(turning)) > 0:

@@ -1,0 +1,47 @@
+"""Lower the confidence in names that a campaign cannot tell apart because a single joint moved.
+
+Where one joint turns and all others stand still, each error is a function of that one angle. A deflection under the weight of the arm is then a
+sinusoid of it, whichever joint gives way, and so is the error of an eccentric gear, of order 1: turned alone over 6.2 rad, a joint 4 that erred by 1
+mrad in order 1 had been called a compliance of joint 5, which stood still, with a confidence of 0.94. Higher orders, steps and changes in time keep
+their names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from scalar.data.motion import still_joints
+from scalar.diagnosis.naming.finding import Finding
+from scalar.effects import Effect
+from scalar.effects.base_compliance import BaseCompliance
+from scalar.effects.joint_compliance import JointCompliance
+from scalar.effects.series import Series
+from scalar.geometry.se3 import Array
+
+MOST_CONFIDENCE = 0.5  # chosen: the cause is the weight or the gear
+ALIKE = "one joint alone moved, and over its angle a deflection under the weight and an error of order 1 look the same, in this joint and in others"
+
+
+def limited_by_one_joint(found: Sequence[Finding], q: Array, least_confidence: float) -> tuple[Finding, ...]:
+    """Return the findings, with the confidence limited in those that are a sinusoid of the only joint that moved.
+
+    Args:
+        found: All findings.
+        q: ``(N, n)`` [rad; m of a joint that slides], the measured positions.
+        least_confidence: A name with less confidence is doubtful.
+    """
+    still = still_joints(q)
+    if q.shape[1] - len(still) != 1:
+        return tuple(found)
+    return tuple(
+        f.limited(MOST_CONFIDENCE, least_confidence, ALIKE) if _is_sinusoid(f.effect, still) else f
+        for f in found
+    )
+
+
+def _is_sinusoid(effect: Effect, still: Sequence[int]) -> bool:
+    """Return whether an effect with a name follows the weight of the arm, is of order 1, or concerns a joint that stood still."""
+    if effect.flexible:
+        return False
+    first_order = isinstance(effect, Series) and tuple(effect.orders) == (1,)
+    return first_order or isinstance(effect, JointCompliance | BaseCompliance) or effect.erring_joint in still

@@ -1,0 +1,37 @@
+"""One fault in many files: a scanner that saves each profile in a file of its own writes all alike, and one change of the mapping mends all."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from scalar.errors import Fault
+
+MOST_FILES = 3
+"""Files that are named with the same fault; one more line counts the others."""
+
+
+def named_once(faults: list[Fault]) -> list[Fault]:
+    """Return the faults, of which those that say the same of more than ``MOST_FILES`` files are named for the first of these, and counted.
+
+    Args:
+        faults: In the order in which they are to be read.
+    """
+    files = Counter((f.message, f.row, f.column) for f in dict.fromkeys(faults))
+    kept: list[Fault] = []
+    told: Counter[tuple[str, int | None, str | None]] = Counter()
+    for fault in faults:
+        same = (fault.message, fault.row, fault.column)
+        told[same] += 1
+        if told[same] <= MOST_FILES or files[same] <= MOST_FILES:
+            kept.append(fault)
+        elif told[same] == MOST_FILES + 1:
+            rest = files[same] - MOST_FILES
+            kept.append(
+                Fault(
+                    fault.file,
+                    f"the same in this file{f' and {rest - 1} more' if rest > 1 else ''}: {fault.message}",
+                    fault.row,
+                    fault.column,
+                )
+            )
+    return kept
