@@ -190,6 +190,7 @@ def effect_of(number: int, in_time: bool = False) -> Any:
         is_change_in_time=in_time,
         depends_on=[],
         in_every_setup=number > 1,
+        stretches_lengths=False,
     )
 
 

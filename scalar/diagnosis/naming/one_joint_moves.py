@@ -13,8 +13,7 @@ from collections.abc import Sequence
 from scalar.data.motion import still_joints
 from scalar.diagnosis.naming.finding import Finding
 from scalar.effects import Effect
-from scalar.effects.base_compliance import BaseCompliance
-from scalar.effects.joint_compliance import JointCompliance
+from scalar.effects.effect import WEIGHT
 from scalar.effects.series import Series
 from scalar.geometry.se3 import Array
 
@@ -44,4 +43,4 @@ def _is_sinusoid(effect: Effect, still: Sequence[int]) -> bool:
     if effect.flexible:
         return False
     first_order = isinstance(effect, Series) and tuple(effect.orders) == (1,)
-    return first_order or isinstance(effect, JointCompliance | BaseCompliance) or effect.erring_joint in still
+    return first_order or effect.load == WEIGHT or effect.erring_joint in still
