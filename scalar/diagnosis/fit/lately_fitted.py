@@ -79,9 +79,10 @@ class LatelyFitted(Generic[_State]):
     def forget(self) -> None:
         """Keep no state any longer; those that are asked for again are fitted anew, with the same result.
 
-        Processes that are started for other poses would hold them until they end.
+        Processes that are started for other poses would hold them until they end. The states of a few hundred poses are left for the collector to
+        find: to collect at once takes as long as several fits.
         """
-        large = sum(_sizes(list(self._states.values()))[0]) > _MOST_DROPPED / 2
+        large = max(map(_jacobian_size, self._states.values()), default=0) > _LARGE
         self._states.clear()
         if large:
             gc.collect()
