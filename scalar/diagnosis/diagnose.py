@@ -79,6 +79,10 @@ def diagnose(
     run = explained(dataset, settings, progress)
     final_residuals = FinalResiduals.of(run.after)
     found = findings_of(run, final_residuals)
+    for (
+        terms
+    ) in run.flexible_candidates:  # 280 MB at 12,000 poses, which the processes for halves would hold as well
+        terms.bases.forget()
     for state in (run.before, run.after):
         state.rows.fitted.forget()
     moving, of_parts = moving_joints(run.before), settings_for_parts(settings, run.cleaned.dataset.n_poses)

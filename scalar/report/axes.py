@@ -14,6 +14,8 @@ from scalar.units import DEG, MM
 _UNITS = {
     "rad": (DEG, "°"),
     "m": (MM, "mm"),
+    "rad/s": (DEG, "°/s"),
+    "m/s": (MM, "mm/s"),
     "m/m": (MM, "mm per m"),
     "s": (1.0, "s"),
     "N m": (1.0, "N m"),

@@ -6,6 +6,8 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from dataclasses import replace
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import matplotlib
@@ -14,7 +16,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from scalar.effects import pose_lag
 from scalar.effects.picture import Axis, Map, Profile
+from scalar.effects.pose_lag import PASSING, PoseLag
 from scalar.report.axes import dot_titles, range_of
 from scalar.report.panel import Panel
 from scalar.report.pictures import draw
@@ -43,6 +47,24 @@ def panel(**more: str) -> Panel:
 def dots(markup: str) -> list[ElementTree.Element]:
     """Return the marks of a picture that say something."""
     return [e for e in ElementTree.fromstring(markup).iter("use") if e.find("title") is not None]
+
+
+@pytest.mark.parametrize(("slides", "shown"), [(False, "[°/s]"), (True, "[mm/s]")])
+def test_an_error_with_a_velocity_is_drawn(slides: bool, shown: str) -> None:
+    """The picture of a joint that was logged late, measured in passing, has its velocity in degrees or millimetres a second."""
+    found: list[Axis] = []
+
+    def profile_over(view: object, effect: object, joint: int, axis: Axis, values: object) -> Profile:
+        found.append(axis)
+        return replace(profile(20), x_axis=axis)
+
+    lag = PoseLag(2, slides, (PASSING,))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pose_lag, "joint_profile", profile_over)
+        patch.setattr(PoseLag, "_column", lambda *_: np.zeros(20))
+        (picture,) = lag.pictures(SimpleNamespace(nominal=None, poses=None))  # type: ignore[arg-type]
+    markup = draw(picture, np.arange(20), 100)
+    assert found and shown in str(markup)
 
 
 def test_what_lies_beyond_the_axes_stands_at_their_edge() -> None:

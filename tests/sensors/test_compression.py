@@ -8,8 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scalar.sensors.compression import compress, compress_keeping_q, line_basis
+from scalar.sensors.profile import point_basis
 
 RELATIVE = 1e-12
+
+
+def test_functions_of_a_point_are_what_their_names_say():
+    """Powers of the coordinates, and the direction of the ray times powers of its length and of the coordinates, at a point 3, 4 from the scanner."""
+    names = ("1", "x", "zz", "xz", "ux", "rz", "dx", "uz:30", "ux:12")
+    found = point_basis(names, np.array([[3.0, 4.0]]), "ray")
+    np.testing.assert_allclose(found, [[1, 3, 16, 12, 0.6, 4, 15, 0.8 * 27, 0.6 * 3 * 16]], rtol=1e-15)
+    found = point_basis(("ux", "uz", "rz", "dz", "uz:11"), np.array([[3.0, 4.0]]), "z")
+    np.testing.assert_array_equal(found, [[0, 1, 4, 16, 12]])
 
 
 def scans(rng: np.random.Generator, lengths: list[int], noise: float, vertical: bool = False) -> np.ndarray:

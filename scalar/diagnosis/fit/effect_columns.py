@@ -69,6 +69,11 @@ class Bases(dict[Effect, Basis]):
         super().__init__()
         self.on_points: dict[Effect, BoundPointEffect] = {}
 
+    def forget(self) -> None:
+        """Keep no basis any longer; those that are asked for again are computed anew, with the same result."""
+        self.clear()
+        self.of_products = None
+
 
 class EffectColumns:
     """The columns of any effects at one model, under one whitening.
@@ -170,6 +175,8 @@ class EffectColumns:
             basis = None
             if j >= 0:
                 basis = np.concatenate([each[1].T for i in own if (each := found[i]) is not None])
+                for i in own:  # thousands of flexible terms at 12,000 poses take a tenth of the memory
+                    found[i] = None
             parts.append(PartOfSet(j, at, [effects[i] for i in own], basis))
         return parts
 

@@ -12,6 +12,7 @@ import numpy as np
 from scalar.diagnosis.fit.background import Background
 from scalar.diagnosis.fit.column_products import ColumnProducts
 from scalar.diagnosis.fit.effect_columns import Bases, EffectColumns
+from scalar.diagnosis.fit.held_arrays import held_bytes
 from scalar.diagnosis.fit.lately_fitted import key_of
 from scalar.diagnosis.fit.measured_rows import MeasuredRows, profile_measurement
 from scalar.diagnosis.fit.plausibility import is_implausible
@@ -73,6 +74,12 @@ class FittedState:
             self.results[key] = compute()
         return self.results[key]
 
+    def held_bytes(self, counted: set[int]) -> int:
+        """Return the size of the arrays that this state alone holds [bytes]; ``counted`` as for ``held_arrays.held_bytes``."""
+        sets = (columns.candidates for columns in self.candidate_columns.values())
+        counted.update(map(id, (self.dataset, self.residuals.poses, self.rows, self.settings, *sets)))
+        return held_bytes(self, counted)
+
     def refitted(self, effects: Sequence[Effect], start: Model | None = None) -> FittedState:
         """Return the joint optimum with other effects, fitted from this state's model or from ``start``, or kept from that fit (``LatelyFitted``)."""
         model = self.model if start is None else start
@@ -114,12 +121,12 @@ class FittedState:
 
     @cached_property
     def _background_within_scans(self) -> Background:
-        return Background.of(
-            *self.linearised(),
-            self.dataset.n_poses,
-            self.residuals.measurement.rows_per_pose,
-            self.settings.score_test,
-        )
+        return self._background_of(*self.linearised())
+
+    def _background_of(self, residual: Array, jacobian: Array) -> Background:
+        """Return the background of a residual and its Jacobian, arrays as ``linearised`` returns them."""
+        N, m = self.dataset.n_poses, self.residuals.measurement.rows_per_pose
+        return Background.of(residual, jacobian, N, m, self.settings.score_test)
 
     @cached_property
     def variance_components(self) -> list[VarianceComponent]:
@@ -172,14 +179,7 @@ class FittedState:
         """Return the background under a given whitening ``(N, m, m)``; squared residuals of two states can be compared only under the same one."""
         if whitening is None:
             return self.background_within_scans()
-        residual, jacobian = (whitened(whitening, rows) for rows in self.linearised())
-        return Background.of(
-            residual,
-            jacobian,
-            self.dataset.n_poses,
-            self.residuals.measurement.rows_per_pose,
-            self.settings.score_test,
-        )
+        return self._background_of(*(whitened(whitening, rows) for rows in self.linearised()))
 
     def columns_of(self, effects: Sequence[Effect], bases: Bases | None = None) -> Array:
         """Return the columns ``(N m, e)`` of effects at this model, whitened like the background.

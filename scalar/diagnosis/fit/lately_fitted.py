@@ -17,7 +17,9 @@ from scalar.estimation.model import Model
 from scalar.geometry.se3 import Array
 
 MOST_STATES = 16
-_MOST_BYTES = 64_000_000  # of all that the states have computed; of thousands of poses only the last is kept
+_MOST_BYTES = 64_000_000  # of the Jacobians and the candidates' columns of all states
+_MOST_HELD = 192_000_000  # of all arrays of all states if they are large; of thousands of poses only the last state is kept
+_LARGE = 1_000_000  # bytes of the newest Jacobian, from which on all arrays are counted: they take some seven times as much, or more
 
 _MOST_DROPPED = 64_000_000  # bytes of dropped states, after which their memory is given back to the system: of small states it never is
 
@@ -27,6 +29,8 @@ class _Kept(Protocol):
 
     @property
     def candidate_columns(self) -> dict[int, Any]: ...
+
+    def held_bytes(self, counted: set[int]) -> int: ...
 
 
 _State = TypeVar("_State", bound=_Kept)
@@ -48,23 +52,37 @@ class LatelyFitted(Generic[_State]):
             fit: Fits the state.
         """
         known = self._states.pop(key, None)
+        self._make_room(known)  # before the fit, which needs memory as well
         state = self._states[key] = fit() if known is None else known
-        total = 0
-        for k, older in enumerate(reversed(list(self._states))):
-            total += _size(self._states[older])
-            if k and (k >= MOST_STATES or total > _MOST_BYTES):
-                self._dropped += _size(self._states.pop(older))
+        return state
+
+    def _make_room(self, known: _State | None) -> None:
+        """Drop the states that were asked for longest ago, so that another one may follow.
+
+        Args:
+            known: The one that follows, which is not among the others now; None if it has yet to be fitted.
+        """
+        older = list(reversed(self._states.items()))
+        states = [state for _, state in older] if known is None else [known, *(state for _, state in older)]
+        sizes, most = _sizes(states)
+        total = 0 if known is None else sizes.pop(0)
+        for k, ((key, _), size) in enumerate(zip(older, sizes, strict=True), 1):
+            total += size
+            if k >= MOST_STATES or total > most:
+                del self._states[key]
+                self._dropped += size
+        del older, states
         if self._dropped > _MOST_DROPPED:
             self._dropped = 0
             give_back()
-        return state
 
     def forget(self) -> None:
         """Keep no state any longer; those that are asked for again are fitted anew, with the same result.
 
-        Processes that are started for other poses would hold them until they end.
+        Processes that are started for other poses would hold them until they end. The states of a few hundred poses are left for the collector to
+        find: to collect at once takes as long as several fits.
         """
-        large = sum(_size(state) for state in self._states.values()) > _MOST_DROPPED / 2
+        large = max(map(_jacobian_size, self._states.values()), default=0) > _LARGE
         self._states.clear()
         if large:
             gc.collect()
@@ -80,7 +98,19 @@ def key_of(settings: Settings, geometry_free: Array, effects: Sequence[Effect], 
     return id(settings), geometry_free.tobytes(), start, *given
 
 
+def _sizes(states: Sequence[_Kept]) -> tuple[list[int], int]:
+    """Return the size of each of some states, and the size that all may have together [bytes]; what several of them hold counts for the first."""
+    if max(map(_jacobian_size, states), default=0) < _LARGE:
+        return [_size(state) for state in states], _MOST_BYTES
+    counted: set[int] = set()
+    return [state.held_bytes(counted) for state in states], _MOST_HELD
+
+
 def _size(state: _Kept) -> int:
     """Return the size of the Jacobian and of the candidates' columns of a state as far as they are known [bytes]."""
-    jacobian = vars(state)["_linearised"][1].nbytes if "_linearised" in vars(state) else 0
-    return jacobian + sum(columns.nbytes for columns in state.candidate_columns.values())
+    return _jacobian_size(state) + sum(columns.nbytes for columns in state.candidate_columns.values())
+
+
+def _jacobian_size(state: _Kept) -> int:
+    """Return the size of the Jacobian of a state, zero if it is not known yet [bytes]."""
+    return vars(state)["_linearised"][1].nbytes if "_linearised" in vars(state) else 0

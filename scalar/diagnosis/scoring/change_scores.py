@@ -67,7 +67,8 @@ class ChangeColumns:
         Ei = E[index]
         grams_from = np.cumsum(np.einsum("nmi,nmj->nij", Ei, Ei)[::-1], axis=0)[::-1]
         at = beginnings(len(index), E.shape[2], margin)
-        shared = _from_each_on(background.Q, E, index)[at]
+        begun = slice(at[0], at[0] + len(at)) if len(at) else slice(0)
+        shared = _from_each_on(background.Q, E, index)[begun]
         grams = grams_from[at] - np.swapaxes(shared, 1, 2) @ shared
         squared_lengths, projections = (
             np.einsum("nme,nme->e", Ei, Ei),
@@ -129,4 +130,8 @@ def _from_each_on(Q: Array, E: Array, index: Array) -> Array:
     """Return ``Q^T E`` ``(len(index), F, e)``, each summed over one pose of ``index`` and all those after it."""
     N, m, _ = E.shape
     by_pose = np.swapaxes(Q.reshape(N, m, -1)[index], 1, 2) @ E[index]
-    return np.cumsum(by_pose[::-1], axis=0)[::-1]
+    from_end = by_pose[::-1]
+    np.add.accumulate(
+        from_end, axis=0, out=from_end
+    )  # in its own place: with many parameters and poses it is large
+    return by_pose

@@ -54,10 +54,8 @@ def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
         len(effect.coefficients) for effect in dense
     ):
         return state
-    system = LinearSystem.of(state, dense)
-    sizes, variance = system.sizes_of_greatest_evidence()
-    share = min(PRIOR_SHARES, key=lambda share: system.unseen_error(share * sizes, state, joints))
-    std = dict(zip(BANDS, share * sizes, strict=True))
+    sizes, variance = _best_sizes(state, dense, joints)
+    std = dict(zip(BANDS, sizes, strict=True))
     kept = [effect for effect in state.effects if not _is_series_of(effect, joints)]
     smooth = [effect.with_term_std([std[_band(order)] for order in effect.orders]) for effect in dense]
     # Fits weigh rows by the stated noise, so priors are scaled by the residual that will remain with all orders.
@@ -66,6 +64,20 @@ def with_spectrum(state: FittedState, named: CandidateSet) -> FittedState:
     trial = state.refitted(effects)
     trial = _with_more(_without_insignificant_series(trial, named), named)
     return trial if improvement(held_out_errors(state), held_out_errors(trial)) > 0 else state
+
+
+def _best_sizes(state: FittedState, dense: Sequence[Series], joints: Sequence[int]) -> tuple[Array, float]:
+    """Return the prior standard deviations ``(len(BANDS),)`` [rad] that predict angles left out best, and the variance of the residual before.
+
+    Args:
+        state: The state with the orders that were found one by one.
+        dense: All orders of each of the joints.
+        joints: The joints, from 1.
+    """
+    system = LinearSystem.of(state, dense)
+    sizes, variance = system.sizes_of_greatest_evidence()
+    share = min(PRIOR_SHARES, key=lambda share: system.unseen_error(share * sizes, state, joints))
+    return share * sizes, variance
 
 
 def _without_insignificant_series(state: FittedState, named: CandidateSet) -> FittedState:
@@ -80,6 +92,10 @@ def _without_insignificant_series(state: FittedState, named: CandidateSet) -> Fi
         for i, effect in enumerate(state.effects)
         if is_shrunk(effect)
     }
+    del (
+        scored,
+        columns,
+    )  # which refits need no longer; with many orders and thousands of poses they are the largest of all
     insignificant = [
         state.effects[i]
         for i in sorted(p_values, key=lambda i: -p_values[i])

@@ -8,7 +8,8 @@ import pytest
 from scalar.diagnosis.fit import lately_fitted
 from scalar.diagnosis.fit.lately_fitted import MOST_STATES, LatelyFitted
 
-LARGE = 40_000_000  # bytes
+SMALL = 1000  # bytes of a state's candidate columns
+LARGE = 90_000_000  # bytes of all that a state holds
 
 
 class Fits:
@@ -19,7 +20,12 @@ class Fits:
 
     def __call__(self) -> SimpleNamespace:
         self.made += 1
-        return SimpleNamespace(candidate_columns={0: np.empty(self.size, dtype=np.int8)})
+        if self.size < LARGE:
+            return SimpleNamespace(candidate_columns={0: np.empty(self.size, dtype=np.int8)})
+        jacobian = np.empty(LARGE // 7, dtype=np.int8)
+        return SimpleNamespace(
+            candidate_columns={}, _linearised=(None, jacobian), held_bytes=lambda counted: self.size
+        )
 
 
 @pytest.fixture
@@ -42,7 +48,7 @@ def test_a_known_state_is_not_fitted_again():
 
 def test_small_states_never_cost_a_call_to_the_system(given_back):
     """Hundreds of states of a small dataset are dropped without giving memory back."""
-    kept, fits = LatelyFitted(), Fits(1000)
+    kept, fits = LatelyFitted(), Fits(SMALL)
     for key in range(300):
         kept.of(key, fits)
     kept.forget()
@@ -51,12 +57,15 @@ def test_small_states_never_cost_a_call_to_the_system(given_back):
 
 
 def test_large_states_are_dropped_and_given_back(given_back):
-    """Of large states only the last stay, and their memory goes back to the system now and then, and when all are forgotten."""
+    """Of large states only the last few stay, and their memory goes back to the system as they are dropped, and when all are forgotten."""
     kept, fits = LatelyFitted(), Fits(LARGE)
     for key in range(4):
         kept.of(key, fits)
     assert len(given_back) == 1
     kept.of(3, fits)
     assert fits.made == 4
+    kept.of(1, fits)
+    assert fits.made == 5
+    before = len(given_back)
     kept.forget()
-    assert len(given_back) == 2
+    assert len(given_back) == before + 1

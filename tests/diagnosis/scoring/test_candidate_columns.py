@@ -8,6 +8,7 @@ import pytest
 from scalar.diagnosis.fit.column_products import one_joint_each
 from scalar.diagnosis.fit.effect_columns import Bases
 from scalar.diagnosis.fit.fitted_state import refit
+from scalar.diagnosis.fit.held_arrays import held_bytes
 from scalar.diagnosis.scoring import candidate_columns, conditional_scores
 from scalar.diagnosis.scoring.candidate_columns import CandidateColumns, CandidateSet, named_candidates
 from scalar.diagnosis.scoring.conditional_scores import background_without, rivals
@@ -125,6 +126,19 @@ def test_products_of_columns_are_those_of_the_columns_themselves():
         own = E.T[groups]
         limit = 1e-12 * lengths.max() ** 2
         np.testing.assert_allclose(products.grams(groups), own @ np.swapaxes(own, 1, 2), rtol=0, atol=limit)
+
+
+def test_bases_that_are_forgotten_are_computed_again():
+    """The bases of a set are kept until they are forgotten; the products of columns are the same bit for bit afterwards."""
+    dataset = make_scene(seed=3, poses_per_plane=15).dataset
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    state, pool = refit(dataset, model, prepared.free, ()), named_candidates(dataset)
+    first = state.products_of(pool.elements, pool.groups.values(), pool.bases)
+    assert held_bytes(pool.bases, set()) > 0 and pool.bases.of_products
+    pool.bases.forget()
+    assert not pool.bases and not pool.bases.of_products
+    again = state.products_of(pool.elements, pool.groups.values(), pool.bases)
+    np.testing.assert_array_equal(first.squared_lengths, again.squared_lengths)
 
 
 def test_steps_of_a_link_have_the_columns_of_their_basis():
