@@ -166,10 +166,11 @@ def with_place_as_stated(model: Model, settings: IdentifiabilitySettings = DEFAU
 
     Standard errors are computed with these priors.
     """
-    if not model.priors:
-        return model
     std = settings.plausible_sensor_place
-    priors = [replace(p, std=std) if p.name in _PLACE_OF_SENSOR else p for p in model.priors]
+    held = [p.name in _PLACE_OF_SENSOR and p.std < std for p in model.priors]
+    if not any(held):
+        return model
+    priors = [replace(p, std=std) if is_held else p for p, is_held in zip(model.priors, held, strict=True)]
     return model.with_priors(priors, model.misfit_ratio)
 
 

@@ -6,6 +6,7 @@ import pytest
 from scalar import calibrate, diagnose
 from scalar.diagnosis.fit.fitted_state import refit
 from scalar.diagnosis.fit.near_data_sheet import near_data_sheet
+from scalar.diagnosis.shipping.nested_models import NestedModels
 from scalar.effects import registry
 from scalar.estimation.geometry_fit import geometry_fit
 from tests.effects.injected import Flaws, make_cell
@@ -58,6 +59,17 @@ def test_an_effect_does_not_move_a_tool_along_a_direction_that_the_poses_do_not_
     found = calibrate(dataset, effects=effects)
     assert found.model.T_flange_sensor[2, 3] == pytest.approx(dataset.sensor.T_flange_sensor[2, 3], abs=1e-3)
     assert found.std["sensor_z"] > 0.04  # m: and yet it may lie as far off as any stated place may
+
+
+def test_the_expected_error_counts_how_wrong_a_held_place_may_be():
+    """The place of a tool that points up at all poses is held during the fit; at poses that turn it, errors of centimetres are expected."""
+    dataset = pointing_up(1, gear=1e-3)
+    model, prepared = geometry_fit(dataset)
+    effects = registry.known()["joint_scale"].candidates(dataset)
+    held = near_data_sheet(refit(dataset, model, prepared.free, effects))
+    (prior,) = [prior for prior in held.model.priors if prior.name == "sensor_z"]
+    assert prior.std < 2e-3
+    assert NestedModels(held).std(tuple(range(len(effects)))) > 1e-2
 
 
 def test_priors_that_are_made_again_keep_the_initial_place_of_the_tool():
