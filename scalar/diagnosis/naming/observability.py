@@ -20,9 +20,8 @@ from scalar.effects import Effect
 from scalar.effects.borrowed_weight import BorrowsWeight, consequence_beside
 from scalar.geometry.se3 import Array
 
-_LEAST_PART = (
-    0.2  # chosen: an effect that stays unseen up to a smaller part of what was found is not listed beside it
-)
+# Chosen: an effect that would be seen from a smaller part of the compliance that was found is not listed beside it.
+_LEAST_PART = 0.2
 _RANK_TOLERANCE = 1e-10  # smaller singular values of the parameters' columns, over the largest, count as zero
 
 
