@@ -9,9 +9,9 @@ direction, no priors are used, and the estimate is that of least squares to the 
 A tool on the axis of the last joint needs no special case. If the tool is b metres off the axis and the axis is tilted about the tool, the tool
 moves by b times the tilt when the wrist rotates. If this is small compared with the noise, the priors determine that tilt.
 
-In a model with effects, a coordinate of the sensor's place that its prior decides is held near the stated place by a prior of ``_HELD`` times that
-width. The residual would determine it by what the effects lack and not by the place. Standard errors are computed with the full width
-(``with_place_as_stated``), since holding a coordinate says nothing about it.
+In a model with effects, a coordinate of the sensor's place that its prior decides is held near the prior's mean: the standard deviation of its prior
+is multiplied by ``_HELD``. Else what the effects do not describe would move the sensor along it. Standard errors are computed with the full standard
+deviation (``with_place_as_stated``), since holding a coordinate says nothing about it.
 """
 
 from __future__ import annotations

@@ -24,11 +24,12 @@ _USUAL = 5e-5  # m, chosen: a tenth of the width of a laser's line
 
 @dataclass(frozen=True, eq=False)
 class UnattributedIncidence(Unattributed, ScannerError):
-    """The measured range needs ``c (1 / cos^2 b - 1)``, b the angle between a point's ray and the plane's normal.
+    """The correction ``c (1 / cos^2 b - 1)`` [m] of the measured range, b being the angle between a point's ray and the plane's normal.
 
     The spot of a laser on an inclined surface is an ellipse whose brightest part is not its middle, so a scanner by triangulation measures inclined
-    surfaces too near or too far. Because b varies within a scan, its line tilts and bends. It is the rival of errors of the range's zero, scale and
-    linearity, which tilt and bend lines as well. Within a scan it is expanded to the second order in x / z.
+    surfaces too near or too far. Because b varies within a scan, the measured line tilts and bends. Errors of the range's zero, scale and linearity
+    tilt and bend lines as well, and this term is their rival. Its size is c at 45 degrees. Within a scan, ``1 / cos^2 b - 1`` is approximated by a
+    polynomial of the second degree in x, the coordinate of a point across the profile.
     """
 
     place: ClassVar[str] = "incidence"
@@ -62,16 +63,19 @@ class UnattributedIncidence(Unattributed, ScannerError):
 
     @property
     def prior_std(self) -> Array:
-        """Return the size that it has in scanners, so that it does not imitate a zero that is off by tenths of a millimetre."""
+        """Return the size ``(1,)`` [m] that it has in scanners, so that it does not imitate a zero that is off by tenths of a millimetre."""
         return np.array([_USUAL])
 
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
-        """Return the plane's normal along the sensor's x and z axes, times the expansion of ``1 / cos^2 b - 1`` in powers of x."""
+        """Return G ``(N, 6, 1)``: the plane's normal along the sensor's x and z axes, times each coefficient [1, 1/m, 1/m^2] of the polynomial in x.
+
+        Near grazing incidence the normal's part along z counts as ``LEAST_INCIDENCE`` at least. Other arguments as in ``PointEffect``.
+        """
         across, along = contact[:, 1], contact[:, 2]
         along = np.copysign(np.maximum(np.abs(along), LEAST_INCIDENCE), along)
-        distance = -contact[:, 0] / along  # of the plane, along the z axis
+        distance = -contact[:, 0] / along  # of the plane from the scanner, along the z axis [m]
         slope, straight = across / along, 1.0 / along**2
         powers = (
             straight - 1.0,
