@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.flexible.unattributed import NAME, Unattributed
-from scalar.effects.picture import Map, Profile, View
-from scalar.effects.range_error import LEAST_INCIDENCE, ScannerError
+from scalar.effects.flexible.profile_error import UnattributedProfileError
+from scalar.effects.range_error import LEAST_INCIDENCE
 from scalar.effects.wording import length
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
@@ -23,7 +21,7 @@ _USUAL = 5e-5  # m, chosen: a tenth of the width of a laser's line
 
 
 @dataclass(frozen=True, eq=False)
-class UnattributedIncidence(Unattributed, ScannerError):
+class UnattributedIncidence(UnattributedProfileError):
     """The correction ``c (1 / cos^2 b - 1)`` [m] of the measured range, b being the angle between a point's ray and the plane's normal.
 
     The spot of a laser on an inclined surface is an ellipse whose brightest part is not its middle, so a scanner by triangulation measures inclined
@@ -45,11 +43,6 @@ class UnattributedIncidence(Unattributed, ScannerError):
         """Return that the range errs with the incidence, and how much at 45 degrees."""
         size = length(float(abs(self.coefficients[0])))
         return f"an error of the scanner's range that grows with the incidence, {size} at 45°, and not an error of the arm"
-
-    @property
-    def key(self) -> str:
-        """Name and place."""
-        return f"{NAME}_{self.place}"
 
     @property
     def coefficient_names(self) -> list[str]:
@@ -91,19 +84,6 @@ class UnattributedIncidence(Unattributed, ScannerError):
             "Scan the same flat surface at several angles: if its distance changes with the angle, keep to one incidence in measurements, or have "
             "the scanner's maker look at it. The arm is not at fault."
         ]
-
-    def pictures(self, view: View) -> list[Profile | Map]:
-        """Return none: the text states the size."""
-        return []
-
-    def to_mapping(self) -> dict[str, Any]:
-        """Return the place."""
-        return {"place": self.place}
-
-    @classmethod
-    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
-        """Return the term."""
-        return cls()
 
 
 def incidence(dataset: Dataset) -> list[UnattributedIncidence]:
