@@ -79,9 +79,8 @@ def diagnose(
     run = explained(dataset, settings, progress)
     final_residuals = FinalResiduals.of(run.after)
     found = findings_of(run, final_residuals)
-    for (
-        terms
-    ) in run.flexible_candidates:  # 280 MB at 12,000 poses, which the processes for halves would hold as well
+    # The bases take 280 MB at 12,000 poses, and the processes for halves would hold them as well.
+    for terms in run.flexible_candidates:
         terms.bases.forget()
     for state in (run.before, run.after):
         state.rows.fitted.forget()

@@ -112,8 +112,16 @@ class BaseCompliance(BaseEffect):
         """Return tilts of the joints' axes, and of the base, under the weight that they bear."""
         return [*tilts(dataset, with_base=True)]
 
-    def under_the_weight_of(self, other: Effect) -> list[tuple[str, Array]]:
-        """Return the coefficients of a base that tilts as far about every horizontal axis as a joint turns under the same moment."""
+    def giving_way_like(self, other: Effect) -> list[tuple[str, Array]]:
+        """Return the coefficients of a base that tilts as far about every horizontal axis as a joint turns under the same moment.
+
+        Args:
+            other: With fitted coefficients; only a ``JointCompliance`` has such joints.
+
+        Returns:
+            One pair for each of its joints: the joint in words, and the coefficients ``(2 F,)`` [rad], two for each of the F ``frames``. No pair for
+            another effect, or if this base has a compliance of its own about each axis (``alike`` is False).
+        """
         if not self.alike or not isinstance(other, JointCompliance):
             return []
         found = []

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+from typing import NamedTuple
 
 import numpy as np
 
@@ -175,9 +176,9 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
     cleaned = clean(dataset, settings)
     rows = {int(pose): row for row, pose in enumerate(dataset.pose_ids)}
     set_aside = bool(cleaned.outlier_poses or cleaned.mislabelled_poses)
-    away = _distances_by_the_others(dataset, cleaned, settings) if set_aside else None
+    away = _fit_to_the_others(dataset, cleaned, settings) if set_aside else None
     found = unstated_session(dataset, cleaned.outlier_poses)
-    if found is None and away is not None and away[1] > MOST_LEFT:
+    if found is None and away is not None and away.typical > MOST_LEFT:
         return
     faults = [
         Fault(
@@ -196,17 +197,16 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
         alone = tuple(pose for pose in alone if not moved[rows[pose]])
     if away is not None:
         far = np.isin(dataset.pose_ids, alone)
-        explained, sentences = names_exchanged_in_words(dataset, away[2], far, away[0])
+        explained, sentences = names_exchanged_in_words(dataset, away.model, far, away.distances)
         measured = kind_of(dataset).format.measured_in
         faults += [Fault(measured, sentence, None, "target") for sentence in sentences]
         alone = tuple(pose for pose in alone if not explained[rows[pose]])
     for pose in alone:
         how_far = ""
         if away is not None:
-            distances, typical, _ = away
             how_far = (
-                f": it lies {distances[rows[pose]] / MM:.3g} mm from where a fit to the others has it, and these "
-                f"lie {typical / MM:.2g} mm from it in the median"
+                f": it lies {away.distances[rows[pose]] / MM:.3g} mm from where a fit to the others has it, and these "
+                f"lie {away.typical / MM:.2g} mm from it in the median"
             )
         message = (
             f"pose {pose} contradicts all others{how_far}; remove it, or let 'scalar diagnose' set it aside"
@@ -227,16 +227,21 @@ def _angles_of_another(dataset: Dataset, row: int) -> str:
     )
 
 
-def _distances_by_the_others(
-    dataset: Dataset, cleaned: Cleaned, settings: EstimationSettings
-) -> tuple[Array, float, Model] | None:
-    """Return the distance of every pose ``(N,)`` [m] by a fit to those that were not set aside, the median of these, and the fitted model.
+class _FitToOthers(NamedTuple):
+    """A fit to the poses that were not set aside: the distance of every pose from it ``(N,)`` [m], the median of those fitted [m], and the model."""
 
-    None if that fit fails.
-    """
+    distances: Array
+    typical: float
+    model: Model
+
+
+def _fit_to_the_others(
+    dataset: Dataset, cleaned: Cleaned, settings: EstimationSettings
+) -> _FitToOthers | None:
+    """Return the fit to the poses that were not set aside, with the distances of all poses from it; None if it fails."""
     with suppress(InvalidInput, Undetermined):
         model = geometry_fit(cleaned.dataset, settings)[0]
         distances = distances_under(dataset, model)
         of_others = distances[np.isin(dataset.pose_ids, cleaned.dataset.pose_ids)]
-        return distances, float(np.median(of_others)), model
+        return _FitToOthers(distances, float(np.median(of_others)), model)
     return None

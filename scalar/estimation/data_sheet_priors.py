@@ -8,6 +8,10 @@ direction, no priors are used, and the estimate is that of least squares to the 
 
 A tool on the axis of the last joint needs no special case. If the tool is b metres off the axis and the axis is tilted about the tool, the tool
 moves by b times the tilt when the wrist rotates. If this is small compared with the noise, the priors determine that tilt.
+
+In a model with effects, a coordinate of the sensor's place that its prior decides is held near the prior's mean: the standard deviation of its prior
+is multiplied by ``_HELD``. Else what the effects do not describe would move the sensor along it. Standard errors are computed with the full standard
+deviation (``with_place_as_stated``), since holding a coordinate says nothing about it.
 """
 
 from __future__ import annotations
@@ -30,8 +34,7 @@ from scalar.geometry.se3 import Array
 from scalar.units import DEG, MM
 
 _CLEARLY = 3.0  # margin by which every direction is determined without doubt: further rounds change prior standard deviations by less
-# Chosen: of the standard deviation of the prior on the sensor's place. Where the prior decides that place, it is held so closely while effects are
-# fitted.
+# Chosen: factor on the standard deviation of the prior on a coordinate of the sensor's place that the prior decides, while effects are fitted.
 _HELD = 0.02
 _PLACE_OF_SENSOR = SENSOR_PARAMETERS[:3]
 _ROUNDS = 4  # in each, the model is fitted and the priors are weighted anew by the remaining residual; usually two suffice
@@ -144,13 +147,13 @@ def data_sheet_priors(
 
 
 def _with_unseen_place_held(model: Model) -> Model:
-    """Return a model with effects whose sensor is held near its prior mean in the coordinates that the prior decides; others as they are.
+    """Return a model with effects whose sensor is held near its prior mean in the coordinates that the prior decides.
 
-    What effects lack moves the sensor along directions that the poses hardly determine, by as much as its prior allows. The residual hardly falls
-    with it, and poses that turn the sensor otherwise are predicted worse by the same length.
+    A model without effects is returned as it is. What the effects do not describe moves the sensor along directions that the poses hardly determine,
+    by as much as its prior allows. The residual hardly falls with it, and poses that turn the sensor otherwise are predicted worse by that length.
 
     Args:
-        model: With priors, and the reasons of those that decide their parameter.
+        model: With priors; those that decide their parameter have a ``reason``.
     """
     if not model.effects:
         return model
@@ -165,6 +168,10 @@ def with_place_as_stated(model: Model, settings: IdentifiabilitySettings = DEFAU
     """Return the model with the priors on the sensor's place as wide as a stated place may be wrong, also where it was held during the fit.
 
     Standard errors are computed with these priors.
+
+    Args:
+        model: As fitted.
+        settings: ``plausible_sensor_place`` [m] is the standard deviation that these priors get.
     """
     std = settings.plausible_sensor_place
     held = [p.name in _PLACE_OF_SENSOR and p.std < std for p in model.priors]

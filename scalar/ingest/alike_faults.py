@@ -1,4 +1,4 @@
-"""One fault in many files: a scanner that saves each profile in a file of its own writes all alike, and one change of the mapping mends all."""
+"""The same fault in many files: a scanner that saves each profile in its own file writes all alike, and one change of the mapping mends all."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections import Counter
 from scalar.errors import Fault
 
 MOST_FILES = 3
-"""Files that are named with the same fault; one more line counts the others."""
+"""Files that are listed with the same fault; one more fault counts the others."""
 
 
 def named_once(faults: list[Fault]) -> list[Fault]:
-    """Return the faults, of which those that say the same of more than ``MOST_FILES`` files are named for the first of these, and counted.
+    """Return the faults; of those that say the same of more than ``MOST_FILES`` files the first so many, and one more that counts the other files.
 
     Args:
         faults: In the order in which they are to be read.

@@ -2,6 +2,9 @@
 
 A fit that starts elsewhere is made anew. Where the data hardly determine a model, fits end where their way along a curved valley becomes too slow,
 and which effects are selected depends on it: with states of the same effects from other starts, one half of one of 85 sets had other effects.
+
+The states that were asked for longest ago are dropped, by number or by memory. Of small datasets only the Jacobians and the candidates' columns are
+counted, which takes no time; once the Jacobian is large, all arrays are (``held_arrays``). Dropped memory is given back to the system in large parts.
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ from scalar.geometry.se3 import Array
 MOST_STATES = 16
 _MOST_BYTES = 64_000_000  # of the Jacobians and the candidates' columns of all states
 _MOST_HELD = 192_000_000  # of all arrays of all states if they are large; of thousands of poses only the last state is kept
-_LARGE = 1_000_000  # bytes of the newest Jacobian, from which on all arrays are counted: they take some seven times as much, or more
+_LARGE = 1_000_000  # bytes of the largest Jacobian, from which on all arrays are counted: they take some seven times as much, or more
 
 _MOST_DROPPED = 64_000_000  # bytes of dropped states, after which their memory is given back to the system: of small states it never is
 

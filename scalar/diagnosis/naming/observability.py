@@ -3,6 +3,9 @@
 If an effect with coefficient c is present and not in the model, the fit moves the free parameters by ``J^+ E c``, with J and E the whitened columns
 of the parameters and of the effect, and leaves the residual ``(I - J J^+) E c``. If that is almost zero, the effect is unobservable.
 Its consequence is the difference between ``J^+ E c`` and the effect itself in the predicted positions, within the joint limits.
+
+An effect may also be present unseen beside one that was found, if the two bear the same weight (``scalar.effects.same_weight``): where joints give
+way, a base that gives way looks like more or less of their compliance. It is listed with the largest size that would not be seen.
 """
 
 from __future__ import annotations
@@ -17,12 +20,11 @@ from scalar.diagnosis.fit.effect_columns import Bases
 from scalar.diagnosis.fit.fitted_state import FittedState, whitened
 from scalar.diagnosis.fit.predicted_displacements import displacements, random_poses
 from scalar.effects import Effect
-from scalar.effects.borrowed_weight import BorrowsWeight, consequence_beside
+from scalar.effects.same_weight import ActsLikeCompliance, consequence_beside
 from scalar.geometry.se3 import Array
 
-_LEAST_PART = (
-    0.2  # chosen: an effect that stays unseen up to a smaller part of what was found is not listed beside it
-)
+# Chosen: an effect that would be seen from a smaller part of the compliance that was found is not listed beside it.
+_LEAST_PART = 0.2
 _RANK_TOLERANCE = 1e-10  # smaller singular values of the parameters' columns, over the largest, count as zero
 
 
@@ -62,8 +64,8 @@ def unobservable_effects(
 ) -> list[Unobservable]:
     """Return the unobservable candidates, each with the prediction error that it would cause.
 
-    Of kinds of which no effect was found, candidates with a single term and a natural size are tested, and those of the arm's weight that would look
-    like an effect that was found (``BorrowsWeight``).
+    Only kinds of which no effect was found are tested: candidates with a single term and a natural size, and those that would look like a compliance
+    that was found (``ActsLikeCompliance``).
 
     Args:
         state: The fitted state.
@@ -98,7 +100,9 @@ def unobservable_effects(
 
 
 def _beside_the_found(state: FittedState, candidates: Sequence[Effect]) -> list[Unobservable]:
-    """Return the candidates that may be there unseen beside an effect that was found, because they bear the same weight.
+    """Return the candidates that may be present unseen beside an effect that was found, because they bear the same weight.
+
+    Each is listed once, beside the place at which it may move the sensor farthest.
 
     Args:
         state: The fitted state.
@@ -107,26 +111,27 @@ def _beside_the_found(state: FittedState, candidates: Sequence[Effect]) -> list[
     found_names = {effect.name for effect in state.effects}
     result = []
     for candidate in candidates:
-        if not isinstance(candidate, BorrowsWeight) or candidate.name in found_names:
+        if not isinstance(candidate, ActsLikeCompliance) or candidate.name in found_names:
             continue
-        borrowed = [pair for effect in state.effects for pair in candidate.under_the_weight_of(effect)]
-        alike = [_unseen_beside(state, candidate, *pair) for pair in borrowed]
-        result += sorted(filter(None, alike), key=lambda pair: -pair[0])[:1]
+        pairs = [pair for effect in state.effects for pair in candidate.giving_way_like(effect)]
+        alike = [_unseen_beside(state, candidate, *pair) for pair in pairs]
+        result += sorted(filter(None, alike), key=lambda sized: -sized[0])[:1]
     return [entry for _, entry in result]
 
 
 def _unseen_beside(
     state: FittedState, candidate: Effect, place: str, coefficients: Array
 ) -> tuple[float, Unobservable] | None:
-    """Return how far a candidate may move the sensor unseen [m], root mean square, with its entry; None if that is little.
+    """Return how far a candidate may move the sensor unseen [m], root mean square, with its entry; None if only a small part stays unseen.
 
-    It is seen if the squared residual that it leaves exceeds what the Bayesian information criterion asks for as many coefficients as it has.
+    It is seen if the squared residual that it leaves exceeds what the Bayesian information criterion asks for as many coefficients as are not zero.
+    It is not assumed to be larger than the compliance that was found.
 
     Args:
         state: The fitted state.
         candidate: The candidate.
         place: The place that gives way by what was found.
-        coefficients: ``(e,)``, those with which the candidate acts as that place does.
+        coefficients: ``(e,)``, those with which the candidate gives way as much as that place does.
     """
     background = state.background()
     column = state.columns_of([candidate]) @ coefficients

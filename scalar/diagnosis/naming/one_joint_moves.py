@@ -2,8 +2,8 @@
 
 Where one joint turns and all others stand still, each error is a function of that one angle. A deflection under the weight of the arm is then a
 sinusoid of it, whichever joint gives way, and so is the error of an eccentric gear, of order 1: turned alone over 6.2 rad, a joint 4 that erred by 1
-mrad in order 1 had been called a compliance of joint 5, which stood still, with a confidence of 0.94. Higher orders, steps and changes in time keep
-their names.
+mrad in order 1 had been called a compliance of joint 5, which stood still, with a confidence of 0.94. An error of the angle of a joint that stood
+still has no evidence of its own either. Errors of the joint that moved in higher orders, steps and changes in time keep their names.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ ALIKE = "one joint alone moved, and over its angle a deflection under the weight
 
 
 def limited_by_one_joint(found: Sequence[Finding], q: Array, least_confidence: float) -> tuple[Finding, ...]:
-    """Return the findings, with the confidence limited in those that are a sinusoid of the only joint that moved.
+    """Return the findings, with the confidence limited in those that the only joint that moved does not tell apart; all as they are if more moved.
 
     Args:
         found: All findings.
         q: ``(N, n)`` [rad; m of a joint that slides], the measured positions.
-        least_confidence: A name with less confidence is doubtful.
+        least_confidence: A name with less confidence is doubtful, between 0 and 1.
     """
     still = still_joints(q)
     if q.shape[1] - len(still) != 1:
         return tuple(found)
     return tuple(
-        f.limited(MOST_CONFIDENCE, least_confidence, ALIKE) if _is_sinusoid(f.effect, still) else f
+        f.limited(MOST_CONFIDENCE, least_confidence, ALIKE) if _is_ambiguous(f.effect, still) else f
         for f in found
     )
 
 
-def _is_sinusoid(effect: Effect, still: Sequence[int]) -> bool:
+def _is_ambiguous(effect: Effect, still: Sequence[int]) -> bool:
     """Return whether an effect with a name follows the weight of the arm, is of order 1, or concerns a joint that stood still."""
     if effect.flexible:
         return False

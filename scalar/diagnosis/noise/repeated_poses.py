@@ -3,6 +3,9 @@
 A return is a further standstill at the same joint angles, in the same session and with the same load; readings of one standstill are averaged. The
 scatter holds the arm's repeatability, the noise of the tracker, and what changed in between and depends on no joint angle (temperature, a drift of
 the tracker, the direction of approach).
+
+Logged angles of one commanded pose differ a little from return to return. With a calibrated model, what these differences move by the arm's geometry
+is subtracted from the points before they are compared.
 """
 
 from __future__ import annotations
@@ -20,8 +23,8 @@ from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
-# rad, or m of a joint that slides (chosen): logged angles of one commanded pose differ by some hundredths of a milliradian, and it is a hundredth of
-# the wave of a gear error of order 512.
+# rad, or m of a joint that slides (chosen): logged angles of one commanded pose differ by some hundredths of a milliradian, and the wave of a gear
+# error of order 512 is a hundred times as long.
 SAME_ANGLES = 1e-4
 LEAST_RETURNS = 5  # chosen: fewer give a scatter that is wrong by a third or more
 _COORDINATES = 3  # of a tracked point
@@ -51,8 +54,8 @@ def repeated_poses(dataset: Dataset, model: Model | None = None) -> RepeatedPose
 
     Args:
         dataset: What was measured.
-        model: Calibrated with the same data. By its geometry, what the differences of the angles at returns move is taken out of the scatter, in
-            which it stays without a model. Joint coordinates that differ by less than ``SAME_ANGLES`` are those of one pose.
+        model: Calibrated with the same data; only its rigid part is used. It predicts how far the points move by the small differences of the angles
+            at returns (less than ``SAME_ANGLES`` in each joint), which is then no part of the scatter. None leaves it in.
     """
     if dataset.planes or dataset.points.shape[1:] != (_COORDINATES,) or not len(dataset.points):
         return None
@@ -99,9 +102,9 @@ def _expected(dataset: Dataset, model: Model, pose_of_point: Array) -> Array:
     frames: Any = rigid.target
     T = frames.transforms[residuals.measurement.target_index] @ residuals.kinematics(rigid).T_base_sensor
     numbers = dataset.point_columns.get("target", np.zeros(len(dataset.points)))
-    among_seen = np.unique(numbers, return_inverse=True)[
-        1
-    ]  # the model has the targets that were seen, in the same order
+    _, among_seen = np.unique(
+        numbers, return_inverse=True
+    )  # the model has the targets that were seen, in this order
     on_flange = frames.targets.transforms[among_seen]
     return (T[pose_of_point] @ on_flange)[:, :3, 3]
 

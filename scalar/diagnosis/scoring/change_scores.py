@@ -67,6 +67,7 @@ class ChangeColumns:
         Ei = E[index]
         grams_from = np.cumsum(np.einsum("nmi,nmj->nij", Ei, Ei)[::-1], axis=0)[::-1]
         at = beginnings(len(index), E.shape[2], margin)
+        # The beginnings are successive, and a slice copies nothing.
         begun = slice(at[0], at[0] + len(at)) if len(at) else slice(0)
         shared = _from_each_on(background.Q, E, index)[begun]
         grams = grams_from[at] - np.swapaxes(shared, 1, 2) @ shared
@@ -133,5 +134,5 @@ def _from_each_on(Q: Array, E: Array, index: Array) -> Array:
     from_end = by_pose[::-1]
     np.add.accumulate(
         from_end, axis=0, out=from_end
-    )  # in its own place: with many parameters and poses it is large
+    )  # in place: with many parameters and poses the array is large
     return by_pose

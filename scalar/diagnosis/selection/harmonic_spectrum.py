@@ -92,10 +92,8 @@ def _without_insignificant_series(state: FittedState, named: CandidateSet) -> Fi
         for i, effect in enumerate(state.effects)
         if is_shrunk(effect)
     }
-    del (
-        scored,
-        columns,
-    )  # which refits need no longer; with many orders and thousands of poses they are the largest of all
+    # Refits no longer need these; with many orders and thousands of poses they are the largest arrays of all.
+    del scored, columns
     insignificant = [
         state.effects[i]
         for i in sorted(p_values, key=lambda i: -p_values[i])

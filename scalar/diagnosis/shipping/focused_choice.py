@@ -14,6 +14,9 @@ has to a small degree (``Effect.in_every_setup``): for example, no target plane 
 findings: if one target plane is bowed, for example, the arm is estimated more accurately if the smaller bows of the other planes are fitted as well.
 A nuisance is shipped only if it is significant. The expected errors alone do not show that it is not there: it is then fitted to the noise, and the
 squared bias that it seems to remove has an error of its own.
+
+Of the effects without a sure name, some are not shipped whatever errors are expected: changes among the last few poses, and a scale of all lengths.
+The others have to help clearly, because their form is a guess (``_with_doubtful_that_help``).
 """
 
 from __future__ import annotations

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.flexible.unattributed import NAME, Unattributed
-from scalar.effects.picture import Map, Profile, View
-from scalar.effects.range_error import LEAST_INCIDENCE, ScannerError
+from scalar.effects.flexible.profile_error import UnattributedProfileError
+from scalar.effects.range_error import LEAST_INCIDENCE
 from scalar.effects.wording import length
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
@@ -23,12 +21,13 @@ _USUAL = 5e-5  # m, chosen: a tenth of the width of a laser's line
 
 
 @dataclass(frozen=True, eq=False)
-class UnattributedIncidence(Unattributed, ScannerError):
-    """The measured range needs ``c (1 / cos^2 b - 1)``, b the angle between a point's ray and the plane's normal.
+class UnattributedIncidence(UnattributedProfileError):
+    """The correction ``c (1 / cos^2 b - 1)`` [m] of the measured range, b being the angle between a point's ray and the plane's normal.
 
     The spot of a laser on an inclined surface is an ellipse whose brightest part is not its middle, so a scanner by triangulation measures inclined
-    surfaces too near or too far. Because b varies within a scan, its line tilts and bends. It is the rival of errors of the range's zero, scale and
-    linearity, which tilt and bend lines as well. Within a scan it is expanded to the second order in x / z.
+    surfaces too near or too far. Because b varies within a scan, the measured line tilts and bends. Errors of the range's zero, scale and linearity
+    tilt and bend lines as well, and this term is their rival. Its size is c at 45 degrees. Within a scan, ``1 / cos^2 b - 1`` is approximated by a
+    polynomial of the second degree in x, the coordinate of a point across the profile.
     """
 
     place: ClassVar[str] = "incidence"
@@ -46,11 +45,6 @@ class UnattributedIncidence(Unattributed, ScannerError):
         return f"an error of the scanner's range that grows with the incidence, {size} at 45°, and not an error of the arm"
 
     @property
-    def key(self) -> str:
-        """Name and place."""
-        return f"{NAME}_{self.place}"
-
-    @property
     def coefficient_names(self) -> list[str]:
         """``at_45_degrees_m``."""
         return ["at_45_degrees_m"]
@@ -62,16 +56,19 @@ class UnattributedIncidence(Unattributed, ScannerError):
 
     @property
     def prior_std(self) -> Array:
-        """Return the size that it has in scanners, so that it does not imitate a zero that is off by tenths of a millimetre."""
+        """Return the size ``(1,)`` [m] that it has in scanners, so that it does not imitate a zero that is off by tenths of a millimetre."""
         return np.array([_USUAL])
 
     def contact_columns(
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
-        """Return the plane's normal along the sensor's x and z axes, times the expansion of ``1 / cos^2 b - 1`` in powers of x."""
+        """Return G ``(N, 6, 1)``: the plane's normal along the sensor's x and z axes, times each coefficient [1, 1/m, 1/m^2] of the polynomial in x.
+
+        Near grazing incidence the normal's part along z counts as ``LEAST_INCIDENCE`` at least. Other arguments as in ``PointEffect``.
+        """
         across, along = contact[:, 1], contact[:, 2]
         along = np.copysign(np.maximum(np.abs(along), LEAST_INCIDENCE), along)
-        distance = -contact[:, 0] / along  # of the plane, along the z axis
+        distance = -contact[:, 0] / along  # of the plane from the scanner, along the z axis [m]
         slope, straight = across / along, 1.0 / along**2
         powers = (
             straight - 1.0,
@@ -87,19 +84,6 @@ class UnattributedIncidence(Unattributed, ScannerError):
             "Scan the same flat surface at several angles: if its distance changes with the angle, keep to one incidence in measurements, or have "
             "the scanner's maker look at it. The arm is not at fault."
         ]
-
-    def pictures(self, view: View) -> list[Profile | Map]:
-        """Return none: the text states the size."""
-        return []
-
-    def to_mapping(self) -> dict[str, Any]:
-        """Return the place."""
-        return {"place": self.place}
-
-    @classmethod
-    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
-        """Return the term."""
-        return cls()
 
 
 def incidence(dataset: Dataset) -> list[UnattributedIncidence]:

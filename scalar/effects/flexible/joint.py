@@ -41,8 +41,8 @@ def single_functions(variable: Variable, poses: Poses, degree: int = SINGLE_DEGR
 def pair_functions(a: Variable, b: Variable, poses: Poses) -> Array:
     """Return products of Legendre polynomials and of sines and cosines of two variables, ``(N, k)``.
 
-    Outside the measured range of a variable they keep their values at its end: within it, waves and polynomials of opposite sign may cancel that grow
-    to many times their sum beyond.
+    Outside the measured range of a variable they keep their values at its nearer end. A fit may use large waves and polynomials of opposite sign,
+    which cancel within the range; beyond it their sum would grow to many times its size.
     """
     P, Q = (legendre.legvander(v.unit(poses), PAIR_DEGREE)[:, 1:] for v in (a, b))
     products = (P[:, :, None] * Q[:, None, :]).reshape(len(P), -1)

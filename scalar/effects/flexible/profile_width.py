@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from scalar.data.poses import Poses
-from scalar.effects.flexible.unattributed import NAME, Unattributed
-from scalar.effects.picture import Map, Profile, View
-from scalar.effects.range_error import ScannerError
+from scalar.effects.flexible.profile_error import UnattributedProfileError
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 
@@ -18,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class UnattributedProfileWidth(Unattributed, ScannerError):
+class UnattributedProfileWidth(UnattributedProfileError):
     """The measured x of each point needs a factor, ``x -> x (1 + s)``, while z is right.
 
     It is the rival of an error of the range's zero: at a distance r, that widens profiles by its share of r, and only its change with the distance
@@ -39,11 +36,6 @@ class UnattributedProfileWidth(Unattributed, ScannerError):
         """Return that the width of profiles is off."""
         gain = 1e3 * float(self.coefficients[0])
         return f"an error of the width of the scanner's profiles by {gain:.2g} mm per m, or of their height by the opposite"
-
-    @property
-    def key(self) -> str:
-        """Name and place."""
-        return f"{NAME}_{self.place}"
 
     @property
     def coefficient_names(self) -> list[str]:
@@ -68,19 +60,6 @@ class UnattributedProfileWidth(Unattributed, ScannerError):
             "Check the width of the scanner's profiles and its distances against an artefact of known size, or have its maker calibrate it: "
             "the arm is not at fault."
         ]
-
-    def pictures(self, view: View) -> list[Profile | Map]:
-        """Return none: the error is a straight line over x, whose slope the text states."""
-        return []
-
-    def to_mapping(self) -> dict[str, Any]:
-        """Return the place."""
-        return {"place": self.place}
-
-    @classmethod
-    def from_settings(cls, mapping: Mapping[str, Any]) -> Self:
-        """Return the term."""
-        return cls()
 
 
 def profile_width(dataset: Dataset) -> list[UnattributedProfileWidth]:

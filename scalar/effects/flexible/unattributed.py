@@ -1,7 +1,8 @@
 """The base class of flexible terms, which correct structure that no named effect explains, without naming its cause.
 
-Each is smooth in one or two variables: an error of one joint's angle, of one link's geometry, or of the sensor's pose. Polynomials are
-clipped at the range of the data to which they were fitted, so that they do not grow outside of it.
+Most are smooth in one or two variables: an error of one joint's angle, of one link's geometry, or of the sensor's pose. Outside the range of the data
+to which they were fitted, functions of a variable keep the value at the nearer end, so that they do not grow there. Others have the form of a
+cause that is no effect of the catalogue, and are rivals of effects that look alike: a scanner that errs with the incidence, for example.
 """
 
 from __future__ import annotations

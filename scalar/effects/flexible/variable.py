@@ -40,11 +40,11 @@ class Variable:
         return np.where(np.isfinite(x), x, self.centre + self.half)
 
     def unit(self, poses: Poses) -> Array:
-        """Return u ``(N,)``."""
+        """Return u ``(N,)``, from -1 to 1; outside the measured range the value at the nearer end."""
         return np.minimum(np.maximum((self.values(poses) - self.centre) / self.half, -1.0), 1.0)
 
     def clipped(self, poses: Poses) -> Array:
-        """Return the variable at poses ``(N,)``, outside its measured range the value at the nearer end."""
+        """Return the variable at poses ``(N,)`` in the unit of its column; outside the measured range the value at the nearer end."""
         return self.centre + self.half * self.unit(poses)
 
     def within(self, poses: Poses) -> Array:

@@ -18,11 +18,11 @@ from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 from scalar.units import MM
 
-FALLS_TO = 0.1  # of the distance as it is written: with the names exchanged a pose has to lie nearer than that to where a fit to the others has it
-LEAST_NEAR = (
-    3 * MM
-)  # and within the larger of this and ten times the usual distance: effects of an arm make no pose err farther
-TIMES_USUAL = 10.0
+# With the names exchanged, a pose has to lie nearer than this share of its distance as written to where a fit to the others has it.
+FALLS_TO = 0.1
+# It also has to lie within the larger of these: no effect of an arm makes a pose err farther.
+LEAST_NEAR = 3 * MM
+TIMES_USUAL = 10.0  # times the median distance of the other poses
 MOST_ALONE = 3  # poses that have a sentence each; more have one together
 MOST_IDS = 30  # poses that such a sentence names
 

@@ -1,8 +1,7 @@
 """A reflector that was exchanged or put elsewhere on the flange during the campaign, without another name in the column ``target`` of its table.
 
-Where two targets change places, their names are exchanged instead.
-
 From some pose on, the target sits at another place of the flange. No place of the tracker explains that, because the shift turns with the flange.
+If two targets seem to have changed places, it is their names in the table that are exchanged from that pose on (``exchanged_names``).
 """
 
 from __future__ import annotations
@@ -26,11 +25,14 @@ LATER = ", from there on"  # ends the name of a target after the change
 FARTHEST = (
     300 * MM
 )  # residual as described: a reflector that is put elsewhere on a flange is moved by less, and leaves less
-IN_ITS_PLACE = 0.1  # of the distance of two targets: each that sits so near to where the other sat has only got the other's name
+IN_ITS_PLACE = 0.1  # of the distance between two targets: if each sits so near to where the other one sat, their names are exchanged
 
 
 def exchanged_targets(dataset: Dataset) -> Iterator[Alternative]:
-    """Yield the alternative in which the targets on the flange are others from a pose on, the pose that leaves the smallest residual."""
+    """Yield the alternative in which the targets on the flange are others from a pose on, or have exchanged names from it on.
+
+    The pose is the one that leaves the smallest residual.
+    """
     if on_flange(measure(dataset).initial_target(dataset)) is None or first_look(dataset).rms > FARTHEST:
         return
     k = best_break(dataset, _with_break, LEAST_POSES)
@@ -40,22 +42,28 @@ def exchanged_targets(dataset: Dataset) -> Iterator[Alternative]:
     trial = full_fit(changed)
     if trial is None or not np.isfinite(shift := _largest_shift(trial.model.target)):
         return
-    pose = dataset.pose_ids[k]
-    table = kind_of(dataset).format.measured_in
     pair = _changed_places(trial.model.target)
-    if pair is not None:
-        first, second = pair
-        yield Alternative(
-            "exchanged_names",
-            table,
-            f"from pose {pose} on the names '{first}' and '{second}' of the targets are exchanged",
-            "with the two exchanged there",
-            f"exchange them in the column target of {table} from pose {pose} on; where 'scalar import' made it, look where the columns or rows of "
-            "the two change places in the files that it read",
-            with_names_exchanged(dataset, np.arange(dataset.n_poses) >= k, first, second),
-        )
-        return
-    yield Alternative(
+    yield _other_place(dataset, k, shift, changed) if pair is None else _other_names(dataset, k, *pair)
+
+
+def _other_names(dataset: Dataset, k: int, first: str, second: str) -> Alternative:
+    """Return the alternative in which the names of two targets are exchanged from row ``k`` on."""
+    pose, table = dataset.pose_ids[k], kind_of(dataset).format.measured_in
+    return Alternative(
+        "exchanged_names",
+        table,
+        f"from pose {pose} on the names '{first}' and '{second}' of the targets are exchanged",
+        "with the two exchanged there",
+        f"exchange them in the column target of {table} from pose {pose} on; where 'scalar import' made it, look where the columns or rows of "
+        "the two change places in the files that it read",
+        with_names_exchanged(dataset, np.arange(dataset.n_poses) >= k, first, second),
+    )
+
+
+def _other_place(dataset: Dataset, k: int, shift: float, changed: Dataset) -> Alternative:
+    """Return the alternative in which the target sits elsewhere from row ``k`` on, by ``shift`` [m]; ``changed`` has other names from there on."""
+    pose, table = dataset.pose_ids[k], kind_of(dataset).format.measured_in
+    return Alternative(
         "exchanged_target",
         f"pose {pose}",
         f"from pose {pose} on the target sits elsewhere on the flange, {shift / MM:.3g} mm from where it sat before",

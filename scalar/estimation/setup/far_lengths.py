@@ -24,26 +24,32 @@ def most_of_a_link(robot: Robot) -> float:
 
 def has_far_length(nominal: Robot, fitted: Robot) -> bool:
     """Return whether a length of a fitted arm is farther from its table than lengths of real arms are."""
-    return bool(_changes(nominal, fitted).max() > most_of_a_link(nominal))
+    return bool(_off_table(nominal, fitted).max() > most_of_a_link(nominal))
 
 
-def _changes(nominal: Robot, fitted: Robot) -> Array:
-    """Return by how much the lengths of a fitted arm differ from their table, ``(2, n)`` [m]; by nothing where a joint slides."""
+def _off_table(nominal: Robot, fitted: Robot) -> Array:
+    """Return by how much the lengths of a fitted arm differ from their table, ``(2, n)`` [m] in the order of ``GEOMETRY``; 0 where a joint slides."""
     lengths = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
     change = np.abs(fitted.geometry - nominal.geometry)[lengths]
     change[:, nominal.slides] = 0.0
     return change
 
 
-def with_its_lengths(found: list[tuple[Look, Alternative, Trial]]) -> list[tuple[Look, Alternative, Trial]]:
-    """Return those under which all lengths come out near their table: with a wrong sign or zero, a far length may take up what remains."""
+def with_lengths_near_table(
+    found: list[tuple[Look, Alternative, Trial]],
+) -> list[tuple[Look, Alternative, Trial]]:
+    """Return the alternatives under which all lengths come out near their table: with a wrong sign or zero, a far length may take up what remains.
+
+    Args:
+        found: Alternatives that explain the data, each with its first look and its full fit.
+    """
     return [entry for entry in found if not has_far_length(entry[1].dataset.robot, entry[2].model.robot)]
 
 
 def far_length_in_words(nominal: Robot, fitted: Robot) -> str:
     """Return a clause about the length of a fitted arm that is farthest from its table, for the end of a sentence; empty if all are near it."""
     lengths = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
-    change = _changes(nominal, fitted)
+    change = _off_table(nominal, fitted)
     k, joint = np.unravel_index(int(np.argmax(change)), change.shape)
     if change[k, joint] <= most_of_a_link(nominal):
         return ""

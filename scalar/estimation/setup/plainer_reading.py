@@ -2,8 +2,8 @@
 
 Where a joint of the wrist counts the other way and moves little, or where the target lies on the last axis, a fit with the wrong sign or zero
 leaves hardly any residual: another zero, a length or the target's place takes the error up. The number that comes out far off is then not the
-one that is wrong. On planes, whose places are only guessed, the same holds for an arm of which all joints count the other way: it may be nearly its
-own mirror image. Of several readings, those count that also bring the planes to where they were guessed, if there are such.
+one that is wrong. With planes, whose places are only guessed, the same holds if all joints count the other way: some arms are nearly their own mirror
+image. If some of several readings also bring the planes to where they were guessed, only these are kept.
 """
 
 from __future__ import annotations
@@ -91,6 +91,7 @@ def plainer_reading(
 
 
 def _where_to_look(joint: int) -> str:
+    """Return a clause on what to check at the arm, for a reading of one joint (from 0) or of ``ALL``."""
     if joint == ALL:
         return "which way the joints turn when their angles grow"
     return "which way the joint turns, where it has its zero and which column is its"
@@ -104,8 +105,8 @@ def instead(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 def _readings(dataset: Dataset) -> Iterator[tuple[int, float | None, Dataset]]:
     """Yield the data with another sign (angle None) or zero [rad] of each joint (from 0) that turns and moves.
 
-    After these follow the data with the columns of the joint and the next one exchanged (angle NaN). In the last reading (joint ``ALL``) all of them
-    count the other way.
+    After these follow the data with the columns of the joint and the next one exchanged (angle NaN). In the last reading (joint ``ALL``) all joints
+    that move count the other way; there is none with three joints or fewer.
     """
     q = dataset.q
     moving = [

@@ -34,11 +34,12 @@ def all_signs(dataset: Dataset) -> Iterator[Alternative]:
 
 
 def _moving(dataset: Dataset) -> tuple[int, ...]:
+    """Return the joints (from 0) that do not stand still."""
     return tuple(j for j in range(dataset.robot.n_joints) if np.ptp(dataset.q[:, j]) > 0)
 
 
 def _counted_back(dataset: Dataset, joints: tuple[int, ...], where: str) -> Alternative:
-    """Return the alternative in which these joints (from 0), called ``where``, count the other way."""
+    """Return the alternative in which the signs of these joints (from 0), called ``where`` in sentences, are changed."""
     robot = dataset.robot
     for joint in joints:
         robot = with_sign_changed(robot, joint)

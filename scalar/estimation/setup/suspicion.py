@@ -19,7 +19,7 @@ from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
 from scalar.estimation.setup.exchanged_columns import exchanged_columns
 from scalar.estimation.setup.exchanged_target import exchanged_targets
-from scalar.estimation.setup.far_lengths import far_length_in_words, with_its_lengths
+from scalar.estimation.setup.far_lengths import far_length_in_words, with_lengths_near_table
 from scalar.estimation.setup.file_at_fault import file_at_fault
 from scalar.estimation.setup.lost_row import lost_rows
 from scalar.estimation.setup.mistyped_numbers import length_signs, slipped_digits, twist_signs
@@ -139,19 +139,19 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
             zeros = itertools.chain(fitted_zeros(dataset), signs_and_zeros(dataset))
             found += _explaining(zeros, as_it_is, before)
         if count > 1 and any(
-            look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in with_its_lengths(found)
+            look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in with_lengths_near_table(found)
         ):
             break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then
-    if not with_its_lengths(found):
+    if not with_lengths_near_table(found):
         found += _explaining(itertools.chain(all_signs(dataset), two_zeros(dataset)), as_it_is, before)
-    if not with_its_lengths(found):
+    if not with_lengths_near_table(found):
         fitting = _explaining(other_arms(dataset), as_it_is, before)
         found += [entry for entry in fitting if stays_that_arm(entry[1], entry[2].model.robot)]
     for alternatives_of in LAST:
         found = found or _explaining_fully(dataset, alternatives_of(dataset), before)
     if not found:
         return ()
-    found = with_its_lengths(found) or found
+    found = with_lengths_near_table(found) or found
     lowest = min(trial.rms for _, _, trial in found)
     turn = min(look.turn for look, _, _ in found)
     shift = min(look.shift for look, _, _ in found)

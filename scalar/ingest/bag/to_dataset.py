@@ -32,9 +32,8 @@ SIGMAS = 5.0
 """The same in standard deviations of the stated noise."""
 _SEED = 0
 _SEVERAL = 2  # joints: a single one may well turn endlessly
-_A_TURN = (
-    2.0 * np.pi
-)  # the largest joint position in radians within a turn; in degrees an arm that is calibrated turns farther
+# Radians of joints within a turn are no larger than this; an arm that is calibrated has larger positions in degrees.
+_A_TURN = 2.0 * np.pi
 _TWO_TURNS = 4 * np.pi  # rad; hardly a joint turns further to one side
 
 

@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
+from scalar.data.poses import Poses
 from scalar.diagnosis.naming.one_joint_moves import ALIKE, MOST_CONFIDENCE, limited_by_one_joint
 from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
+from scalar.geometry.robot import Robot
 from tests.diagnosis.stand_ins import finding_of
+from tests.robot_configs import robot_mapping
 
 LEAST = 0.6
 
@@ -56,20 +59,15 @@ def test_names_that_one_moving_joint_does_not_tell_apart_are_doubtful(effect, jo
     assert (found.confidence, found.limit) == ((MOST_CONFIDENCE, ALIKE) if limited else (0.95, ""))
 
 
-@pytest.mark.parametrize("axis", ["tilted", "level"])
-def test_a_deflection_and_an_order_are_one_sinusoid(axis):
-    """The torque of a weight about any axis is a constant and a sinusoid of the only angle that turns, which is why the two cannot be told apart."""
-    angle = np.linspace(-np.pi, np.pi, 40)
-    about = np.array([0.3, 0.2, 0.9]) if axis == "tilted" else np.array([1.0, 0.0, 0.0])
-    about /= np.linalg.norm(about)
-    cross = np.array([[0, -about[2], about[1]], [about[2], 0, -about[0]], [-about[1], about[0], 0]])
-    R = (
-        np.eye(3)
-        + np.sin(angle)[:, None, None] * cross
-        + (1 - np.cos(angle))[:, None, None] * (cross @ cross)
-    )
-    other, lever = np.array([0.1, -0.7, 0.7]), np.array([0.05, 0.2, 0.1])
-    torque = np.cross(R @ lever, [0.0, 0.0, -9.81]) @ other
-    shape = np.stack([np.ones_like(angle), np.sin(angle), np.cos(angle)], axis=1)
-    left = torque - shape @ np.linalg.lstsq(shape, torque, rcond=None)[0]
-    assert np.abs(left).max() < 1e-12
+@pytest.mark.parametrize("joint", [2, 3, 5])
+def test_a_deflection_and_an_order_are_one_sinusoid(joint):
+    """Where joint 4 turns alone, a compliance of each joint is a constant and a sinusoid of its angle; where joint 3 moves as well, it is not."""
+    arm = Robot.from_mapping({"name": "vs060", **robot_mapping("vs060")})
+    weight = JointCompliance(tuple((joint, frame) for frame in range(joint, 7)))
+    for joints, is_sinusoid in (((4,), True), ((3, 4), False)):
+        q = turned(*joints)
+        shape = np.stack([np.ones(len(q)), np.sin(q[:, 3]), np.cos(q[:, 3])], axis=1)
+        columns = weight.joint_basis(arm, Poses.from_arrays(q, {}, 6)).reshape(len(q), -1)
+        left = columns - shape @ np.linalg.lstsq(shape, columns, rcond=None)[0]
+        assert np.ptp(columns, axis=0).max() > 0.1
+        assert (np.abs(left).max() < 1e-12) == is_sinusoid
