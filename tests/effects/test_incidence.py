@@ -11,6 +11,7 @@ from scalar.effects.range_offset import RangeOffset
 from scalar.effects.range_scale import RangeScale
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.residuals import Residuals
+from scalar.sensors.profile import point_basis
 from tests.random_scene import make_scene
 
 AT_45_DEGREES = 4e-5  # m
@@ -41,6 +42,21 @@ def test_the_term_takes_the_error_away(error_axis):
     corrected = replace(model, effects=(term.with_coefficients([-AT_45_DEGREES]),)).rebased()
     assert Residuals.of(wrong, corrected).rms(corrected) < 0.1 * left
     assert "0.040 mm at 45" in corrected.effects[0].described_as
+
+
+@pytest.mark.parametrize("normal", [(0.5, 0.1, 0.8), (0.7, 0.0, 0.7), (0.1, 0.2, 0.95)])
+def test_the_correction_is_that_of_the_exact_angle(normal):
+    """On a plane up to 45 degrees from the scanner's axis, each point's height changes by the exact 1 / cos^2 b - 1 of its ray."""
+    n = np.array(normal) / np.linalg.norm(normal)
+    x = np.linspace(-0.05, 0.05, 11)
+    points = np.column_stack([x, 0.3 - x * n[0] / n[2]])
+    ray = points / np.linalg.norm(points, axis=1, keepdims=True)
+    along = ray @ n[[0, 2]]
+    term = UnattributedIncidence()
+    contact = np.array([[-0.3 * n[2], n[0], n[2]]])
+    G = term.contact_columns(None, None, None, None, contact)[0, :, 0]
+    found = point_basis(term.basis_names, points, "ray") @ G
+    np.testing.assert_allclose(found, along * (1.0 / along**2 - 1.0), rtol=1e-12)
 
 
 def test_only_scanners_of_profiles_have_it():

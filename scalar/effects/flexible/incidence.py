@@ -26,8 +26,8 @@ class UnattributedIncidence(UnattributedProfileError):
 
     The spot of a laser on an inclined surface is an ellipse whose brightest part is not its middle, so a scanner by triangulation measures inclined
     surfaces too near or too far. Because b varies within a scan, the measured line tilts and bends. Errors of the range's zero, scale and linearity
-    tilt and bend lines as well, and this term is their rival. Its size is c at 45 degrees. Within a scan, ``1 / cos^2 b - 1`` is approximated by a
-    polynomial of the second degree in x, the coordinate of a point across the profile.
+    tilt and bend lines as well, and this term is their rival. Its size is c at 45 degrees. On a plane, ``1 / cos^2 b - 1`` is a polynomial of the
+    second degree in x, the coordinate of a point across the profile: with the scanner h over the plane, ``cos b = h / |p|`` and z is linear in x.
     """
 
     place: ClassVar[str] = "incidence"
@@ -73,7 +73,7 @@ class UnattributedIncidence(UnattributedProfileError):
         powers = (
             straight - 1.0,
             -2.0 * slope * straight / distance,
-            (1.0 + 3.0 * slope**2) * straight / distance**2,
+            (1.0 + slope**2) * straight / distance**2,
         )
         return np.concatenate([contact[:, 1:] * power[:, None] for power in powers], axis=1)[:, :, None]
 
