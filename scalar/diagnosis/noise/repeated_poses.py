@@ -22,6 +22,7 @@ from scalar.estimation.design_effect import standstills
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
+from scalar.sensors import kind_of
 
 # rad, or m of a joint that slides (chosen): logged angles of one commanded pose differ by some hundredths of a milliradian, and the wave of a gear
 # error of order 512 is a hundred times as long.
@@ -71,7 +72,9 @@ def repeated_poses(dataset: Dataset, model: Model | None = None) -> RepeatedPose
     # One mean for each target at each standstill, and the place of each of these means.
     keys = np.column_stack([place[pose_of_point], target, standstill[pose_of_point]])
     read, index = np.unique(keys, axis=0, return_inverse=True)
-    points = dataset.points if model is None else dataset.points - _expected(dataset, model, pose_of_point)
+    points = dataset.points
+    if model is not None and kind_of(dataset).measures_positions:
+        points = points - _expected(dataset, model, pose_of_point)
     means = _means(points, index.ravel(), len(read))
     places, of_place = np.unique(read[:, :2], axis=0, return_inverse=True)
     of_place = of_place.ravel()
