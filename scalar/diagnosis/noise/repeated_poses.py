@@ -56,7 +56,8 @@ def repeated_poses(dataset: Dataset, model: Model | None = None) -> RepeatedPose
     Args:
         dataset: What was measured.
         model: Calibrated with the same data; only its rigid part is used. It predicts how far the points move by the small differences of the angles
-            at returns (less than ``SAME_ANGLES`` in each joint), which is then no part of the scatter. None leaves it in.
+            at returns (less than ``SAME_ANGLES`` in each joint), which is then no part of the scatter. None leaves it in, and so does a sensor that
+            measures in its own frame.
     """
     if dataset.planes or dataset.points.shape[1:] != (_COORDINATES,) or not len(dataset.points):
         return None
