@@ -12,7 +12,6 @@ from scalar.data.dataset import Dataset
 from scalar.data.formats import IMPORTED
 from scalar.effects import registry
 from scalar.errors import Undetermined
-from scalar.estimation.data_sheet_priors import with_place_as_stated
 from scalar.estimation.design_effect import design_effect, standstills
 from scalar.estimation.fixed_parameter import AS_ASKED, NO_LENGTH_KNOWN
 from scalar.estimation.least_squares import Decomposed, Fit
@@ -59,7 +58,7 @@ def conclude(
     Raises:
         Undetermined: The data do not distinguish all free parameters, or a length or an angle is implausibly far from its nominal value.
     """
-    model = reporting(with_place_as_stated(found.model), prepared.guess)
+    model = reporting(found.model.released(), prepared.guess)
     of_noise = _covariance_of_noise(model, residuals, found.free)
     lack = misfit(residuals, model, found.free, settings.misfit_p_value)
     alike = _design_effect(model, residuals, found.free, lack, settings)

@@ -9,9 +9,9 @@ direction, no priors are used, and the estimate is that of least squares to the 
 A tool on the axis of the last joint needs no special case. If the tool is b metres off the axis and the axis is tilted about the tool, the tool
 moves by b times the tilt when the wrist rotates. If this is small compared with the noise, the priors determine that tilt.
 
-In a model with effects, a coordinate of the sensor's place that its prior decides is held near the prior's mean: the standard deviation of its prior
-is multiplied by ``_HELD``. Else what the effects do not describe would move the sensor along it. Standard errors are computed with the full standard
-deviation (``with_place_as_stated``), since holding a coordinate says nothing about it.
+In a model with effects, a coordinate of the sensor's place that its prior decides is held near the prior's mean: in fits, the standard deviation of
+its prior is multiplied by ``_HELD``. Else what the effects do not describe would move the sensor along it. Standard errors are computed with the full
+standard deviation (``Model.released``), since holding a coordinate says nothing about it.
 """
 
 from __future__ import annotations
@@ -158,26 +158,9 @@ def _with_unseen_place_held(model: Model) -> Model:
     if not model.effects:
         return model
     priors = [
-        replace(prior, std=_HELD * prior.std) if prior.reason and prior.name in _PLACE_OF_SENSOR else prior
+        replace(prior, held=_HELD) if prior.reason and prior.name in _PLACE_OF_SENSOR else prior
         for prior in model.priors
     ]
-    return model.with_priors(priors, model.misfit_ratio)
-
-
-def with_place_as_stated(model: Model, settings: IdentifiabilitySettings = DEFAULTS.identifiability) -> Model:
-    """Return the model with the priors on the sensor's place as wide as a stated place may be wrong, also where it was held during the fit.
-
-    Standard errors are computed with these priors.
-
-    Args:
-        model: As fitted.
-        settings: ``plausible_sensor_place`` [m] is the standard deviation that these priors get.
-    """
-    std = settings.plausible_sensor_place
-    held = [p.name in _PLACE_OF_SENSOR and p.std < std for p in model.priors]
-    if not any(held):
-        return model
-    priors = [replace(p, std=std) if is_held else p for p, is_held in zip(model.priors, held, strict=True)]
     return model.with_priors(priors, model.misfit_ratio)
 
 

@@ -33,12 +33,14 @@ class ParameterPrior:
         mean: Its value in the data sheet [m or rad].
         std: Prior standard deviation [m or rad].
         reason: A sentence if the prior rather than the data decides the parameter, else empty.
+        held: Factor on ``std`` in fits; below 1 the parameter is held near the mean. Standard errors are computed without it (``Model.released``).
     """
 
     name: str
     mean: float
     std: float
     reason: str
+    held: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,8 +122,8 @@ class Model:
     def _prior_places(self) -> tuple[Array, Array, Array]:
         places = {name: i for i, name in enumerate(self.names)}
         index = np.array([places[prior.name] for prior in self.priors], dtype=int)
-        means, stds = ([getattr(prior, key) for prior in self.priors] for key in ("mean", "std"))
-        return index, np.array(means, dtype=float), np.array(stds, dtype=float)
+        means = np.array([prior.mean for prior in self.priors], dtype=float)
+        return index, means, np.array([prior.std * prior.held for prior in self.priors], dtype=float)
 
     def prior_rows(self) -> tuple[Array, Array, Array]:
         """Return the residual rows of the k priors ``(k,)``, the indices of their coordinates ``(k,)``, and the derivatives by these ``(k,)``."""
@@ -168,6 +170,12 @@ class Model:
         """Return this model after copying the cached names, units and positions in the vector from another model with the same parameters."""
         vars(self).update({key: value for key, value in vars(other).items() if key in _COMMON})
         return self
+
+    def released(self) -> Model:
+        """Return the model with no parameter held near the mean of its prior; the same object if none is."""
+        if all(prior.held == 1.0 for prior in self.priors):
+            return self
+        return self.with_priors([replace(prior, held=1.0) for prior in self.priors], self.misfit_ratio)
 
     def with_priors(self, priors: Sequence[ParameterPrior], misfit_ratio: float) -> Model:
         """Return the model with other priors or another weight of them; what is known of its names and of the sensor's pose stays known."""

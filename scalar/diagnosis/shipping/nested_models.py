@@ -10,7 +10,6 @@ from scipy.stats import chi2
 
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.shipping.jackknife import Linearised, covariance_of
-from scalar.estimation.data_sheet_priors import with_place_as_stated
 from scalar.estimation.displacement import position_std
 from scalar.geometry.se3 import Array
 
@@ -32,7 +31,7 @@ class NestedModels:
     def __init__(self, state: FittedState):
         """Linearise a state that has all effects of the wide model."""
         # A place of the sensor that is held during the fit may be as wrong as any stated place.
-        model = with_place_as_stated(state.model)
+        model = state.model.released()
         self.linear = Linearised(state if model is state.model else replace(state, model=model), None)
         self.beyond_chance = state.settings.shipped_fit.beyond_chance
         self._equations = int(state.residuals.measurement.equations.sum())
