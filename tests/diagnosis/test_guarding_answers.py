@@ -19,7 +19,7 @@ from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.noise.identified_components import identified_components
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.settings import DEFAULTS
-from scalar.diagnosis.shipping import focused_choice, shipped_fit
+from scalar.diagnosis.shipping import doubtful_effects, focused_choice, shipped_fit
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.geometry_fit import geometry_fit
@@ -159,7 +159,7 @@ def chosen(
         std=lambda kept: 1.0,
         f_statistic=lambda tested, kept: statistic,
     )
-    monkeypatch.setattr(focused_choice, "equations_per_parameter", lambda _: equations)
+    monkeypatch.setattr(doubtful_effects, "equations_per_parameter", lambda _: equations)
     monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
     monkeypatch.setattr(focused_choice, "nuisances_beside", lambda *_: list(nuisances))
     poses = SimpleNamespace(order=np.arange(10.0))

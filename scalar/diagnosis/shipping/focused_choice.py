@@ -16,7 +16,7 @@ A nuisance is shipped only if it is significant. The expected errors alone do no
 squared bias that it seems to remove has an error of its own.
 
 Of the effects without a sure name, some are not shipped whatever errors are expected: changes among the last few poses, and a scale of all lengths.
-The others have to help clearly, because their form is a guess (``_with_doubtful_that_help``).
+The others have to help clearly, because their form is a guess (``doubtful_effects``).
 """
 
 from __future__ import annotations
@@ -28,12 +28,11 @@ import numpy as np
 
 from scalar.diagnosis.fit.fitted_state import FittedState, plausibly_refitted
 from scalar.diagnosis.settings import Settings
+from scalar.diagnosis.shipping.doubtful_effects import with_doubtful_that_help
 from scalar.diagnosis.shipping.nested_models import LIMITS, MEASURED, RANGES, Errors, NestedModels
 from scalar.effects import Effect
 from scalar.effects.registry import nuisances_beside
 from scalar.units import MM
-
-LATE = 0.1  # chosen: of the poses; a change that fewer of them show may as well be a few poses that err
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +95,7 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
     alone are not enough for it: poses that press a tool on target planes, for example, fill a small part of the ranges, and predictions for the rest
     are not determined.
 
-    Effects without a sure name have to pass further tests (``_with_doubtful_that_help``). Nuisances are shipped beside effects that were found, never
+    Effects without a sure name have to pass further tests (``doubtful_effects``). Nuisances are shipped beside effects that were found, never
     alone. Finally, no effect is shipped if the error remains above ``settings.shipped_fit.worth_correcting`` times that of the model without effects,
     both within the joint limits and at the measured poses. The share is smaller if one error of the instrument may be what another leaves, and no
     effect of the arm is corrected (``_has_remainder``).
@@ -118,7 +117,7 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
     doubtful = [i for i in found if effects[i].flexible or effects[i].key in unsure]
     sure, others = tuple(i for i in found if i not in doubtful), tuple(range(len(found), len(everything)))
     kept = _with_least_error(wide, (found, sure), others, len(nuisances), after.settings)
-    kept = _with_doubtful_that_help(wide, kept, doubtful, after)
+    kept = with_doubtful_that_help(wide, kept, doubtful, after)
     errors, shipping = wide.errors(kept), after.settings.shipped_fit
     remainder = _has_remainder([everything[i] for i in kept])
     worth = shipping.worth_remainder if remainder else shipping.worth_correcting
@@ -150,46 +149,6 @@ def _has_remainder(effects: Sequence[Effect]) -> bool:
     return approximate and len(of_instrument) > 1 and not any(effect.acts_on_arm for effect in effects)
 
 
-def _with_doubtful_that_help(
-    wide: NestedModels, kept: tuple[int, ...], doubtful: list[int], after: FittedState
-) -> tuple[int, ...]:
-    """Return the effects that are kept, without those among them that have no sure name and do not help clearly.
-
-    A change that begins among the last few poses (``LATE``) and has no sure name is not shipped: it would be applied to every later pose. Nor is an
-    error of the scale of all lengths: held-out poses do not show whether it is right. Changes in time without a sure name are shipped only if the
-    expected error without them, or without any effects, is far larger (``settings.shipped_fit.worth_doubtful``): their form is a guess, and the arm
-    itself need not have changed. Other effects without a sure name have to remove as much within the joint limits as all effects together have to
-    (``settings.shipped_fit.worth_correcting``).
-
-    Effects without a sure name may have been selected by chance from many. If few equations are measured for each parameter of the geometry
-    (``settings.shipped_fit.few_equations``), and no effect with a sure name is shipped but nuisances, they are therefore shipped only if the F
-    statistic of their reduction of the sum of squares is large (``settings.shipped_fit.least_f_statistic``).
-
-    Args:
-        wide: The nested models.
-        kept: Indices of the effects that are kept so far; those that were found come before all others.
-        doubtful: Indices of the effects that were found and have no sure name.
-        after: The state with all effects that were found.
-    """
-    effects, shipping = after.effects, after.settings.shipped_fit
-    unshown = [i for i in doubtful if _is_late(effects[i], after) or effects[i].stretches_lengths]
-    kept = _without(kept, unshown)
-    in_time = [i for i in doubtful if _changes_in_time(effects[i])]
-    for which, worth in ((in_time, shipping.worth_doubtful), (doubtful, shipping.worth_correcting)):
-        if not _is_worth_correcting(wide, kept, which, worth):
-            kept = _without(kept, which)
-    sure = [effects[i] for i in kept if i < len(effects) and i not in doubtful]
-    none_is_sure = all(effect.in_every_setup for effect in sure)
-    if none_is_sure and not _explain_much(wide, kept, doubtful, after):
-        kept = _without(kept, doubtful)
-    return kept
-
-
-def equations_per_parameter(state: FittedState) -> float:
-    """Return the number of measured equations for each free parameter of robot, sensor and target."""
-    return float(state.residuals.measurement.equations.sum() / max(int(state.geometry_free.sum()), 1))
-
-
 def _with_least_error(
     wide: NestedModels,
     starts: Sequence[tuple[int, ...]],
@@ -218,51 +177,6 @@ def _with_least_error(
     errors, clearly = wide.errors(kept), settings.shipped_fit.clearly_smaller_error
     smaller = errors[LIMITS] <= clearly * with_all[LIMITS] and _no_worse(errors, with_all)
     return kept if smaller else found
-
-
-def _without(kept: tuple[int, ...], doubtful: list[int]) -> tuple[int, ...]:
-    """Return the indices of the effects that were chosen but for the doubtful ones."""
-    return tuple(i for i in kept if i not in doubtful)
-
-
-def _is_worth_correcting(
-    wide: NestedModels, kept: tuple[int, ...], doubtful: list[int], worth: float
-) -> bool:
-    """Return whether so much is expected of correcting for doubtful effects that it is done.
-
-    Args:
-        wide: The wide model and the models nested in it.
-        kept: Indices of the effects that were chosen.
-        doubtful: Indices of the doubtful ones.
-        worth: Largest share of the expected error within the joint limits that doubtful effects may leave. They are kept as well if at most the
-            square of this share remains of the expected error without any effects: predictions can then hardly become worse than those.
-    """
-    error, without = (wide.errors(which)[LIMITS] for which in (kept, _without(kept, doubtful)))
-    return error <= worth * without or error <= worth**2 * wide.errors(())[LIMITS]
-
-
-def _explain_much(wide: NestedModels, kept: tuple[int, ...], doubtful: list[int], after: FittedState) -> bool:
-    """Return whether doubtful effects explain much of the residual, or many equations are measured; also if none of them was chosen.
-
-    Args:
-        wide, kept, doubtful: As for ``_is_worth_correcting``.
-        after: The state with all effects that were found.
-    """
-    settings, chosen = after.settings.shipped_fit, tuple(i for i in kept if i in doubtful)
-    if not chosen or equations_per_parameter(after) >= settings.few_equations:
-        return True
-    return wide.f_statistic(chosen, kept) >= settings.least_f_statistic
-
-
-def _changes_in_time(effect: Effect) -> bool:
-    """Return whether an effect changes in the course of the acquisition, by its clock or by the order of the poses."""
-    return effect.is_change_in_time or bool({"time", "order"} & set(effect.depends_on))
-
-
-def _is_late(effect: Effect, after: FittedState) -> bool:
-    """Return whether an effect is a change that begins among the last few poses."""
-    since = effect.since(after.residuals.poses)
-    return since is not None and float(np.mean(since)) < LATE
 
 
 def _general(after: FittedState) -> list[Effect]:

@@ -34,7 +34,8 @@ from scalar.diagnosis.held_out.hold_out import (
     no_worse,
 )
 from scalar.diagnosis.selection.harmonic_spectrum import priors_for_whitened_rows
-from scalar.diagnosis.shipping.focused_choice import FocusedChoice, equations_per_parameter, focused_choice
+from scalar.diagnosis.shipping.doubtful_effects import equations_per_parameter
+from scalar.diagnosis.shipping.focused_choice import FocusedChoice, focused_choice
 from scalar.diagnosis.shipping.jackknife import prediction_changes
 from scalar.diagnosis.shipping.nested_models import LIMITS, MEASURED
 from scalar.effects import Effect

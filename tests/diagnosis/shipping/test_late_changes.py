@@ -8,7 +8,7 @@ import pytest
 
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.diagnosis.shipping import focused_choice
-from scalar.diagnosis.shipping.focused_choice import _is_late
+from scalar.diagnosis.shipping.doubtful_effects import _is_late
 from scalar.effects.flexible.shape import UnattributedShape
 from scalar.effects.flexible.variable import Variable
 from scalar.effects.joint_scale import JointScale
