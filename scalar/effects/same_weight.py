@@ -31,7 +31,7 @@ class ActsLikeCompliance(Protocol):
         ...
 
 
-def consequence_beside(found: str, size: float, error: float) -> str:
+def consequence_if_unseen(found: str, size: float, error: float) -> str:
     """Return the sentence on an effect that these data cannot distinguish from a part of one that was found.
 
     Args:

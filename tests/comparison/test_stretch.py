@@ -40,7 +40,7 @@ def test_another_scale_of_the_instrument_is_no_change_of_single_lengths(before, 
 
 
 def test_a_change_beside_another_scale_is_found(before):
-    """A zero that changed is named with its size, and the scale is stated beside it."""
+    """A zero that changed is named with its size, and the scale is stated too."""
     found = compare(before, stretched(before, 8e-4, theta_3=1e-3))
     (change,) = found.changes
     assert change.candidate.name == "theta_3" and change.value[0] == pytest.approx(1e-3, rel=0.02)

@@ -4,8 +4,8 @@ If an effect with coefficient c is present and not in the model, the fit moves t
 of the parameters and of the effect, and leaves the residual ``(I - J J^+) E c``. If that is almost zero, the effect is unobservable.
 Its consequence is the difference between ``J^+ E c`` and the effect itself in the predicted positions, within the joint limits.
 
-An effect may also be present unseen beside one that was found, if the two bear the same weight (``scalar.effects.same_weight``): where joints give
-way, a base that gives way looks like more or less of their compliance. It is listed with the largest size that would not be seen.
+An effect may also be present unseen together with one that was found, if the two bear the same weight (``scalar.effects.same_weight``): where joints
+give way, a base that gives way looks like more or less of their compliance. It is listed with the largest size that would not be seen.
 """
 
 from __future__ import annotations
@@ -16,14 +16,16 @@ from typing import Any
 
 import numpy as np
 
+from scalar.data.poses import Poses
+from scalar.diagnosis.fit.background import Background
 from scalar.diagnosis.fit.effect_columns import Bases
 from scalar.diagnosis.fit.fitted_state import FittedState, whitened
 from scalar.diagnosis.fit.predicted_displacements import displacements, random_poses
 from scalar.effects import Effect
-from scalar.effects.same_weight import ActsLikeCompliance, consequence_beside
+from scalar.effects.same_weight import ActsLikeCompliance, consequence_if_unseen
 from scalar.geometry.se3 import Array
 
-# Chosen: an effect that would be seen from a smaller part of the compliance that was found is not listed beside it.
+# Chosen: an effect that would be seen from a smaller part of the compliance that was found is not listed.
 _LEAST_PART = 0.2
 _RANK_TOLERANCE = 1e-10  # smaller singular values of the parameters' columns, over the largest, count as zero
 
@@ -80,7 +82,7 @@ def unobservable_effects(
     ]
     E = state.columns_of(wanted, bases)
     background = state.background()
-    left = E - background.Q @ (background.Q.T @ E)
+    left = _unexplained(background, E)
     lengths_of_all, lengths_left = np.linalg.norm(E, axis=0), np.linalg.norm(left, axis=0)
     ends = np.cumsum([0, *(len(effect.coefficients) for effect in wanted)], dtype=int)
     result = []
@@ -96,60 +98,71 @@ def unobservable_effects(
             which = int(np.argmax(errors))
             words = effect.consequence(float(errors[which]), which)
             result.append(Unobservable(effect, share, float(errors[which]), words))
-    return [*result, *_beside_the_found(state, candidates)]
+    return [*result, *_unseen_like_the_found(state, candidates, bases)]
 
 
-def _beside_the_found(state: FittedState, candidates: Sequence[Effect]) -> list[Unobservable]:
-    """Return the candidates that may be present unseen beside an effect that was found, because they bear the same weight.
+def _unexplained(background: Background, columns: Array) -> Array:
+    """Return what the directions that a model explains leave of columns ``(N m,)`` or ``(N m, k)``, in the same shape."""
+    return columns - background.Q @ (background.Q.T @ columns)
 
-    Each is listed once, beside the place at which it may move the sensor farthest.
+
+def _unseen_like_the_found(
+    state: FittedState, candidates: Sequence[Effect], bases: Bases | None
+) -> list[Unobservable]:
+    """Return the candidates that may be present unseen because they look like a compliance that was found.
+
+    Each is listed once, with the place that it looks like at which it may move the sensor farthest.
 
     Args:
         state: The fitted state.
         candidates: The candidates.
+        bases: As for ``FittedState.columns_of``.
     """
     found_names = {effect.name for effect in state.effects}
-    result = []
+    background, result = state.background(), []
     for candidate in candidates:
         if not isinstance(candidate, ActsLikeCompliance) or candidate.name in found_names:
             continue
-        pairs = [pair for effect in state.effects for pair in candidate.giving_way_like(effect)]
-        alike = [_unseen_beside(state, candidate, *pair) for pair in pairs]
-        result += sorted(filter(None, alike), key=lambda sized: -sized[0])[:1]
-    return [entry for _, entry in result]
+        E = state.columns_of([candidate], bases)
+        unseen = [
+            (place, part, coefficients)
+            for effect in state.effects
+            for place, coefficients in candidate.giving_way_like(effect)
+            if (part := _unseen_part(background, E @ coefficients, coefficients)) >= _LEAST_PART
+        ]
+        if not unseen:
+            continue
+        poses, at_rest = random_poses(state), np.zeros(len(state.free))
+        sizes = [_moved(state, candidate, np.r_[at_rest, part * c], poses) for _, part, c in unseen]
+        place, part, coefficients = unseen[int(np.argmax(sizes))]
+        rows = E @ coefficients
+        share = float(np.linalg.norm(_unexplained(background, rows)) / np.linalg.norm(rows))
+        (error,) = prediction_errors(state, candidate, part * rows[:, None], part * coefficients[:, None])
+        words = consequence_if_unseen(place, max(sizes), float(error))
+        result.append(Unobservable(candidate, share, float(error), words))
+    return result
 
 
-def _unseen_beside(
-    state: FittedState, candidate: Effect, place: str, coefficients: Array
-) -> tuple[float, Unobservable] | None:
-    """Return how far a candidate may move the sensor unseen [m], root mean square, with its entry; None if only a small part stays unseen.
+def _unseen_part(background: Background, rows: Array, coefficients: Array) -> float:
+    """Return the part, at most 1, up to which an effect is not seen; 0 if it does not act.
 
     It is seen if the squared residual that it leaves exceeds what the Bayesian information criterion asks for as many coefficients as are not zero.
-    It is not assumed to be larger than the compliance that was found.
 
     Args:
-        state: The fitted state.
-        candidate: The candidate.
-        place: The place that gives way by what was found.
-        coefficients: ``(e,)``, those with which the candidate gives way as much as that place does.
+        background: Of the model without the effect.
+        rows: ``(N m,)``, whitened: what the effect adds to the rows.
+        coefficients: ``(e,)``, those of the effect.
     """
-    background = state.background()
-    column = state.columns_of([candidate]) @ coefficients
-    left = float(np.linalg.norm(column - background.Q @ (background.Q.T @ column)))
-    least = float(
-        np.sqrt(background.variance * np.count_nonzero(coefficients) * np.log(background.degrees_of_freedom))
-    )
-    part = min(1.0, least / left) if left > 0 else 1.0
-    if not column.any() or part < _LEAST_PART:
-        return None
-    part_of_it = part * coefficients
-    moved = displacements(
-        state, [candidate], np.r_[np.zeros(len(state.free)), part_of_it], random_poses(state)
-    )
-    size = float(np.sqrt(np.mean(moved**2)))
-    (error,) = prediction_errors(state, candidate, part * column[:, None], part_of_it[:, None])
-    share = left / float(np.linalg.norm(column))
-    return size, Unobservable(candidate, share, float(error), consequence_beside(place, size, float(error)))
+    if not rows.any():
+        return 0.0
+    left = float(np.linalg.norm(_unexplained(background, rows)))
+    least = background.variance * np.count_nonzero(coefficients) * np.log(background.degrees_of_freedom)
+    return min(1.0, float(np.sqrt(least)) / left) if left > 0 else 1.0
+
+
+def _moved(state: FittedState, effect: Effect, steps: Array, poses: Poses) -> float:
+    """Return how far predicted positions move [m], root mean square over poses; arguments as for ``displacements``."""
+    return float(np.sqrt(np.mean(displacements(state, [effect], steps, poses) ** 2)))
 
 
 def prediction_errors(state: FittedState, effect: Effect, rows: Array, coefficients: Array) -> Array:
@@ -165,11 +178,10 @@ def prediction_errors(state: FittedState, effect: Effect, rows: Array, coefficie
     """
     J = whitened(state.whitening, state.linearised()[1])[: len(rows)]
     absorbed = np.linalg.lstsq(J, rows, rcond=_RANK_TOLERANCE)[0]
-    poses = random_poses(state)
-    errors = []
+    poses, errors = random_poses(state), []
     for k in range(rows.shape[1]):
         steps = np.zeros(len(state.free) + len(coefficients))
         steps[: len(state.free)][state.free] = absorbed[:, k]
         steps[len(state.free) :] = -coefficients[:, k]
-        errors.append(float(np.sqrt(np.mean(displacements(state, [effect], steps, poses) ** 2))))
+        errors.append(_moved(state, effect, steps, poses))
     return np.array(errors)

@@ -83,7 +83,7 @@ def test_no_kind_is_said_to_do_no_harm_where_it_does(state, kind):
 
 
 def test_a_base_that_gives_way_is_listed_beside_a_joint_that_looks_like_it():
-    """The compliance of joint 2 explains a tilting base to a fifth; how far a base may tilt unseen is listed beside it, and only then."""
+    """The compliance of joint 2 explains a tilting base to a fifth; how far a base may tilt unseen is then listed, and only then."""
     cell = make_cell(seed=25, poses_per_plane=4)
     cell = make_cell(
         Flaws(base=tilting(cell.scene.truth, (8.0, 8.0))), seed=25, poses_per_plane=30, noise=2e-5
