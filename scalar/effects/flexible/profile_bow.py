@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from scalar.data.poses import Poses
-from scalar.effects.flexible.unattributed import NAME, Unattributed
-from scalar.effects.picture import Map, Profile, View
-from scalar.effects.range_error import ScannerError
+from scalar.effects.flexible.profile_error import UnattributedProfileError
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 
@@ -22,7 +20,7 @@ DEGREES = (2, 3)  # of x: a symmetric bow, and what makes it deeper on one side
 
 
 @dataclass(frozen=True, eq=False)
-class UnattributedProfileBow(Unattributed, ScannerError):
+class UnattributedProfileBow(UnattributedProfileError):
     """The measured range needs ``c_2 (x / half)^2 + c_3 (x / half)^3``.
 
     It is the rival of errors of the range's zero and of its linearity, which bend profiles as well, and of bowed planes. It is a large error, as of a
@@ -47,11 +45,6 @@ class UnattributedProfileBow(Unattributed, ScannerError):
         """Return that profiles of a flat surface are bowed, and how much."""
         edges = float(np.abs(np.array([[1.0, 1.0], [1.0, -1.0]]) @ self.coefficients).max())
         return f"a bow of the scanner's profiles by up to {1e3 * edges:.2g} mm at their ends, and not an error of the arm"
-
-    @property
-    def key(self) -> str:
-        """Name and place."""
-        return f"{NAME}_{self.place}"
 
     @property
     def coefficient_names(self) -> list[str]:
@@ -79,10 +72,6 @@ class UnattributedProfileBow(Unattributed, ScannerError):
             "Scan a surface that is known to be flat at several distances: if its profile is bowed, have the scanner calibrated by its maker. "
             "The arm is not at fault."
         ]
-
-    def pictures(self, view: View) -> list[Profile | Map]:
-        """Return none: the text states the bow."""
-        return []
 
     def to_mapping(self) -> dict[str, Any]:
         """Return place and half width."""

@@ -1,4 +1,4 @@
-"""The base class of errors within a scanner's profiles whose place says all: one coefficient or a few, and no settings."""
+"""The base class of errors within a scanner's profiles without a name."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scalar.effects.range_error import ScannerError
 
 
 class UnattributedProfileError(Unattributed, ScannerError):
-    """An error of the points of a scanner's profiles, of which there is one kind at each ``place``."""
+    """An error of the points of a scanner's profiles, of which there is one kind at each ``place``; by default it has no settings."""
 
     @property
     def key(self) -> str:
