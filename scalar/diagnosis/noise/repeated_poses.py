@@ -106,9 +106,8 @@ def _expected(dataset: Dataset, model: Model, pose_of_point: Array) -> Array:
     frames: Any = rigid.target
     T = frames.transforms[residuals.measurement.target_index] @ residuals.kinematics(rigid).T_base_sensor
     numbers = dataset.point_columns.get("target", np.zeros(len(dataset.points)))
-    _, among_seen = np.unique(
-        numbers, return_inverse=True
-    )  # the model has the targets that were seen, in this order
+    # The model has the targets that were seen, in this order.
+    _, among_seen = np.unique(numbers, return_inverse=True)
     on_flange = frames.targets.transforms[among_seen]
     return (T[pose_of_point] @ on_flange)[:, :3, 3]
 

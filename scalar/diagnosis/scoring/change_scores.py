@@ -132,7 +132,6 @@ def _from_each_on(Q: Array, E: Array, index: Array) -> Array:
     N, m, _ = E.shape
     by_pose = np.swapaxes(Q.reshape(N, m, -1)[index], 1, 2) @ E[index]
     from_end = by_pose[::-1]
-    np.add.accumulate(
-        from_end, axis=0, out=from_end
-    )  # in place: with many parameters and poses the array is large
+    # In place: with many parameters and poses the array is large.
+    np.add.accumulate(from_end, axis=0, out=from_end)
     return by_pose
