@@ -7,7 +7,7 @@ from math import inf
 from typing import Any
 
 from scalar.diagnosis.fit.partial_residuals import FittedView
-from scalar.diagnosis.naming.finding import UNATTRIBUTED, Finding
+from scalar.diagnosis.naming.finding import UNATTRIBUTED
 from scalar.diagnosis.result import Diagnosis
 from scalar.effects.command_line import named_effects
 from scalar.effects.registry import module_of
@@ -79,7 +79,7 @@ def _lines_on_effects(diagnosis: Diagnosis, entries: list[dict[str, Any]]) -> It
                 size = _size_of_many(diagnosis, i, view)
         elif diagnosis.noise and entry["name"] == diagnosis.noise[0].name:
             limit = diagnosis.noise_limit
-        yield from _lines_on_effect(entry, size, sign, diagnosis.findings)
+        yield from _lines_on_effect(entry, size, sign, diagnosis)
         if limit:
             yield f"    its confidence is no larger because {limit}"
     if len(entries) > _EFFECTS_NAMED:
@@ -88,16 +88,14 @@ def _lines_on_effects(diagnosis: Diagnosis, entries: list[dict[str, Any]]) -> It
         yield f"  {words.CONFIDENCE}"
 
 
-def _lines_on_effect(
-    entry: Mapping[str, Any], size: str, sign: str, findings: tuple[Finding, ...]
-) -> Iterator[str]:
+def _lines_on_effect(entry: Mapping[str, Any], size: str, sign: str, diagnosis: Diagnosis) -> Iterator[str]:
     """Yield the lines on one entry.
 
     Args:
         entry: Of ``effects`` in diagnosis.json.
         size: How large the effect is in all, for one with many coefficients; else empty.
         sign: What the sign of its coefficients means, if they are shown without it; else empty.
-        findings: All findings. Those without a name are described at the entry that they share.
+        diagnosis: Whose findings without a name are described at the entry that they share.
     """
     unattributed = entry["name"] == UNATTRIBUTED
     title = words.title(entry["name"], entry["target"], entry.get("depends_on", ()))
@@ -105,11 +103,11 @@ def _lines_on_effect(
     yield f"  {title}{size}{_sizes(entry, sign)}{sure}"
     for like in entry.get("most_like", ()):
         name = words.quoted(words.title(like["name"], like["target"]))
-        why = [f.limit for f in findings if f.doubtful and _is_entry_of(like, f)]
-        reason = f", no more because {why[0]}" if why and why[0] else ""
+        why = _why_doubtful(diagnosis, like)
+        reason = f", no more because {why}" if why else ""
         yield f"    most like {name}, a name with {like['confidence']:.0%} confidence{reason}"
     if unattributed:
-        for description in [f.effect.described_as for f in findings if f.effect.flexible]:
+        for description in [f.effect.described_as for f in diagnosis.flexible_terms]:
             yield f"    described by {description}, which proves no cause"
     if entry["confounded_with"]:
         near = [words.title(c["name"], c["target"]) for c in entry["confounded_with"]]
@@ -118,9 +116,12 @@ def _lines_on_effect(
         yield f"    these data do not distinguish it from {words.listed(near[:_CONFOUNDED_NAMED] + more, 'or')}"
 
 
-def _is_entry_of(entry: Mapping[str, Any], finding: Finding) -> bool:
-    """Return whether an entry of diagnosis.json is that of a finding."""
-    return entry["name"] == finding.effect.name and entry["target"] == finding.effect.target
+def _why_doubtful(diagnosis: Diagnosis, like: Mapping[str, Any]) -> str:
+    """Return the rule that lowered the confidence in a doubtful name, an entry of ``most_like``, as a clause; empty if none did."""
+    if diagnosis.noise_is_doubtful and like["name"] == diagnosis.noise[0].name:
+        return diagnosis.noise_limit
+    of_name = [f for f in diagnosis.findings if f.doubtful and f.effect.name == like["name"]]
+    return next((f.limit for f in of_name if f.effect.target == like["target"]), "")
 
 
 def _line_on_option(diagnosis: Diagnosis) -> Iterator[str]:

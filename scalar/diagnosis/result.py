@@ -19,7 +19,7 @@ from scalar.diagnosis.naming.grounds import Grounds
 from scalar.diagnosis.naming.limits_of_noise import limit_of_noise
 from scalar.diagnosis.naming.observability import Unobservable
 from scalar.diagnosis.noise.noise_floor import noise_entry, noise_floor
-from scalar.diagnosis.scoring.ranking import Scored
+from scalar.diagnosis.scoring.ranking import Scored, candidate_entries
 from scalar.diagnosis.shipping.shipped_fit import ShippedFit
 from scalar.estimation.gross_errors import Cleaned
 from scalar.estimation.result import Calibration
@@ -131,7 +131,7 @@ class Diagnosis:
     def noise_confidence(self) -> float:
         """Return the estimated probability that the likeliest variance component has its name rightly."""
         assert self.noise_grounds is not None
-        most, _ = limit_of_noise(self.after, self.noise[0], self.halves)
+        most, _ = self._limit_of_noise
         result = min(most, confidence(self.noise_grounds, self.noise[0].name))
         return result if self.confirmed_noise else min(result, self._noise_selected_in or 0.0)
 
@@ -139,8 +139,13 @@ class Diagnosis:
     def noise_limit(self) -> str:
         """Return why the confidence in the likeliest variance component is no larger, as a clause; empty if no rule lowered it."""
         assert self.noise_grounds is not None
-        most, reason = limit_of_noise(self.after, self.noise[0], self.halves)
+        most, reason = self._limit_of_noise
         return reason if most < confidence(self.noise_grounds, self.noise[0].name) else ""
+
+    @property
+    def _limit_of_noise(self) -> tuple[float, str]:
+        beside = any(not finding.has_name for finding in self.findings)
+        return limit_of_noise(self.after, self.noise[0], self.halves, beside_structure=beside)
 
     @property
     def noise_is_doubtful(self) -> bool:
@@ -218,32 +223,9 @@ class Diagnosis:
             "shipped": shipped_entry(self, self.halves),
             "not_confirmed": not_confirmed,
             "outer_split": None if self.outer is None else self.outer.to_mapping(),
-            "candidates": self._candidates(),
+            "candidates": candidate_entries(self.ranking, self.before.background().sum_of_squares),
         }
         return plain(mapping)
-
-    def _candidates(self) -> list[dict[str, Any]]:
-        """Return the leading candidates with their scores on the residual without effects, best first, each title once.
-
-        A gear error is a candidate order by order and with several orders at once, and both may select the same orders. Unobservable candidates have
-        no score and are left out.
-        """
-        sum_of_squares = self.before.background().sum_of_squares
-        best: dict[str, Scored] = {}
-        for entry in self.ranking:
-            if entry.dof:
-                best.setdefault(entry.effect.title, entry)
-        return [
-            {
-                "name": entry.effect.name,
-                "target": entry.effect.target,
-                "title": title,
-                "evidence_nats": entry.evidence,
-                "share_of_residual": min(entry.gain / sum_of_squares, 1.0),
-                "p_value": entry.p_value,
-            }
-            for title, entry in best.items()
-        ]
 
     def _unattributed_entry(self) -> dict[str, Any]:
         """Return the one entry for all findings without a name, and for a variance component without a name."""

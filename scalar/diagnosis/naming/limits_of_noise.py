@@ -1,16 +1,23 @@
-"""The largest confidence that rules allow the likeliest variance component, and why: returns to the same poses, and the two halves of the poses."""
+"""The largest confidence that rules allow the likeliest variance component, and why: returns, neighbouring poses, and the two halves of the poses."""
 
 from __future__ import annotations
 
 from scalar.diagnosis.fit.fitted_state import FittedState
-from scalar.diagnosis.fit.variance_components import VarianceComponent
+from scalar.diagnosis.fit.variance_components import JITTER, VarianceComponent
 from scalar.diagnosis.held_out.outer_split import OuterSplit
+from scalar.diagnosis.naming.jitter_at_neighbours import excludes_smooth_error
 from scalar.diagnosis.naming.jitter_at_returns import NO_RETURNS, most_confidence_at_returns
 from scalar.diagnosis.naming.two_halves import most_confidence, why_limited
 
+AS_LIKELY = (
+    0.5  # chosen: the cause is the joints, or an error of each pose that the data do not distinguish from it
+)
+MAY_BE_SMOOTH = "an error that varies smoothly with the joint angles, as that of a hose or a floor does, would scatter these poses alike"
+MAY_BE_A_REST = "structure without a name was found beside it, of which this scatter may be the rest"
+
 
 def limit_of_noise(
-    state: FittedState, component: VarianceComponent, halves: OuterSplit | None
+    state: FittedState, component: VarianceComponent, halves: OuterSplit | None, *, beside_structure: bool
 ) -> tuple[float, str]:
     """Return the largest confidence that the rules allow a variance component, and the reason as a clause.
 
@@ -18,8 +25,14 @@ def limit_of_noise(
         state: The state with all effects that were found.
         component: The component.
         halves: The answers of the two halves of the poses, or None.
+        beside_structure: Whether structure without a name was found besides.
     """
     limits = [(most_confidence_at_returns(state, component), NO_RETURNS)]
+    if component.name == JITTER and limits[0][0] < 1.0:
+        if beside_structure:
+            limits.append((AS_LIKELY, MAY_BE_A_REST))
+        elif not excludes_smooth_error(state, component):
+            limits.append((AS_LIKELY, MAY_BE_SMOOTH))
     if halves is not None:
         share = halves.noise_selected_in(component.name)
         limits.append((most_confidence(share, halves), why_limited(share)))

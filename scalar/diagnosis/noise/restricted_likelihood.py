@@ -43,6 +43,45 @@ class Components:
     log_likelihood: float
 
 
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """The matrix P, which weights rows by the inverse of their covariance and removes what the model explains, and the residual under it.
+
+    Attributes:
+        W: ``(N, m, m)``, inverses of the covariances of the poses' rows.
+        half: ``(p, N m)``, with ``P = W - half' half``.
+        residual: ``(N m,)``, P r.
+        sum_of_squares: ``r' P r``, the rows of priors left out.
+        half_log_determinant: Half the logarithm of the determinant of ``X' W X`` and the rows of priors.
+    """
+
+    W: Array
+    half: Array
+    residual: Array
+    sum_of_squares: float
+    half_log_determinant: float
+
+    @classmethod
+    def of(cls, background: Background, W: Array) -> Projection:
+        """Return P for a residual, the directions that the model explains, and the weights W ``(N, m, m)``."""
+        r, flat = background.residual, background.Q
+        N, m = r.shape
+        WX = (W @ flat.reshape(N, m, -1)).reshape(N * m, -1)
+        # The residual has no component along Q and its rows on priors together.
+        G = flat.T @ WX + background.gram_of_priors
+        L = np.linalg.cholesky(G + 1e-12 * np.eye(len(G)))
+        half = solve_triangular(L, WX.T, lower=True, check_finite=False)
+        Wr = (W @ r.reshape(N, m, 1)).reshape(-1)
+        along = solve_triangular(L, flat.T @ (Wr - r.ravel()), lower=True, check_finite=False)
+        squares = float(r.ravel() @ Wr - np.sum(along**2))
+        return cls(W, half, Wr - half.T @ along, squares, float(np.sum(np.log(np.diag(L)))))
+
+    def applied_to(self, x: Array) -> Array:
+        """Return ``P x`` ``(N m,)``."""
+        weighted = (self.W @ x.reshape(*self.W.shape[:2], 1)).reshape(-1)
+        return weighted - self.half.T @ (self.half @ x)
+
+
 def fit_components(background: Background, kernels: Sequence[Array]) -> Components:
     """Return the variance components of greatest restricted likelihood.
 
@@ -98,34 +137,18 @@ def _evaluate(background: Background, kernels: list[Array], v: Array) -> tuple[f
     """Return the restricted log likelihood, its gradient ``(k,)`` and the average information ``(k, k)`` at variances v ``(k,)``."""
     r = background.residual
     N, m = r.shape
-    X = background.Q.reshape(N, m, -1)
     V = np.broadcast_to(np.eye(m), (N, m, m)) + sum(
         (a * K for a, K in zip(v, kernels, strict=True)), np.zeros((N, m, m))
     )
     determinant = float(np.sum(np.log(np.diagonal(np.linalg.cholesky(V), axis1=1, axis2=2))))
-    W = np.linalg.inv(V)
-    flat = background.Q
-    WX = (W @ X).reshape(N * m, -1)
-    # The residual has no component along Q and its rows on priors together.
-    G = flat.T @ WX + background.gram_of_priors
-    L = np.linalg.cholesky(G + 1e-12 * np.eye(len(G)))
-    half = solve_triangular(L, WX.T, lower=True, check_finite=False)
-
-    def weighted(x: Array) -> Array:
-        """Return ``V^-1 x`` ``(N m,)``."""
-        return (W @ x.reshape(N, m, 1)).reshape(-1)
-
-    Wr = weighted(r)
-    b = flat.T @ (Wr - r.ravel())
-    along = solve_triangular(L, b, lower=True, check_finite=False)
-    Pr = Wr - half.T @ along
-    value = -determinant - float(np.sum(np.log(np.diag(L))))
-    value -= 0.5 * float(r.ravel() @ Wr - np.sum(along**2))
+    about = Projection.of(background, np.linalg.inv(V))
+    W, half, Pr = about.W, about.half, about.residual
+    value = -determinant - about.half_log_determinant - 0.5 * about.sum_of_squares
     blocks = W - np.einsum("fni,fnj->nij", half.reshape(-1, N, m), half.reshape(-1, N, m))
     KPr = [(K @ Pr.reshape(N, m, 1)).reshape(-1) for K in kernels]
     gradient = np.array(
         [-0.5 * (float(np.sum(blocks * K)) - float(Pr @ q)) for K, q in zip(kernels, KPr, strict=True)]
     )
-    PKPr = [weighted(q) - half.T @ (half @ q) for q in KPr]
+    PKPr = [about.applied_to(q) for q in KPr]
     information = 0.5 * np.array([[float(p @ q) for q in KPr] for p in PKPr])
     return value, gradient, information

@@ -200,3 +200,30 @@ def _best_variation(state: FittedState, background: Background, entry: Scored, s
         gain=best.gain,
         evidence=entry.evidence + gained,
     )
+
+
+def candidate_entries(ranking: Sequence[Scored], sum_of_squares: float) -> list[dict[str, Any]]:
+    """Return the leading candidates as ``diagnosis.json`` lists them, best first, each title once.
+
+    A gear error is a candidate order by order and with several orders at once, and both may select the same orders. Unobservable candidates have
+    no score and are left out.
+
+    Args:
+        ranking: The candidates on the residual without effects, best first.
+        sum_of_squares: Of that residual, whitened.
+    """
+    best: dict[str, Scored] = {}
+    for entry in ranking:
+        if entry.dof:
+            best.setdefault(entry.effect.title, entry)
+    return [
+        {
+            "name": entry.effect.name,
+            "target": entry.effect.target,
+            "title": title,
+            "evidence_nats": entry.evidence,
+            "share_of_residual": min(entry.gain / sum_of_squares, 1.0),
+            "p_value": entry.p_value,
+        }
+        for title, entry in best.items()
+    ]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.fit.variance_components import VarianceComponent
+from scalar.diagnosis.naming import limits_of_noise
 from scalar.diagnosis.naming.jitter_at_returns import (
     MOST_CONFIDENCE,
     NO_RETURNS,
@@ -78,12 +79,13 @@ def test_only_returns_to_the_same_angles_make_a_jitter_sure(settings, sure):
     assert most == (1.0 if sure else MOST_CONFIDENCE)
 
 
-def test_a_confidence_that_is_lowered_states_the_rule():
+def test_a_confidence_that_is_lowered_states_the_rule(monkeypatch):
     """Without returns a jitter's limit states that none bear it out; if neither half shows it either, the lower limit and its reason are stated."""
+    monkeypatch.setattr(limits_of_noise, "excludes_smooth_error", lambda *_: True)
     state, component = campaign(200, 1, 0.0, 7)
-    assert limit_of_noise(state, component, None) == (MOST_CONFIDENCE, NO_RETURNS)
+    assert limit_of_noise(state, component, None, beside_structure=False) == (MOST_CONFIDENCE, NO_RETURNS)
     halves: Any = SimpleNamespace(answers=[1, 2], noise_selected_in=lambda name: 0.0)
-    most, reason = limit_of_noise(state, component, halves)
+    most, reason = limit_of_noise(state, component, halves, beside_structure=False)
     assert most == 0.25 and reason.startswith("neither half of the poses shows it")
 
 
