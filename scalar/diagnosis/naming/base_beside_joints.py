@@ -1,0 +1,46 @@
+"""Lower the confidence in a base that gives way beside joints that do, where few poses hardly tell the two apart.
+
+The base and the joints of an arm give way under the same weight, and the masses of the links are fitted with each. Where joints give way, a base that
+does too can therefore stand for what their fitted masses leave. In seven simulated exams such a base was named with 0.8 or more, and log odds of less
+than 20 nats, in seven sets of 60 poses, and was there in one of them; of 120 and 300 poses it was there in ten of thirteen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.naming.rival_sets import CLEAR_ODDS
+from scalar.effects import BaseEffect
+from scalar.effects.effect import WEIGHT
+
+MOST_CONFIDENCE = 0.5  # chosen: the cause is the base or the joints
+FEW_POSES = 100  # chosen, between the 60 and the 120 poses of the exams
+SAME_WEIGHT = "joints that give way were found too, under the same weight, and so few poses hardly distinguish a base that does from them"
+
+
+def limited_beside_joints(
+    found: Sequence[Finding], n_poses: int, least_confidence: float
+) -> tuple[Finding, ...]:
+    """Return the findings, with the confidence limited in a base that gives way beside joints that do, unless its log odds are clear.
+
+    Args:
+        found: All findings.
+        n_poses: Number of poses that were fitted.
+        least_confidence: A name with less confidence is doubtful, between 0 and 1.
+    """
+    joints = any(
+        f.has_name and f.effect.load == WEIGHT and not isinstance(f.effect, BaseEffect) for f in found
+    )
+    if not joints or n_poses >= FEW_POSES:
+        return tuple(found)
+    return tuple(
+        f.limited(MOST_CONFIDENCE, least_confidence, SAME_WEIGHT) if _is_unclear_base(f) else f for f in found
+    )
+
+
+def _is_unclear_base(finding: Finding) -> bool:
+    """Return whether a finding is a base that gives way under the weight of the arm, without clear log odds."""
+    effect = finding.effect
+    of_base = isinstance(effect, BaseEffect) and effect.load == WEIGHT and not effect.flexible
+    return of_base and finding.grounds.log_odds < CLEAR_ODDS
