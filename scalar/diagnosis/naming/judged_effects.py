@@ -21,6 +21,7 @@ from scalar.diagnosis.naming.confidence import confidence
 from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.naming.fold_odds import WithoutFold, fold_odds, without_each_fold
 from scalar.diagnosis.naming.grounds import FinalResiduals, Grounds, grounds_of_effect
+from scalar.diagnosis.naming.refitted_rivals import with_fitted_rivals
 from scalar.diagnosis.naming.repeated_changes import repeated_changes_doubted
 from scalar.diagnosis.naming.rival_sets import CLEAR_ODDS, nearest_set
 from scalar.diagnosis.scoring.candidate_columns import CandidateColumns, CandidateSet
@@ -126,6 +127,8 @@ def _finding(
     """
     effect, least = after.effects[i], after.settings.naming.least_confidence
     own, ranking = _scores_in_place(scored, i, columns, beside)
+    if not effect.flexible and not is_shrunk(scored.effects[i]):
+        ranking = with_fitted_rivals(scored, i, own, ranking)
     confounded, weight = _imitators(scored, i, own, ranking)
     against = _Against.of(scored, i, own, ranking, unnamed, beside, folds)
     grounds = against.grounds(against.rivals, final_residuals)
