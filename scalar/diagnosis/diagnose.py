@@ -19,6 +19,7 @@ from scalar.diagnosis.naming.judged_effects import findings_of
 from scalar.diagnosis.naming.many_orders import limited_by_many_orders
 from scalar.diagnosis.naming.observability import unobservable_effects
 from scalar.diagnosis.naming.one_joint_moves import limited_by_one_joint
+from scalar.diagnosis.naming.orders_between import limited_by_orders_between
 from scalar.diagnosis.naming.rounded_record import limited_by_rounding
 from scalar.diagnosis.naming.step_at_boundary import limited_by_boundaries
 from scalar.diagnosis.naming.two_halves import limited_by_halves, two_halves
@@ -93,6 +94,7 @@ def diagnose(
     found = limited_by_rounding(found, run.before, settings.naming.least_confidence)
     n_poses, many = run.cleaned.dataset.n_poses, settings.spectrum.many_orders
     found = limited_by_many_orders(found, n_poses, many, settings.naming.least_confidence)
+    found = limited_by_orders_between(found, run.after, settings.naming.least_confidence)
     found = limited_by_order(found, given, settings.naming.least_confidence)
     found = limited_beside_joints(found, n_poses, settings.naming.least_confidence)
     found = limited_by_one_joint(found, run.cleaned.dataset.q, settings.naming.least_confidence)

@@ -76,6 +76,12 @@ class JointHarmonic(Series):
         phase = np.multiply.outer(self.orders, poses.q[:, self.joint - 1])
         return np.stack([np.sin(phase), np.cos(phase)], axis=1).reshape(-1, len(poses)).T
 
+    def change_with_orders(self, q: Array) -> Array:
+        """Return ``q (s_k cos k q - c_k sin k q)`` of each order k."""
+        phase = np.multiply.outer(q, self.orders)
+        sine, cosine = self.coefficients.reshape(-1, 2).T
+        return q[:, None] * (sine * np.cos(phase) - cosine * np.sin(phase))
+
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the effect of ``to_mapping``; version 1 called the prior standard deviations ``believed_rad``."""

@@ -62,6 +62,14 @@ class Series(SingleJointEffect):
         """Return the number of orders."""
         return len(self.orders)
 
+    def change_with_orders(self, q: Array) -> Array:
+        """Return how the fitted error changes as its orders do ``(N, n)`` [rad] for each of its n orders; ``(N, 0)`` if they are whole by nature.
+
+        Args:
+            q: ``(N,)``, the joint's angle [rad].
+        """
+        return np.zeros((len(q), 0))
+
     def with_terms(self, chosen: Sequence[int]) -> Effect:
         """Return some of the orders only."""
         return type(self)(self.joint, tuple(self.orders[i] for i in sorted(chosen)))

@@ -1,0 +1,71 @@
+"""Lower the confidence in harmonics whose periods are no whole parts of a turn, as those of an eccentric gear on the joint are.
+
+A belt over two pulleys, or a gear before the last one, errs with a number of periods a turn that need not be whole. Where a joint turns through a
+part of a turn, whole orders near them fit as well. The error ``s sin k q + c cos k q`` changes with k as ``q (s cos k q - c sin k q)``, which gives
+each order found a further column. If all these columns together explain something beside the model, the orders lie between whole ones. So do three or
+more high orders in a row that were chosen one by one: together they make a wave between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scalar.diagnosis.fit.fitted_state import FittedState, whitened
+from scalar.diagnosis.fit.variance_components import columns_by_place
+from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.scoring.score_test import p_value
+from scalar.diagnosis.selection.harmonic_spectrum import is_shrunk
+from scalar.effects import Effect
+from scalar.effects.series import Series
+
+MOST_CONFIDENCE = 0.5  # chosen: the cause is a gear on the joint, or what turns a number of times in its turn that is not whole
+LEAST_CHANCE = 0.02  # chosen: with a smaller p-value, the orders are not whole
+IN_A_ROW = 3  # chosen: so many neighbouring orders make a wave between them, unless the first are among them, which many gears have together
+NOT_WHOLE = "the numbers of its periods in a turn appear not to be whole, as those of a belt or of a gear before the last one need not be"
+
+
+def limited_by_orders_between(
+    found: Sequence[Finding], state: FittedState, least_confidence: float
+) -> tuple[Finding, ...]:
+    """Return the findings, with the confidence limited in harmonics of a joint whose orders appear not to be whole.
+
+    Args:
+        found: All findings.
+        state: The state with their effects.
+        least_confidence: A name with less confidence is doubtful, between 0 and 1.
+    """
+    return tuple(
+        f.limited(MOST_CONFIDENCE, least_confidence, NOT_WHOLE) if _lie_between(f.effect, state) else f
+        for f in found
+    )
+
+
+def _lie_between(effect: Effect, state: FittedState) -> bool:
+    """Return whether an effect consists of harmonics, chosen one by one, whose orders lie between whole ones."""
+    if not isinstance(effect, Series) or is_shrunk(effect) or not effect.change_with_orders(np.zeros(1)).size:
+        return False
+    rows = np.split(effect.orders, np.flatnonzero(np.diff(effect.orders) != 1) + 1)
+    high = any(len(row) >= IN_A_ROW and row[0] > IN_A_ROW for row in rows)
+    return high or chance_of_whole_orders(effect, state) < LEAST_CHANCE
+
+
+def chance_of_whole_orders(effect: Series, state: FittedState) -> float:
+    """Return the p-value of what orders near those of an effect, whole or not, explain beside a model (an F test).
+
+    Args:
+        effect: An error of one joint with fitted coefficients.
+        state: The state with this effect and all others.
+    """
+    background = state.background()
+    by_angle = dict(columns_by_place(state.residuals, state.model)).get(f"q{effect.joint}")
+    if by_angle is None:
+        return 1.0
+    by_order = effect.change_with_orders(state.residuals.poses.q[:, effect.joint - 1])
+    columns = (by_angle[:, :, None] * by_order[:, None, :]).reshape(-1, by_order.shape[1])
+    columns = whitened(state.whitening, columns)
+    columns = columns - background.Q @ (background.Q.T @ columns)
+    basis = np.linalg.svd(columns, full_matrices=False)[0]
+    gain = float(np.sum((basis.T @ background.residual.ravel()) ** 2))
+    return float(p_value(background, np.array(gain), np.array(by_order.shape[1])))
