@@ -2,7 +2,8 @@
 
 A target plane is knocked, or a sensor slips, by accident and at one moment. A base that sways or an encoder that drifts acts all the time. Several
 changes at different moments then approximate its effect, as the steps of a staircase approximate a slope. The evidence for each change is large, but
-all their names are wrong.
+all their names are wrong. A plane that creeps aside within some poses is one accident, though: a change in the middle explains nearly all of it, and
+a further change of the same plane a small rest. The name of the first stays then.
 
 Any other effect acts at a place once and all the time. If it is found twice at one place (two warm-ups of the arm, or play twice in one joint), its
 form is not that of the cause: the second describes the part of the cause that the first does not fit. Growth of the arm has two names, with stops and
@@ -22,6 +23,7 @@ from scalar.effects import registry
 _SEVERAL = (
     "the name is given several times, and one cause without a name is more probable than so many of one kind"
 )
+NEARLY_ALL = 10.0  # chosen: times what all other changes of its kind explain, from which on a change is the whole accident
 MOST_ACCIDENTS = 2  # changes of one kind in a campaign, each at another place, that may be accidents
 
 
@@ -36,11 +38,27 @@ def repeated_changes_doubted(found: Sequence[Finding], least_confidence: float) 
     times_of = iter(repetitions([(f.effect.name, f.effect.target) for f in found if not f.effect.flexible]))
     for f in found:
         times = 1 if f.effect.flexible else next(times_of)
+        times = 1 if times > 1 and _is_the_whole(f, found) else times
         confidence = f.confidence / times
         doubtful = f.doubtful or (times > 1 and confidence <= least_confidence)
         limit = _SEVERAL if times > 1 else f.limit
         result.append(replace(f, confidence=confidence, doubtful=doubtful, limit=limit))
     return tuple(result)
+
+
+def _is_the_whole(finding: Finding, found: Sequence[Finding]) -> bool:
+    """Return whether a change at a moment explains nearly all that the changes of its kind do, all of which are at its place."""
+    effect = finding.effect
+    others = [f for f in found if f is not finding and f.effect.name == effect.name]
+    one_place = all(_place(f.effect.target) == _place(effect.target) for f in others)
+    explained = _explained(finding) > NEARLY_ALL * sum(map(_explained, others))
+    return "at" in effect.target and one_place and explained
+
+
+def _explained(finding: Finding) -> float:
+    """Return what a finding explains over what is left of the residual, as ratio of sums of squares."""
+    share = min(finding.grounds.share, 1.0 - 1e-12)
+    return share / (1.0 - share)
 
 
 def repetitions(answers: Sequence[tuple[str, Mapping[str, Any]]]) -> list[int]:

@@ -15,9 +15,9 @@ from scalar.effects.target_drift import TargetDrift
 from scalar.effects.thermal_drift import ThermalDrift
 
 
-def finding(effect: Effect) -> Finding:
-    """Return a finding with a high confidence."""
-    grounds = Grounds(EFFECT, 50.0, 40.0, 0.5, 1, False, False, FinalResiduals(60, 1.0, 1.0, False, True))
+def finding(effect: Effect, share: float = 0.5) -> Finding:
+    """Return a finding with a high confidence, which explains a share of the residual that is there without it."""
+    grounds = Grounds(EFFECT, 50.0, 40.0, share, 1, False, False, FinalResiduals(60, 1.0, 1.0, False, True))
     errors: HeldOutErrors = None  # type: ignore[assignment]
     return Finding(effect, 1e-9, errors, errors, (), 0.98, (), grounds)
 
@@ -66,3 +66,15 @@ def test_repeated_changes_are_all_doubted(effects):
     judged = repeated_changes_doubted([finding(effect) for effect in [*effects, JointScale(2)]], 0.5)
     assert all(f.doubtful and f.confidence == pytest.approx(0.98 / len(effects)) for f in judged[:-1])
     assert judged[-1].confidence == 0.98 and not judged[-1].doubtful
+
+
+@pytest.mark.parametrize(
+    ("other", "share", "kept"),
+    [(moved("a", 30.0), 0.08, True), (moved("a", 30.0), 0.6, False), (moved("b", 30.0), 0.08, True)],
+    ids=["a small rest", "a second step", "another plane"],
+)
+def test_a_change_that_explains_nearly_all_is_one_accident(other, share, kept):
+    """A plane that creeps aside is a step and a small rest of the same plane: the step keeps its name and the rest has none."""
+    step, rest = repeated_changes_doubted([finding(moved("a", 10.0), 0.9), finding(other, share)], 0.6)
+    assert (step.confidence == 0.98) == kept and step.doubtful != kept
+    assert rest.doubtful == (other.same_place(moved("a", 10.0)))
