@@ -9,6 +9,7 @@ import numpy as np
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.scoring.candidate_columns import CandidateSet
 from scalar.diagnosis.scoring.conditional_scores import background_without, score_together
+from scalar.diagnosis.scoring.score_test import evidence
 from scalar.diagnosis.structure.ranked_terms import imitating, ranked_once, refined_once
 from scalar.diagnosis.structure.replaced_names import groups
 
@@ -40,6 +41,8 @@ def leads_of_terms(state: FittedState, pools: Sequence[CandidateSet]) -> list[fl
         if pools and effect.imitators_are_as_likely:
             left = background_without(state, [i])
             own = score_together(state, [i], pools[0], left)
+            # The place was chosen for both; of the terms, that one of several imitators is the best counts against them.
+            chosen = float(evidence(left[0], np.array(own.gain), np.array(own.dof), np.array(0.0)))
             best = max((term.evidence for term in imitating(state, left[0], effect)), default=-np.inf)
-            found[i] = max(found[i], float(best - own.evidence))
+            found[i] = max(found[i], best - chosen)
     return found

@@ -67,9 +67,9 @@ def _with_best(state: FittedState, pools: Sequence[CandidateSet]) -> FittedState
 def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -> list[list[float]]:
     """Return for each effect the log evidence of the flexible terms that would explain most in its place [nats].
 
-    Two amounts are subtracted: the margin by which a flexible term has to surpass a named effect, and half the logarithm of the degrees of
-    freedom for the order or place that was refined. Without the second, a wave of arbitrary order would score as high as a true harmonic. Nothing is
-    subtracted for terms that are as likely beforehand and as specific as the effect (``Effect.imitators_are_as_likely``).
+    Two amounts are subtracted: the margin by which a flexible term has to surpass a named effect, and half the logarithm of the degrees of freedom
+    for the order or place that was refined. Without the second, a wave of arbitrary order would score as high as a true harmonic. Only the choice of
+    the place is subtracted for terms that are as likely beforehand and as specific as the effect (``Effect.imitators_are_as_likely``).
 
     Args:
         state: The fitted state.
@@ -90,5 +90,7 @@ def evidence_without_a_name(state: FittedState, pools: Sequence[CandidateSet]) -
         )
         found[i] = [refined_once(state, background, entry).evidence - penalty for entry in entries]
         if state.effects[i].imitators_are_as_likely:
-            found[i] += [entry.evidence for entry in imitators]
+            # They act where the effect does, and where that is was chosen among all of its kind.
+            of_kind = float(np.log(max(len(state.effects[i].candidates(state.dataset)), 1)))
+            found[i] += [entry.evidence - of_kind for entry in imitators]
     return found
