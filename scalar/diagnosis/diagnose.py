@@ -12,7 +12,11 @@ from scalar.diagnosis.fit.variance_components import VarianceComponent, whitenin
 from scalar.diagnosis.held_out.hold_out import HeldOutErrors, held_out_errors, moving_joints
 from scalar.diagnosis.held_out.outer_split import OuterSplit, outer_split
 from scalar.diagnosis.held_out.repeated_runs import Answer
+<<<<<<< HEAD
 from scalar.diagnosis.naming.base_beside_joints import limited_beside_joints
+=======
+from scalar.diagnosis.naming.errors_of_assembly import limited_by_assembly
+>>>>>>> 0aa3304f161f1db7065e4d8525e5826982a92022
 from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.naming.grounds import FinalResiduals, grounds_of_component
 from scalar.diagnosis.naming.judged_effects import findings_of
@@ -98,6 +102,7 @@ def diagnose(
     found = limited_by_order(found, given, settings.naming.least_confidence)
     found = limited_beside_joints(found, n_poses, settings.naming.least_confidence)
     found = limited_by_one_joint(found, run.cleaned.dataset.q, settings.naming.least_confidence)
+    found = limited_by_assembly(found, settings.naming.least_confidence)
     margin = settings.selection.change_margin
     found = limited_by_boundaries(found, run.cleaned.dataset, margin, settings.naming.least_confidence)
     run, found, refused = _confirmed(run, found, outer)

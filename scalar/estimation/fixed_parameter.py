@@ -70,7 +70,7 @@ def explain(
     name = names[index]
     joint = int(name.rsplit("_", 1)[1]) if name.rsplit("_", 1)[-1].isdigit() else 0
     in_target = any(not _is_robot(other) and not other.startswith("sensor_") for other in moves_with)
-    if _is_scale(names, direction, values):
+    if in_target and _is_scale(names, direction, values):
         reason = NO_LENGTH_KNOWN
     elif cause == "still":
         which = f"{joints_in_words(still)} never move{'' if len(still) > 1 else 's'}"
@@ -111,7 +111,9 @@ def _listed(names: tuple[str, ...], most: int = 4) -> str:
 def _is_scale(names: tuple[str, ...], direction: Array, values: dict[str, float]) -> bool:
     """Return whether a direction stretches every length of the arm beyond the first joint in proportion.
 
-    ``values`` leaves out the other fixed parameters, which stay where they are in every direction but their own.
+    That alone does not make it the scale: where two lengths lie along one line, and one is the negative of the other within a few percent,
+    exchanging one for the other stretches both in proportion, but not the target. ``values`` leaves out the other fixed parameters, which stay
+    where they are in every direction but their own.
     """
     ratios, moved = [], 0.0
     for i in _lengths_beyond_first(names):

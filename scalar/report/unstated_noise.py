@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from scalar.estimation.result import Calibration
+from scalar.estimation.setup.computed_positions import COMPUTED
 from scalar.estimation.usual_noise import compared_with_noise, residuals_are_alike
 from scalar.report.words import number
 from scalar.sensors.registry import kind_named
@@ -13,9 +14,13 @@ from scalar.units import MM
 
 
 def unstated_noise_in_words(calibration: Calibration) -> str:
-    """Return what instruments of the kind scatter by, what the rest of the residual means, and what to do; nothing if the noise is known."""
+    """Return what instruments of the kind scatter by, what the rest of the residual means, and what to do.
+
+    Nothing is said if the noise is known, or if the positions were probably computed: then the residual says nothing of instrument and arm.
+    """
     usual = kind_named(calibration.sensor["kind"]).usual_noise
-    if usual is None or compared_with_noise(calibration):
+    computed = any(suspicion["what"] == COMPUTED for suspicion in calibration.summary.get("setup", ()))
+    if usual is None or computed or compared_with_noise(calibration):
         return ""
     known = f"{usual.words}, and an arm repeats its poses to 0.02 to 0.1 mm"
     of_all = " over all axes" if "axis" in usual.words else ""

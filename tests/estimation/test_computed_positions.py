@@ -1,4 +1,4 @@
-"""Positions that a controller computed from the joint angles are said to be that: they leave a residual that no measurement leaves."""
+"""Positions that a controller computed from the joint angles are said to be that: they leave too little, or what the data sheet leaves."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from scalar.estimation.calibrate import calibrate
+from scalar.report.unstated_noise import unstated_noise_in_words
 from scalar.units import MM
 from tests.random_scene import make_scene
 
@@ -38,3 +39,40 @@ def test_positions_without_any_scatter_are_said_to_be_computed(noise):
 def test_measured_positions_are_not(scatter, noise, poses):
     """Nothing is said of 5 um, of a noise that the user states to be as small, and of so few poses that a fit may leave nothing."""
     assert not said_of(scatter, noise, poses)
+
+
+STEP = np.deg2rad(0.1)
+
+
+def rounded(dataset, points):
+    """Return what is suspected of positions ``(N, 3)`` [m] if the joint angles are written in tenths of a degree, and what is said of the noise."""
+    names = [f"q{i + 1}" for i in range(dataset.robot.n_joints)]
+    poses = dataset.poses.assign(**{name: np.round(dataset.poses[name] / STEP) * STEP for name in names})
+    sensor = replace(dataset.sensor, noise=None)
+    calibration = calibrate(replace(dataset, poses=poses, points=points, sensor=sensor))
+    said = {s["what"]: s["sentence"] for s in calibration.summary["setup"]}
+    return said, unstated_noise_in_words(calibration)
+
+
+def test_displayed_positions_beside_rounded_angles_are_said_to_be_computed():
+    """With 0.1 mm and 0.1 degrees, the fit leaves what the rounding of the angles leaves, and so does the data sheet with the tool that was set.
+
+    The residual then says nothing of gears or deflection.
+    """
+    dataset = make_scene("vs060", "tracker", poses_per_plane=40, noise=1e-4, seed=7).dataset
+    tool = dataset.sensor.T_flange_sensor
+    points = np.round((dataset.robot.flange(dataset.q) @ tool)[:, :3, 3] / (0.1 * MM)) * 0.1 * MM
+    said, noise = rounded(dataset, points)
+    assert "computed from the joint angles" in said["computed"] and "as well as the fit" in said["computed"]
+    assert "rounded_angles" in said and not noise
+
+
+def test_a_real_arm_in_the_frame_of_its_base_is_not():
+    """Measured points that were moved onto those of the nominal arm as well as they go still show that the arm is not its data sheet."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=40, noise=1e-4, seed=7).dataset
+    nominal = (dataset.robot.flange(dataset.q) @ dataset.sensor.T_flange_sensor)[:, :3, 3]
+    a, b = dataset.points - dataset.points.mean(axis=0), nominal - nominal.mean(axis=0)
+    U, _, Vt = np.linalg.svd(a.T @ b)
+    moved = a @ (U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt) + nominal.mean(axis=0)
+    said, noise = rounded(dataset, moved)
+    assert "rounded_angles" in said and "computed" not in said and noise

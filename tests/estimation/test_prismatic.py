@@ -3,11 +3,16 @@
 import numpy as np
 import pytest
 
+from scalar.data.dataset import Dataset
+from scalar.data.declared import Sensor
 from scalar.data.poses import Poses
 from scalar.effects.joint_scale import JointScale
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.correction import correct_joints
 from scalar.estimation.result import load_calibration
+from scalar.estimation.unknown_scale import unknown_scale
+from scalar.geometry.robot import Robot
+from tests import kinematics
 from tests.rail_and_arm import RailAndArm, off_by_a_motion, poses
 
 TO_DIGITS = 1e-9  # m
@@ -51,6 +56,29 @@ def test_a_slide_has_two_parameters_less(exact):
     assert {"a_1", "d_1"} <= set(calibration.fixed)
     assert "slides" in reasons
     assert "may be scaled" not in reasons
+
+
+def test_two_lengths_along_a_slide_are_exchanged_and_not_the_scale():
+    """The instrument of a surgical robot slides into its trocar, and its shaft is about as long as the zero of the slide lies behind it.
+
+    Exchanging one length for the other stretches both in proportion. The tracker and the travel are in metres, so the scale is known.
+    """
+    quarter, rows = np.pi / 2, [(0.0, 1, 0.0, 1), (0.0, -1, 0.0, -1), (0.0, 1, -0.432, 0), (0.0, 0, 0.416, 0)]
+    rows += [(0.0, -1, 0.0, -1), (0.009, -1, 0.0, -1)]
+    joints = [{"a": a, "alpha": turn * quarter, "d": d, "theta": zero * quarter} for a, turn, d, zero in rows]
+    joints[2] |= {"type": "prismatic", "limits": [0.05, 0.24]}
+    robot = Robot.from_mapping({"name": "instrument", "convention": "modified-dh", "joints": joints})
+    rng = np.random.default_rng(8)
+    q = rng.uniform(-0.7, 0.7, (80, 6))
+    q[:, 2] = rng.uniform(0.1, 0.24, 80)
+    tool = kinematics.translation(0, 0.02) @ kinematics.translation(2, 0.01)
+    points = (robot.flange(q) @ tool)[:, :3, 3] + rng.normal(0.0, 1e-4, (80, 3))
+    found = calibrate(
+        Dataset.from_arrays(robot=robot, sensor=Sensor("tracker", tool, noise=1e-4), q=q, points=points)
+    )
+    (held,) = {"d_3", "d_4"} & set(found.fixed)
+    assert "slides" in found.fixed[held] and "may be scaled" not in " ".join(found.fixed.values())
+    assert unknown_scale(found) is None
 
 
 def test_noise_shows_in_standard_errors(exact):

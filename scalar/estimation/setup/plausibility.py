@@ -11,6 +11,7 @@ from scalar.data.record_units import RECORDS, units_suspected
 from scalar.data.rounding import rounded_angles, rounded_points
 from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
+from scalar.estimation.setup.computed_positions import computed
 from scalar.estimation.setup.copies import copied_poses, repeated_readings
 from scalar.estimation.setup.known_planes import contradictions
 from scalar.estimation.setup.lengths import ROBOT, SIGMAS, lengths_off
@@ -33,11 +34,8 @@ AROUND = 75 * DEG  # about that axis, from where it is stated: a mount drawn rou
 DISAGREEMENT = 5 * DEG  # of measured orientations, from pose to pose: no tracker measures them so poorly
 QUIET = 0.5  # ratio of the residual to what the stated noise explains: with a smaller one, the noise is said to be stated wrongly
 FAR_BELOW = 0.2  # ratio of the scatter within scans to the stated noise: with a smaller one, the noise is said to be stated too large
-LEAST_MEASURED = (
-    2e-3 * MM
-)  # a smaller residual is none of an instrument and an arm: trackers scatter by 5 um at best, arms by 10 um
-ENOUGH_POSES = 20  # with fewer, a fit may leave hardly any residual because it has as many unknowns
 ROUNDED = 1.15  # ratio of the residual to what the stated noise explains: with a larger one, joint angles may be rounded
+ROUNDED_ANGLES = "rounded_angles"
 LOUD = 3.0  # ratio of the scatter within scans to the stated noise: with a larger one, the noise is said to be stated wrongly, or points to stray
 
 
@@ -73,15 +71,16 @@ def implausible(
         *_sensor(dataset, model, rotation_observed),
         *(Suspicion("plane_guess", name, sentence) for name, sentence in far_guesses(dataset, model, guess)),
     ]
+    rounding = _rounding(dataset, residual, misfit_ratio)
     if not any(suspicion.what == ROBOT for suspicion in found) and (doubt := doubt_of_name(dataset.robot)):
         found.append(Suspicion(ROBOT, "robot.name", doubt))
     return (
         *found,
         *_orientations(rotation_noise),
         *_stated_noise(misfit_ratio),
-        *_computed(dataset, residual),
+        *computed(dataset, residual, rounded=any(one.what == ROUNDED_ANGLES for one in rounding)),
         *_scatter(dataset),
-        *_rounding(dataset, residual, misfit_ratio),
+        *rounding,
         *_columns(dataset),
         *_motion(dataset),
     )
@@ -116,33 +115,12 @@ def _stated_noise(misfit_ratio: float | None) -> list[Suspicion]:
     ]
 
 
-def _computed(dataset: Dataset, residual: float) -> list[Suspicion]:
-    """Return a suspicion if so many poses leave so small a residual [m] that their positions cannot have been measured."""
-    noise = dataset.sensor.noise
-    if (
-        residual >= LEAST_MEASURED
-        or dataset.n_poses < ENOUGH_POSES
-        or (noise is not None and noise < LEAST_MEASURED)
-    ):
-        return []
-    file = kind_of(dataset).format.measured_in
-    return [
-        Suspicion(
-            "computed",
-            file,
-            f"the residual is {residual / MM:.1g} mm, and no instrument measures so exactly, nor does any arm repeat its poses so well: were the "
-            f"positions of {file} computed from the joint angles (the commanded or displayed position of the controller, a simulation)? Then they "
-            "show nothing of the arm; put in what was measured",
-        )
-    ]
-
-
 def _rounding(dataset: Dataset, residual: float, misfit_ratio: float | None) -> list[Suspicion]:
     """Return a suspicion if the joint angles, and one if the measurements, are rounded so coarsely that this explains the residual [m]."""
     found: list[Suspicion] = []
     if misfit_ratio is None or misfit_ratio > ROUNDED:
         if rounded := rounded_angles(dataset.robot, dataset.q, residual):
-            found.append(Suspicion("rounded_angles", "poses.csv", rounded))
+            found.append(Suspicion(ROUNDED_ANGLES, "poses.csv", rounded))
     if rounded := rounded_points(dataset.points, residual):
         found.append(Suspicion("rounded_points", kind_of(dataset).format.measured_in, rounded))
     return found
