@@ -144,8 +144,7 @@ def made_from(job: Job) -> str:
     from scalar import __version__
 
     total = hashlib.sha256(f"{__version__} {job.folds}".encode())
-    files = sorted(p for p in job.dataset.iterdir() if p.is_file()) if job.dataset.is_dir() else []
-    for path in (*job.modules, *files):
+    for path in (*job.modules, *_files_in(job.dataset)):
         total.update(f"{path.name}\0".encode(errors="surrogateescape"))
         try:
             with open(path, "rb") as file:
@@ -153,6 +152,14 @@ def made_from(job: Job) -> str:
         except OSError as error:
             total.update(str(error.errno).encode())
     return total.hexdigest()
+
+
+def _files_in(folder: Path) -> list[Path]:
+    """Return the files in a folder by their names; none if it cannot be read, which reading the dataset then reports."""
+    try:
+        return sorted(path for path in folder.iterdir() if os.path.isfile(path))
+    except OSError:
+        return []
 
 
 def _work(job: Job, cores: int, parent: int, load: bool) -> None:

@@ -7,12 +7,16 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 DESCRIPTION = "dataset.yaml"
+_MEASURED = {f"{table}.{ending}" for table in ("scans", "points") for ending in ("csv", "parquet")}
+"""Tables of measured points. A folder with poses.csv alone may as well be a plan."""
 
 
 def datasets_in(folders: Sequence[Path]) -> list[Path]:
     """Return the folders to diagnose, in the order of their names: those given that are datasets, and all datasets below the others.
 
-    A folder in which there is no dataset is returned itself, so that its line of the table says so. Links to folders are followed if they are
+    Folders that cannot be a dataset, but were probably meant as one, are returned too, so that each has a line of the table that says what is wrong:
+    a folder that was given and holds no dataset; below it, a folder that holds nothing, that cannot be read, or that holds measured tables without
+    a dataset.yaml. Links to folders are followed if they are
     given, but not if they are found below, since these may form a circle.
     """
     found: dict[Path, None] = {}
@@ -47,9 +51,14 @@ def _neighbours(names: Sequence[str]) -> Iterator[tuple[str, str]]:
 
 
 def _below(folder: Path) -> Iterator[Path]:
-    """Yield the datasets below a folder; hidden folders are left out."""
-    for place, folders, files in os.walk(folder):
+    """Yield the datasets below a folder, and what was probably meant as one; hidden folders are left out."""
+    unreadable: list[Path] = []
+    for place, folders, files in os.walk(
+        folder, onerror=lambda error: unreadable.append(Path(error.filename))
+    ):
+        nothing = not files and all(os.path.islink(os.path.join(place, name)) for name in folders)
         folders[:] = sorted(name for name in folders if not name.startswith("."))
-        if DESCRIPTION in files:
+        if DESCRIPTION in files or nothing or _MEASURED.intersection(files):
             folders.clear()
             yield Path(place)
+    yield from unreadable

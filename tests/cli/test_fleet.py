@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import csv
+import errno
 import hashlib
 import os
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
@@ -190,6 +193,47 @@ def test_a_folder_without_a_dataset_has_a_line(tmp_path: Path) -> None:
     assert (
         "the folder is empty" in rows["empty"]["message"] and "no such folder" in rows["nowhere"]["message"]
     )
+
+
+def test_a_folder_that_was_meant_as_a_dataset_has_a_line(
+    tmp_path: Path, instantly: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Below a folder that is given, one that is empty, that links only to its parent, that cannot be read, or that lost its dataset.yaml has a line.
+
+    A result of `plan` beside them, with poses.csv alone, has none, and neither have notes.
+    """
+    fleet = tmp_path / "fleet"
+    for k, name in enumerate(("locked", "lost", "sound")):
+        make_scene(kind="tracker", seed=k, poses_per_plane=9).write(fleet / name)
+    (fleet / "lost" / "dataset.yaml").unlink()
+    for name in ("circle", "empty", "notes", "plan"):
+        (fleet / name).mkdir()
+    (fleet / "circle" / "again").symlink_to("..")
+    (fleet / "notes" / "readme.txt").write_text("measured on Friday", encoding="utf-8")
+    (fleet / "plan" / "poses.csv").write_text("pose,q1\n1,0.5\n", encoding="utf-8")
+    for name in ("listdir", "scandir"):  # permissions do not bind the user who runs the tests in a container
+        monkeypatch.setattr(os, name, _refusing(getattr(os, name), fleet / "locked"))
+    result = run("diagnose", "--batch", fleet, "-o", tmp_path / "out", "--quick")
+    rows = table(tmp_path / "out")
+    assert result.exit_code == 2 and "Traceback" not in result.output
+    assert {name: row["status"] for name, row in rows.items()} == {
+        **dict.fromkeys(("circle", "empty", "locked", "lost"), "2"),
+        "sound": "0",
+    }
+    assert "the folder is empty" in rows["empty"]["message"]
+    assert "Permission denied" in rows["locked"]["message"]
+    assert "dataset.yaml: the file is missing" in rows["lost"]["message"]
+
+
+def _refusing(function: Callable[[Any], Any], place: Path) -> Callable[[Any], Any]:
+    """Return a function that lists folders, for which one folder may not be read."""
+
+    def listed(folder: Any = ".") -> Any:
+        if os.fspath(folder) == str(place):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
+        return function(folder)
+
+    return listed
 
 
 PARTS = st.lists(st.sampled_from("abc"), min_size=1, max_size=3)
