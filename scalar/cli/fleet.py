@@ -7,6 +7,7 @@ and release is not computed again.
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import json
 import os
@@ -168,6 +169,7 @@ def _work(job: Job, cores: int, parent: int, load: bool) -> None:
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that started this one ends it
     end_with(parent)
+    gc.freeze()  # what was loaded before the fork is no garbage, and searching it would copy it for this process
     source = made_from(job)
     if load:  # a forked process has the effects already
         from scalar.cli.options import load_effects
