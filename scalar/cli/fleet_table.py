@@ -34,7 +34,7 @@ def diagnose_fleet(folders: Sequence[Path], output: Path, folds: int, modules: S
 
     refuse_special(output / TABLE)
     prepare()  # once here, and not in each forked process
-    datasets = datasets_in(folders)
+    datasets = datasets_in(folders, output)
     names = names_of(datasets)
     jobs = [
         Job(name, path, output / name, folds, tuple(modules))

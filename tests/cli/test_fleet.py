@@ -225,6 +225,16 @@ def test_a_folder_that_was_meant_as_a_dataset_has_a_line(
     assert "dataset.yaml: the file is missing" in rows["lost"]["message"]
 
 
+def test_results_among_the_datasets_are_no_datasets(tmp_path: Path, instantly: list[str]) -> None:
+    """An empty folder that a stopped run left among its results is passed over, where these lie below the folder that is given."""
+    for k, name in enumerate(("one", "two")):
+        make_scene(kind="tracker", seed=k, poses_per_plane=9).write(tmp_path / name)
+    (tmp_path / "out" / "one").mkdir(parents=True)
+    result = run("diagnose", "--batch", tmp_path, "-o", tmp_path / "out", "--quick")
+    assert result.exit_code == 0, result.output
+    assert list(table(tmp_path / "out")) == ["one", "two"]
+
+
 def _refusing(function: Callable[[Any], Any], place: Path) -> Callable[[Any], Any]:
     """Return a function that lists folders, for which one folder may not be read."""
 
