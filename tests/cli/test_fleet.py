@@ -223,6 +223,13 @@ def test_a_folder_that_was_meant_as_a_dataset_has_a_line(
     assert "the folder is empty" in rows["empty"]["message"]
     assert "Permission denied" in rows["locked"]["message"]
     assert "dataset.yaml: the file is missing" in rows["lost"]["message"]
+    may = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path).name != "locked" and may(path, mode))
+    result = run("diagnose", "--batch", *sorted(fleet.iterdir()), "-o", tmp_path / "each", "--quick")
+    assert result.exit_code == 2
+    assert {name: row["status"] for name, row in table(tmp_path / "each").items()} == {
+        name: "0" if name == "sound" else "2" for name in (*rows, "notes", "plan")
+    }
 
 
 def test_results_among_the_datasets_are_no_datasets(tmp_path: Path, instantly: list[str]) -> None:
