@@ -121,6 +121,29 @@ def test_a_process_that_ends_takes_no_other_with_it(
     assert [row["status"] for row in table(tmp_path).values()] == ["2", "0"]
 
 
+def test_a_full_disk_is_no_answer_about_a_dataset(
+    fleet: Path, instantly: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where a report does not fit on the disk and a smaller file does, the line says so, the older result stays, and the next call tries again."""
+    call = ("diagnose", "--batch", fleet / "robot-1", "-o", tmp_path)
+    assert run(*call).exit_code == 0
+    older = contents(tmp_path / "campaign")
+    write = Path.write_bytes
+
+    def full(path: Path, content: bytes) -> int:
+        if "report.html" in path.name:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(path, content)
+
+    with monkeypatch.context() as meanwhile:
+        meanwhile.setattr(Path, "write_bytes", full)
+        assert run(*call, "--quick").exit_code == 70
+    (row,) = table(tmp_path).values()
+    assert row["status"] == "70" and "disk space ran out" in row["message"]
+    assert contents(tmp_path / "campaign") == older
+    assert run(*call, "--quick").exit_code == 0
+
+
 def test_what_is_finished_stays_and_what_has_changed_is_done_again(
     fleet: Path, instantly: list[str], tmp_path: Path
 ) -> None:
