@@ -9,14 +9,17 @@ import click
 
 from scalar.cli.corrected import corrected_description
 from scalar.cli.group import cli
-from scalar.cli.options import COMMANDED, EFFECTS_MODULE, OUTPUT, PATH, load_effects, lock_output
+from scalar.cli.options import COMMANDED, EFFECTS_MODULE, OUTPUT, load_effects, lock_output
 from scalar.cli.outputs import FORCE, is_report, json_of, refuse_foreign
 from scalar.cli.terminal import say
 from scalar.errors import Fault, InvalidInput
 
+_DATASETS = click.Path(path_type=Path, readable=False)
+"""Folders, readable or not: of a fleet, one that cannot be read has a line that says so, and the others are diagnosed."""
+
 
 @cli.command()
-@click.argument("datasets", type=PATH, metavar="DATASET...", nargs=-1, required=True)
+@click.argument("datasets", type=_DATASETS, metavar="DATASET...", nargs=-1, required=True)
 @OUTPUT
 @click.option(
     "--batch",

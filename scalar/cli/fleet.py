@@ -7,6 +7,7 @@ and release is not computed again.
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import json
 import os
@@ -144,8 +145,7 @@ def made_from(job: Job) -> str:
     from scalar import __version__
 
     total = hashlib.sha256(f"{__version__} {job.folds}".encode())
-    files = sorted(p for p in job.dataset.iterdir() if p.is_file()) if job.dataset.is_dir() else []
-    for path in (*job.modules, *files):
+    for path in (*job.modules, *_files_in(job.dataset)):
         total.update(f"{path.name}\0".encode(errors="surrogateescape"))
         try:
             with open(path, "rb") as file:
@@ -155,12 +155,21 @@ def made_from(job: Job) -> str:
     return total.hexdigest()
 
 
+def _files_in(folder: Path) -> list[Path]:
+    """Return the files in a folder by their names; none if it cannot be read, which reading the dataset then reports."""
+    try:
+        return sorted(path for path in folder.iterdir() if os.path.isfile(path))
+    except OSError:
+        return []
+
+
 def _work(job: Job, cores: int, parent: int, load: bool) -> None:
     """Diagnose one dataset, in a process of its own, and write its folder of results, whole or not at all."""
-    from scalar.data.io.atomic import atomic_directory, json_content, write_json
+    from scalar.data.io.atomic import atomic_directory, json_content, write_json, write_together
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that started this one ends it
     end_with(parent)
+    gc.freeze()  # what was loaded before the fork is no garbage, and searching it would copy it for this process
     source = made_from(job)
     if load:  # a forked process has the effects already
         from scalar.cli.options import load_effects
@@ -168,35 +177,34 @@ def _work(job: Job, cores: int, parent: int, load: bool) -> None:
         load_effects(job.modules)
     try:
         with atomic_directory(job.output, lambda folder: (folder / RESULT).is_file()) as folder:
-            row = _answer(job, cores, folder)
+            row, files = _answer(job, cores)
+            write_together(folder, files)
             write_json(folder / RESULT, content_of_result(job, json_content(row), source))
     except (ScalarError, OSError):  # nothing can be written there; the caller sees that there is no result
         sys.exit(1)
 
 
-def _answer(job: Job, cores: int, folder: Path) -> dict[str, Any]:
-    """Write the files of a diagnosis, all or none, and return the line of the table."""
+def _answer(job: Job, cores: int) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return the line of the table, and the content of the files of a diagnosis by their names, or no files if there is no diagnosis.
+
+    Nothing is written here: that a disk is full is no answer about the dataset, and must not be kept as one.
+    """
     from scalar.data.dataset import read_dataset
     from scalar.diagnosis import diagnose
     from scalar.report.fleet_row import row_of, row_of_refusal
-    from scalar.report.output import write_diagnosis
+    from scalar.report.output import files_of_diagnosis
 
     try:
         diagnosis = diagnose(read_dataset(job.dataset), outer_folds=job.folds, cores=cores)
-        row = row_of(diagnosis)
-        write_diagnosis(diagnosis, folder)
+        return row_of(diagnosis), files_of_diagnosis(diagnosis)
     except ScalarError as error:
-        row = row_of_refusal(error)
+        return row_of_refusal(error), {}
     except OSError:
         raise
     except Exception as error:
         what = " ".join([type(error).__name__, *str(error).split()])[:200]
         message = f"a fault of this program ({what}), not of the data; 'scalar diagnose' on this folder alone says how to report it"
-        row = {"status": unexpected.EXIT_STATUS, "message": message}
-    if row["status"]:
-        for path in folder.iterdir():
-            path.unlink()
-    return row
+        return {"status": unexpected.EXIT_STATUS, "message": message}, {}
 
 
 def _lost(code: int | None) -> dict[str, Any]:

@@ -7,17 +7,25 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 DESCRIPTION = "dataset.yaml"
+_MEASURED = {f"{table}.{ending}" for table in ("scans", "points") for ending in ("csv", "parquet")}
+"""Tables of measured points. A folder with poses.csv alone may as well be a plan."""
 
 
-def datasets_in(folders: Sequence[Path]) -> list[Path]:
+def datasets_in(folders: Sequence[Path], output: Path | None = None) -> list[Path]:
     """Return the folders to diagnose, in the order of their names: those given that are datasets, and all datasets below the others.
 
-    A folder in which there is no dataset is returned itself, so that its line of the table says so. Links to folders are followed if they are
+    Folders that cannot be a dataset, but were probably meant as one, are returned too, so that each has a line of the table that says what is wrong:
+    a folder that was given and holds no dataset; below it, a folder that holds nothing, that cannot be read, or that holds measured tables without
+    a dataset.yaml. Links to folders are followed if they are
     given, but not if they are found below, since these may form a circle.
+
+    Args:
+        folders: Datasets, or folders with datasets below them.
+        output: Folder of the results. Below a folder that is given it is passed over: a run that was stopped may have left empty folders in it.
     """
     found: dict[Path, None] = {}
     for folder in folders:
-        below = [folder] if (folder / DESCRIPTION).is_file() else list(_below(folder))
+        below = [folder] if (folder / DESCRIPTION).is_file() else list(_below(folder, output))
         found |= dict.fromkeys(path.absolute() for path in below or [folder])
     return sorted(found, key=lambda path: path.parts)
 
@@ -46,10 +54,18 @@ def _neighbours(names: Sequence[str]) -> Iterator[tuple[str, str]]:
     yield from zip(ordered[1:], ordered[:-1], strict=True)
 
 
-def _below(folder: Path) -> Iterator[Path]:
-    """Yield the datasets below a folder; hidden folders are left out."""
-    for place, folders, files in os.walk(folder):
+def _below(folder: Path, output: Path | None) -> Iterator[Path]:
+    """Yield the datasets below a folder, and what was probably meant as one; hidden folders are left out."""
+    results = None if output is None else os.path.realpath(output)
+    unreadable: list[Path] = []
+    for place, folders, files in os.walk(
+        folder, onerror=lambda error: unreadable.append(Path(error.filename))
+    ):
+        nothing = not files and all(os.path.islink(os.path.join(place, name)) for name in folders)
         folders[:] = sorted(name for name in folders if not name.startswith("."))
-        if DESCRIPTION in files:
+        if Path(place) != folder and os.path.realpath(place) == results:
+            folders.clear()
+        elif DESCRIPTION in files or nothing or _MEASURED.intersection(files):
             folders.clear()
             yield Path(place)
+    yield from unreadable

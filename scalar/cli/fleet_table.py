@@ -27,13 +27,14 @@ def diagnose_fleet(folders: Sequence[Path], output: Path, folds: int, modules: S
     Raises:
         InvalidInput: The output cannot be written.
     """
-    import scalar.report.page  # noqa: F401  # imported once here, and not in each forked process
     from scalar.data.io.regular_file import refuse_special
     from scalar.diagnosis.held_out.repeated_runs import available_cores
+    from scalar.report import prepare
     from scalar.report.fleet_row import COLUMNS, cells
 
     refuse_special(output / TABLE)
-    datasets = datasets_in(folders)
+    prepare()  # once here, and not in each forked process
+    datasets = datasets_in(folders, output)
     names = names_of(datasets)
     jobs = [
         Job(name, path, output / name, folds, tuple(modules))

@@ -10,7 +10,7 @@ import pandas as pd
 
 from scalar.cli.plan_moves import in_degrees, moves_in_words
 from scalar.data.dataset import Dataset
-from scalar.data.io.atomic import atomic_write, write_json
+from scalar.data.io.atomic import json_text, write_together
 from scalar.data.joint_convention import JointConvention
 from scalar.geometry.se3 import Array
 from scalar.planning.candidates import Allowed, Candidates
@@ -76,18 +76,18 @@ def write_plan(
         "repeatability_mm": workcell.repeatability / MM,
         "moves_that_touch_after_pose": None if allowed is None else [ids[k] for k in touching],
     }
-    with atomic_write(folder / "poses.csv") as temporary:
-        table.to_csv(temporary, index=False, float_format="%.9g")
     of_controller = table
     if convention is not None:
         joints = [f"q{i + 1}" for i in range(robot.n_joints)]
         of_controller = table.assign(**dict(zip(joints, convention.to_controller(q).T, strict=True)))
-    with atomic_write(folder / "poses_deg.csv") as temporary:
-        in_degrees(of_controller, robot.prismatic).to_csv(temporary, index=False, float_format="%.4f")
-    with atomic_write(folder / "plan.png") as temporary:
-        draw_plan(temporary, q, robot, chosen.curve, chosen.random)
-    # Written last: if plan.json exists, the other files are complete.
-    write_json(folder / "plan.json", content)
+    in_degree = in_degrees(of_controller, robot.prismatic)
+    files = {
+        "poses.csv": table.to_csv(index=False, float_format="%.9g"),
+        "poses_deg.csv": in_degree.to_csv(index=False, float_format="%.4f"),
+        "plan.png": draw_plan(q, robot, chosen.curve, chosen.random),
+        "plan.json": json_text(content),  # put in its place last: if it exists, the other files are complete
+    }
+    write_together(folder, files)
     return [f"  moves: {moves_in_words(q, robot.prismatic)}", *_lines_on_touching([ids[k] for k in touching])]
 
 

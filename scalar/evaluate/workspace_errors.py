@@ -88,6 +88,11 @@ class WorkspaceErrors:
         rng = np.random.default_rng(_SEED + 2)
         return self.excess / np.sqrt(3.0) * rng.standard_normal((N_DRAWS, *self.position.shape))
 
+    @cached_property
+    def all_sizes(self) -> dict[str, Sizes]:
+        """Return draws of the size of the error of each model at every pose, by its name."""
+        return {model: self.sizes(model) for model in self.errors}
+
     def sizes(self, model: str) -> Sizes:
         """Return draws of the size of a model's error at every pose."""
         error = self.errors[model]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from io import BytesIO
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -17,12 +17,11 @@ _BLUE, _GREY = "#2a6fb0", "#9a9a9a"
 
 
 def draw_plan(
-    path: Path, q: Array, robot: Robot, curve: list[tuple[int, float]], random: tuple[int, float] | None
-) -> None:
-    """Draw a plan as PNG.
+    q: Array, robot: Robot, curve: list[tuple[int, float]], random: tuple[int, float] | None
+) -> bytes:
+    """Return the picture of a plan as PNG.
 
     Args:
-        path: File to write.
         q: ``(k, n)`` [rad; m of a joint that slides], in the order of the program.
         robot: The arm, whose joint limits are drawn.
         curve: Numbers of poses and expected errors [m]; may be empty.
@@ -58,4 +57,6 @@ def draw_plan(
         axes.set_ylim(bottom=0)
         axes.tick_params(labelsize=7)
         axes.legend(fontsize=8, frameon=False, loc="upper right")
-    figure.savefig(path, dpi=150, format="png")
+    picture = BytesIO()
+    figure.savefig(picture, dpi=150, format="png")
+    return picture.getvalue()

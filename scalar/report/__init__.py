@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from jinja2 import Environment
+
     from scalar.data.dataset import Dataset
     from scalar.diagnosis.result import Diagnosis
     from scalar.estimation.result import Calibration
@@ -46,18 +49,38 @@ def render_calibration(calibration: Calibration, dataset: Dataset, run: str | No
 
 def _rendered(template: str, content: Mapping[str, Any], run: str | None) -> str:
     """Return a template filled with its content."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
     from scalar import __version__
     from scalar.report.inline_svg import COLOURS
     from scalar.report.visible import visible
 
-    environment = Environment(
+    filled = (
+        _environment().get_template(template).render(content, version=__version__, run=run, colours=COLOURS)
+    )
+    return visible(filled)
+
+
+def prepare() -> None:
+    """Import and compile what every report of a diagnosis needs, so that processes that are forked later need not."""
+    from scalar.report import page, pose_numbers, visible  # noqa: F401
+    from scalar.report.panel import Panel
+
+    Panel((0.0, 1.0), (0.0, 1.0), title="", x_label="", y_label="").markup(
+        ""
+    )  # Matplotlib's styles and fonts
+    environment = _environment()
+    for name in environment.list_templates():
+        environment.get_template(name)
+
+
+@lru_cache(maxsize=1)
+def _environment() -> Environment:
+    """Return what loads and compiles the templates; it keeps those that are compiled."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    return Environment(
         loader=PackageLoader("scalar.report"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    filled = environment.get_template(template).render(content, version=__version__, run=run, colours=COLOURS)
-    return visible(filled)

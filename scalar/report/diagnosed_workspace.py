@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,10 +11,10 @@ from scipy.stats import chi2
 from scalar.diagnosis.accuracy.discrepancy_of_fit import discrepancy_of_shipped
 from scalar.diagnosis.accuracy.expected_errors import expected_errors
 from scalar.diagnosis.noise.repeated_poses import RepeatedPoses, repeated_poses
-from scalar.evaluate.workspace_errors import MEAN_OVER_RMS
+from scalar.evaluate.workspace_errors import MEAN_OVER_RMS, WorkspaceErrors, errors_within_limits
 from scalar.report import words
 from scalar.report.beyond_ranges import error_left_open
-from scalar.report.workspace_map import SHIPPED, workspace_section
+from scalar.report.workspace_map import SHIPPED, WITHOUT_EFFECTS, section_of_errors
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -23,13 +24,27 @@ if TYPE_CHECKING:
 _CHANCE = 0.01  # chosen: with a right noise, one report in a hundred says that the scatter of repeated poses disagrees with it
 
 
+@lru_cache(maxsize=1)
+def errors_over_workspace(diagnosis: Diagnosis) -> WorkspaceErrors | None:
+    """Return the errors of the data sheet, of ``after.json`` and, where it differs, of ``before.json``; None if the fit has no covariance.
+
+    The report and the line of a fleet's table both state them; for one diagnosis they are computed once.
+    """
+    before, after = diagnosis.calibration_before.model, diagnosis.calibration_after
+    models = {WITHOUT_EFFECTS: before} if after.model.effects else {}
+    seen = diagnosis.after.residuals.poses
+    return errors_within_limits(
+        after, models | {SHIPPED: after.model}, seen, discrepancy_of_shipped(diagnosis)
+    )
+
+
 def diagnosed_workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
     """Return the section on errors over the workspace, with the error that the diagnosis left open; None if there is no such section."""
-    before, after = diagnosis.calibration_before.model, diagnosis.calibration_after
-    seen = diagnosis.after.residuals.poses
-    without_effects = before if after.model.effects else None
-    discrepancy = discrepancy_of_shipped(diagnosis)
-    section = workspace_section(after, without_effects, seen, SHIPPED, discrepancy)
+    errors = errors_over_workspace(diagnosis)
+    if errors is None:
+        return None
+    seen, discrepancy = diagnosis.after.residuals.poses, discrepancy_of_shipped(diagnosis)
+    section = section_of_errors(diagnosis.calibration_after, errors, seen, SHIPPED, discrepancy)
     if section is None:
         return None
     section["within_ranges"] = expected_within_ranges(diagnosis)

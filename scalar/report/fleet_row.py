@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from scalar.diagnosis.accuracy.discrepancy_of_fit import discrepancy_of_shipped
 from scalar.diagnosis.naming.finding import UNATTRIBUTED
 from scalar.errors import ScalarError, printable
-from scalar.evaluate.workspace_errors import NOMINAL, errors_within_limits, mean_over_poses
+from scalar.evaluate.workspace_errors import NOMINAL, mean_over_poses
+from scalar.report.diagnosed_workspace import errors_over_workspace
 from scalar.report.pose_numbers import with_pose_numbers
 from scalar.report.words import title
+from scalar.report.workspace_map import SHIPPED
 from scalar.units import MM
 
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
 
-SHIPPED = "after"
 COLUMNS = (
     "folder",
     "status",
@@ -94,12 +94,10 @@ def _with_rivals(entry: Mapping[str, Any]) -> str:
 
 def _over_workspace(diagnosis: Diagnosis) -> dict[str, float]:
     """Return the mean errors [mm] over the workspace of the data sheet and of the shipped model; empty if the fit has no covariance."""
-    after = diagnosis.calibration_after
-    seen = diagnosis.after.residuals.poses
-    errors = errors_within_limits(after, {SHIPPED: after.model}, seen, discrepancy_of_shipped(diagnosis))
+    errors = errors_over_workspace(diagnosis)
     if errors is None:
         return {}
-    data_sheet, shipped = (errors.sizes(model).banded(mean_over_poses) for model in (NOMINAL, SHIPPED))
+    data_sheet, shipped = (errors.all_sizes[model].banded(mean_over_poses) for model in (NOMINAL, SHIPPED))
     return {
         "data_sheet_error_mm": data_sheet.value / MM,
         "after_error_mm": shipped.value / MM,

@@ -20,6 +20,11 @@ if TYPE_CHECKING:
 
 def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
     """Write ``before.json``, ``after.json``, ``report.html`` and, last, ``diagnosis.json`` to a folder that exists."""
+    write_together(folder, files_of_diagnosis(diagnosis))
+
+
+def files_of_diagnosis(diagnosis: Diagnosis) -> dict[str, str]:
+    """Return the content of each file that ``write_diagnosis`` writes by its name, in the order in which they are put in their places."""
     from scalar.report import render_report
 
     parts = {
@@ -31,7 +36,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
     page = render_report(diagnosis, run)
     texts = {name: json_text(with_run(part, run)) for name, part in parts.items()}
     index = texts.pop(INDEX)
-    write_together(folder, texts | {"report.html": page, INDEX: index})
+    return texts | {"report.html": page, INDEX: index}
 
 
 def write_calibration(

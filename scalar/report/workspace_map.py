@@ -22,6 +22,7 @@ from scalar.evaluate.workspace_errors import (
     NOMINAL,
     Banded,
     Sizes,
+    WorkspaceErrors,
     errors_within_limits,
     mean_over_poses,
 )
@@ -62,12 +63,16 @@ def workspace_section(
         discrepancy: What the model of the calibration may lack. Every figure counts its possible effects by their probability; the upper ends of the
             bands allow for its excess and its hidden effects besides.
     """
-    robot = judged.model.nominal
     models = {**({} if without_effects is None else {WITHOUT_EFFECTS: without_effects}), file: judged.model}
     errors = errors_within_limits(judged, models, seen, discrepancy)
-    if errors is None:
-        return None
-    sizes = {model: errors.sizes(model) for model in errors.errors}
+    return None if errors is None else section_of_errors(judged, errors, seen, file, discrepancy)
+
+
+def section_of_errors(
+    judged: Calibration, errors: WorkspaceErrors, seen: Poses, file: str, discrepancy: ModelDiscrepancy
+) -> dict[str, Any] | None:
+    """Return the section as ``workspace_section`` does, of errors that are known: of the data sheet, of the model of ``file``, and of others."""
+    robot, sizes = judged.model.nominal, errors.all_sizes
     if max(float(draws.found.max()) for draws in sizes.values()) < _LEAST_ERROR:
         return None
     bases = EffectBases.of(robot, seen, judged.model.effects)

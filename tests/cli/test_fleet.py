@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import csv
+import errno
 import hashlib
 import os
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
@@ -118,6 +121,29 @@ def test_a_process_that_ends_takes_no_other_with_it(
     assert [row["status"] for row in table(tmp_path).values()] == ["2", "0"]
 
 
+def test_a_full_disk_is_no_answer_about_a_dataset(
+    fleet: Path, instantly: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where a report does not fit on the disk and a smaller file does, the line says so, the older result stays, and the next call tries again."""
+    call = ("diagnose", "--batch", fleet / "robot-1", "-o", tmp_path)
+    assert run(*call).exit_code == 0
+    older = contents(tmp_path / "campaign")
+    write = Path.write_bytes
+
+    def full(path: Path, content: bytes) -> int:
+        if "report.html" in path.name:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(path, content)
+
+    with monkeypatch.context() as meanwhile:
+        meanwhile.setattr(Path, "write_bytes", full)
+        assert run(*call, "--quick").exit_code == 70
+    (row,) = table(tmp_path).values()
+    assert row["status"] == "70" and "disk space ran out" in row["message"]
+    assert contents(tmp_path / "campaign") == older
+    assert run(*call, "--quick").exit_code == 0
+
+
 def test_what_is_finished_stays_and_what_has_changed_is_done_again(
     fleet: Path, instantly: list[str], tmp_path: Path
 ) -> None:
@@ -190,6 +216,64 @@ def test_a_folder_without_a_dataset_has_a_line(tmp_path: Path) -> None:
     assert (
         "the folder is empty" in rows["empty"]["message"] and "no such folder" in rows["nowhere"]["message"]
     )
+
+
+def test_a_folder_that_was_meant_as_a_dataset_has_a_line(
+    tmp_path: Path, instantly: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Below a folder that is given, one that is empty, that links only to its parent, that cannot be read, or that lost its dataset.yaml has a line.
+
+    A result of `plan` beside them, with poses.csv alone, has none, and neither have notes.
+    """
+    fleet = tmp_path / "fleet"
+    for k, name in enumerate(("locked", "lost", "sound")):
+        make_scene(kind="tracker", seed=k, poses_per_plane=9).write(fleet / name)
+    (fleet / "lost" / "dataset.yaml").unlink()
+    for name in ("circle", "empty", "notes", "plan"):
+        (fleet / name).mkdir()
+    (fleet / "circle" / "again").symlink_to("..")
+    (fleet / "notes" / "readme.txt").write_text("measured on Friday", encoding="utf-8")
+    (fleet / "plan" / "poses.csv").write_text("pose,q1\n1,0.5\n", encoding="utf-8")
+    for name in ("listdir", "scandir"):  # permissions do not bind the user who runs the tests in a container
+        monkeypatch.setattr(os, name, _refusing(getattr(os, name), fleet / "locked"))
+    result = run("diagnose", "--batch", fleet, "-o", tmp_path / "out", "--quick")
+    rows = table(tmp_path / "out")
+    assert result.exit_code == 2 and "Traceback" not in result.output
+    assert {name: row["status"] for name, row in rows.items()} == {
+        **dict.fromkeys(("circle", "empty", "locked", "lost"), "2"),
+        "sound": "0",
+    }
+    assert "the folder is empty" in rows["empty"]["message"]
+    assert "Permission denied" in rows["locked"]["message"]
+    assert "dataset.yaml: the file is missing" in rows["lost"]["message"]
+    may = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path).name != "locked" and may(path, mode))
+    result = run("diagnose", "--batch", *sorted(fleet.iterdir()), "-o", tmp_path / "each", "--quick")
+    assert result.exit_code == 2
+    assert {name: row["status"] for name, row in table(tmp_path / "each").items()} == {
+        name: "0" if name == "sound" else "2" for name in (*rows, "notes", "plan")
+    }
+
+
+def test_results_among_the_datasets_are_no_datasets(tmp_path: Path, instantly: list[str]) -> None:
+    """An empty folder that a stopped run left among its results is passed over, where these lie below the folder that is given."""
+    for k, name in enumerate(("one", "two")):
+        make_scene(kind="tracker", seed=k, poses_per_plane=9).write(tmp_path / name)
+    (tmp_path / "out" / "one").mkdir(parents=True)
+    result = run("diagnose", "--batch", tmp_path, "-o", tmp_path / "out", "--quick")
+    assert result.exit_code == 0, result.output
+    assert list(table(tmp_path / "out")) == ["one", "two"]
+
+
+def _refusing(function: Callable[[Any], Any], place: Path) -> Callable[[Any], Any]:
+    """Return a function that lists folders, for which one folder may not be read."""
+
+    def listed(folder: Any = ".") -> Any:
+        if os.fspath(folder) == str(place):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
+        return function(folder)
+
+    return listed
 
 
 PARTS = st.lists(st.sampled_from("abc"), min_size=1, max_size=3)

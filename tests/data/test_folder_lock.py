@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from scalar.data.io.atomic import atomic_directory, atomic_write, write_together
+from scalar.data.io.atomic import atomic_directory, atomic_write, cannot_write, write_together
 from scalar.data.io.lock import LOCK, locked
 from scalar.data.io.processes import lives
 from scalar.data.io.temporary import sweep, temporary_beside
@@ -214,3 +214,11 @@ def test_no_file_of_a_result_is_replaced_unless_all_can_be_written(tmp_path):
     }
     write_together(tmp_path, {"first": "one", "second": "two"})
     assert (tmp_path / "second").read_text() == "two"
+
+
+def test_a_file_of_a_folder_that_cannot_be_written_is_named_by_its_place(tmp_path):
+    """The message names the file as it was to be called, not the hidden folder in which it is written first."""
+    with pytest.raises(InvalidInput) as raised, atomic_directory(tmp_path / "cell") as folder:
+        raise cannot_write(folder / "dataset.yaml", OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
+    assert [fault.file for fault in raised.value.faults] == [str(tmp_path / "cell" / "dataset.yaml")]
+    assert not list(tmp_path.iterdir())

@@ -20,6 +20,10 @@ LEFT = {"nothing": 0, "some files": 12 * 1024, "most files": 256 * 1024}  # byte
 COMMANDS = {
     "calibrate": ("calibrate", "{data}/cell", "-o", "{out}/fit", "--report"),
     "diagnose": ("diagnose", "{data}/cell", "-o", "{out}/found", "--quick"),
+    "plan": (
+        *("plan", "{data}/cell", "--poses", "12", "--no-collisions", "--candidates", "100"),
+        *("-o", "{out}/plan"),
+    ),
     "predict": ("predict", "{data}/fit/calibration.json", "{data}/cell/poses.csv", "-o", "{out}/frames.csv"),
 }
 

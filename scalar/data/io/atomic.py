@@ -13,6 +13,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -68,20 +69,20 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
         raise
 
 
-def write_together(folder: Path, texts: Mapping[str, str]) -> None:
+def write_together(folder: Path, contents: Mapping[str, str | bytes]) -> None:
     """Write the files of one result to a folder: none is put in its place before all are complete, so that a full disk leaves the older ones.
 
     Args:
         folder: An existing folder.
-        texts: The content of each file by its name, in the order in which they are put in their places.
+        contents: The content of each file by its name, in the order in which they are put in their places.
 
     Raises:
         InvalidInput: One of them cannot be written.
     """
     with ExitStack() as stack:  # which ends with the file that was begun first
-        for name, text in reversed(list(texts.items())):
+        for name, content in reversed(list(contents.items())):
             temporary = stack.enter_context(atomic_write(folder / name))
-            temporary.write_text(text, encoding="utf-8", newline="\n")
+            temporary.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 @contextmanager
@@ -121,7 +122,14 @@ def atomic_directory(
         shutil.rmtree(temporary, ignore_errors=True)
         if isinstance(error, OSError) and error.errno in _BROKEN:
             raise cannot_write(path, error) from error
+        if isinstance(error, InvalidInput):
+            raise InvalidInput(_in_place(fault, temporary, path) for fault in error.faults) from error
         raise
+
+
+def _in_place(fault: Fault, temporary: Path, path: Path) -> Fault:
+    """Return a fault with the name that a file in a temporary folder was to have, instead of one that nobody else knows."""
+    return replace(fault, file=fault.file.replace(str(temporary), str(path)))
 
 
 def check_replaceable(path: Path, may_replace: Callable[[Path], bool], remedy: str) -> None:
