@@ -14,8 +14,9 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import Alternative
 from scalar.sensors import kind_of
+from scalar.units import MM
 
-_UNITS = (("millimetres", "mm", 1e-3), ("centimetres", "cm", 1e-2), ("inches", "in", 0.0254))
+_UNITS = (("millimetres", "mm", MM), ("centimetres", "cm", 10 * MM), ("inches", "in", 25.4 * MM))
 """Units that a column may be in where metres are meant, each with its key in a mapping and its size in metres."""
 
 
