@@ -19,7 +19,7 @@ MAPPING = click.option(
     "--mapping",
     type=PATH,
     metavar="MAPPING",
-    help="The mapping of `scalar import`: joint angles are then those of the controller, as its keys plus, sign and offset say.",
+    help="The mapping of `scalar import`: joint angles are then those of the controller, as its keys plus, minus, sign and offset say.",
 )
 
 

@@ -22,6 +22,7 @@ from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, load_effects
 from scalar.cli.outputs import FORCE, refuse_foreign, table_with
 from scalar.cli.terminal import say, say_written
 from scalar.data.formats import IMPORTED
+from scalar.data.io.semicolons import form_of_file
 from scalar.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -68,6 +69,8 @@ def correct(
     Angles are in rad, and lengths in m (see --units). With --mapping, joint angles are those of the controller. Columns that the calibrated effects
     need (approach1..n, temperature, time, order) stand beside them.
 
+    Cells may be separated by semicolons, with decimal commas; the output is then written so too.
+
     The output has the joint angles to command, the other columns of TARGETS, and six columns that say how each row was corrected. A row that could
     not be has corrected = 0, a line that says why, and exit status 2.
 
@@ -102,12 +105,15 @@ def correct(
         say(line)
     failed = bool(corrected.refused) and not leave_out
     n_corrected = int(corrected.found.reached.sum())
+    semicolons = form_of_file(targets).in_words
     imported = calibrated.summary.get(IMPORTED, {})
     for line in lines_on_convention(
         convention, _tables(wanted, output), imported, calibrated.model.nominal.name
     ):
         say(line)
-    say_written(output, n_written, "pose", f", {n_corrected} of them corrected" if failed else "")
+    say_written(
+        output, n_written, "pose", (f", {n_corrected} of them corrected" if failed else "") + semicolons
+    )
     if failed:
         raise InvalidInput(faults_of(corrected.refused, str(targets)))
 

@@ -6,6 +6,7 @@ A file that the command reads is not replaced even with --force, if it is given 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -36,7 +37,7 @@ def table_with(*columns: str) -> Own:
     from scalar.data.table_units import base_name
 
     def own(head: str) -> bool:
-        names = {base_name(name.strip()) for name in head.partition("\n")[0].split(",")}
+        names = {base_name(name.strip()) for name in re.split("[,;]", head.partition("\n")[0])}
         return set(columns) <= names
 
     return own

@@ -88,6 +88,8 @@ def predict(
     written. With --units deg, or columns q1_deg..qn_deg, lengths are written in mm as well, unless a travel is read in m.
     A column whose name states no unit is in m or rad.
 
+    Cells may be separated by semicolons, with decimal commas; the output is then written so too.
+
     With --mapping, q1..qn are the joint angles as the controller counts them, and approach1..n its directions.
 
     \b
@@ -97,6 +99,7 @@ def predict(
       scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm --mapping my-tracker.yaml
     """
     from scalar.cli.kinds_of_targets import naming_table, naming_text, refuse_frames
+    from scalar.data.io.semicolons import form_of_file
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.table_units import columns_of, units_named, units_to_write
     from scalar.estimation.frame_tables import write_frames
@@ -124,7 +127,7 @@ def predict(
     with naming_table(joints.name), naming_text(table):
         covariance = calibrated.predict_covariance(table, target=target) if with_std else None
         frames = calibrated.predict(table, target=target)
-    written_in = units_to_write(units, columns, robot.prismatic)
+    written_in, text_form = units_to_write(units, columns, robot.prismatic), form_of_file(joints)
     write_frames(
         output,
         table["pose"].to_numpy(),
@@ -133,8 +136,9 @@ def predict(
         units=written_in,
         orientation_known=calibrated.observes_orientation,
         also=orientations,
+        text_form=text_form,
     )
-    say_written(output, len(table), "pose", written_in.in_words)
+    say_written(output, len(table), "pose", written_in.in_words + text_form.in_words)
     imported = calibrated.summary.get(IMPORTED, {})
     for line in (
         *lines_on_convention(convention, f"{joints.name} has", imported, robot.name),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -11,6 +12,9 @@ from scalar.cli.options import BASE, OUTPUT, PATH, TIP, URDF, lock_output, refus
 from scalar.cli.outputs import FORCE
 from scalar.cli.simulator import simulator
 from scalar.cli.terminal import say
+from scalar.errors import Fault, InvalidInput
+
+_KEYS = ("urdf", "base", "tip")
 
 
 @cli.command()
@@ -32,8 +36,8 @@ def simulate(
 ) -> None:
     """Simulate a dataset with pybullet.
 
-    CONFIG describes the scene. With --urdf, the arm of that description stands in it instead of its own. Writes the dataset to DIR/dataset
-    and its truth to DIR/truth.
+    CONFIG describes the scene. Its arm may be that of a URDF, robot: {urdf: arm.urdf, base: base_link, tip: tool0}, with a path relative to CONFIG.
+    With --urdf, the arm of that description stands in the scene instead of its own. Writes the dataset to DIR/dataset and its truth to DIR/truth.
 
     \b
     Example:
@@ -48,6 +52,8 @@ def simulate(
     simulation = simulator("simulate")
     lock_output(output)
     robot = None
+    if urdf is None:
+        urdf, base, tip = _urdf_of_scene(config)
     if urdf is not None:
         from scalar.ingest.urdf import robot_from_urdf
 
@@ -61,3 +67,29 @@ def simulate(
     say(
         f"{output / 'dataset'}: {len(scene.poses)} poses, {len(scene.scans)} points; truth in {output / 'truth'}"
     )
+
+
+def _urdf_of_scene(config: Path) -> tuple[Path | None, str | None, str | None]:
+    """Return the URDF that a scene names for its arm, its base and its tip; None where it names none.
+
+    Raises:
+        InvalidInput: The file is no YAML, or the scene names a URDF with other keys than ``urdf``, ``base`` and ``tip``, or other values than texts.
+    """
+    from scalar.data.io.plain_yaml import load_yaml
+
+    content: Any = load_yaml(config)
+    robot = content.get("robot") if isinstance(content, dict) else None
+    if isinstance(robot, str) and robot.lower().endswith(".urdf"):
+        robot = {"urdf": robot}
+    if not isinstance(robot, dict) or "urdf" not in robot:
+        return None, None, None
+    for key, value in robot.items():
+        if key not in _KEYS:
+            message = "beside urdf, robot has the keys base and tip only; remove this key"
+            raise InvalidInput(Fault(config.name, message, column=f"robot.{key}"))
+        if not isinstance(value, str) or not value:
+            kind = (
+                "path of the URDF, relative to this file" if key == "urdf" else "name of a link of the URDF"
+            )
+            raise InvalidInput(Fault(config.name, f"write the {kind}", column=f"robot.{key}"))
+    return config.parent / robot["urdf"], robot.get("base"), robot.get("tip")

@@ -48,6 +48,7 @@ class Layout:
         text: columns that hold text; all others hold numbers.
         integers: columns that hold integers.
         extras: whether further numeric columns are kept.
+        semicolons: whether the cells of a file may be separated by semicolons, with decimal commas.
         copied: whether further columns that are not all numbers are kept as well, as the text that stands there.
         blank: columns of numbers in which a cell may be empty; NaN then stands for it.
         other_names: names under which columns are known elsewhere, and how they are called here; a fault of the former suggests the latter.
@@ -61,6 +62,7 @@ class Layout:
     extras: bool = False
     refuse: Callable[[str], str | None] = lambda _: None
     copied: bool = False
+    semicolons: bool = False
     blank: frozenset[str] = frozenset()
     other_names: Mapping[str, str] = field(default_factory=dict)
 

@@ -1,6 +1,6 @@
 """Tables of poses outside a dataset: poses to predict for, and true poses.
 
-They have the columns of poses.csv except ``plane``, and are checked as strictly.
+They have the columns of poses.csv except ``plane``, and are checked as strictly. Their cells may be separated by semicolons, with decimal commas.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def read_pose_table(
     needed = known.required if joints_needed else ("pose",)
     columns = columns_of(path) if columns is None else columns
     own = FileUnits.of(columns, units.sliding(prismatic))
-    layout = own.layout(replace(known, required=(*needed, *required), copied=copied))
+    layout = own.layout(replace(known, required=(*needed, *required), copied=copied, semicolons=True))
     faults: list[Fault] = []
     table = read_csv(path, layout, faults)
     if table is not None:

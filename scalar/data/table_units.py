@@ -12,6 +12,7 @@ from pathlib import Path
 
 from scalar.data.io.csv_reader import split
 from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
+from scalar.data.io.semicolons import with_commas
 from scalar.data.located_table import Layout, Table
 from scalar.errors import Fault, InvalidInput
 from scalar.units import DEG, MM
@@ -101,8 +102,8 @@ def columns_of(path: Path) -> list[str]:
     Raises:
         InvalidInput: The file cannot be read.
     """
-    first = re.split(rb"[\r\n]", read_regular_file(path, MAX_TABLE_BYTES).lstrip(), maxsplit=1)[0]
-    line = first.decode("utf-8-sig", "replace")
+    raw = read_regular_file(path, MAX_TABLE_BYTES).lstrip()
+    line = with_commas(re.split(rb"[\r\n]", raw, maxsplit=1)[0]).decode("utf-8-sig", "replace")
     return split(line) or [name.strip().strip('"') for name in line.split(",")]
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.data.io.atomic import atomic_write
+from scalar.data.io.semicolons import PLAIN, TextForm
 from scalar.data.table_units import SI, TableUnits
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.result import PREDICTION_COLUMNS
@@ -42,6 +43,7 @@ def write_frames(
     units: TableUnits = SI,
     orientation_known: bool = True,
     also: Sequence[str] = (),
+    text_form: TextForm = PLAIN,
 ) -> None:
     """Write frames as ``pose,x,y,z,rx,ry,rz`` [m, rotation vector rad], whole or not at all.
 
@@ -55,6 +57,7 @@ def write_frames(
         orientation_known: Whether the measurements depend on the sensor's orientation on the flange. If not, that orientation is the
             declared one, and its uncertainty is left out, because the calibration has none.
         also: Names of further forms of the orientation, of ``ORIENTATIONS``; their columns follow ``rz``.
+        text_form: How cells are separated and decimals are written.
     """
     import pandas as pd
 
@@ -69,7 +72,7 @@ def write_frames(
     if covariance is not None:
         columns |= _uncertainties(covariance, units, len(FRAME_COLUMNS) if orientation_known else 3)
     with atomic_write(path) as temporary:
-        pd.DataFrame(columns).to_csv(temporary, index=False, float_format="%.12g")
+        text_form.write(pd.DataFrame(columns), temporary, "%.12g")
 
 
 def _in_form(form: str, R: Array) -> Array:

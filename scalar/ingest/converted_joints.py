@@ -15,7 +15,7 @@ def formulas(mapping: MappingFile) -> list[str]:
     return [
         f"{name} = {_formula(column)}"
         for name, column in joints.items()
-        if column.plus is not None or column.sign != 1.0 or column.offset
+        if column.second is not None or column.sign != 1.0 or column.offset
     ]
 
 
@@ -55,9 +55,12 @@ def _number(name: str) -> str:
 
 def _formula(column: Column) -> str:
     """Return how a joint follows from the columns of the file, in the unit of the file."""
-    value = f"{column.reference}" if column.plus is None else f"{column.reference} + {column.plus}"
+    value = f"{column.reference}"
+    if column.second is not None:
+        reference, sign = column.second
+        value += f" {'+' if sign > 0 else '-'} {reference}"
     if column.sign == -1.0:
-        value = f"-{value}" if column.plus is None else f"-({value})"
+        value = f"-{value}" if column.second is None else f"-({value})"
     if not column.offset:
         return value
     return f"{value} {'+' if column.offset > 0 else '-'} {abs(column.offset):.12g} {column.unit}".rstrip()

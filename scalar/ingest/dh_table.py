@@ -63,6 +63,7 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
         known,
         text=frozenset({_TYPE, _JOINT}),
         blank=limits_columns,
+        semicolons=True,
         other_names=elsewhere,
     )
     table = read_csv(path, layout, faults)

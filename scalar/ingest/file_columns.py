@@ -99,9 +99,10 @@ def _column(raw: RawTable, name: str, column: Column, faults: list[Fault]) -> tu
     else:
         read = raw.pose_numbers if name == "pose" else raw.numbers
         values, empty = read(column.reference, faults)
-        if column.plus is not None:
-            added, none_added = read(column.plus, faults)
-            values, empty = values + added, empty | none_added
+        if column.second is not None:
+            reference, sign = column.second
+            added, none_added = read(reference, faults)
+            values, empty = values + sign * added, empty | none_added
     return column.to_si(column.sign * values + column.offset), empty
 
 

@@ -25,7 +25,7 @@ _BY_JOINT = re.compile(rf"(q|{COMMANDED}|{TORQUE})([1-9][0-9]*)")
 
 @dataclass(frozen=True)
 class Column:
-    """How a column of the dataset is made: ``sign * (value + plus) + offset``, in the file's unit, converted to SI.
+    """How a column of the dataset is made: ``sign * (value + plus - minus) + offset``, in the file's unit, converted to SI.
 
     Attributes:
         reference: the column of the file.
@@ -33,7 +33,8 @@ class Column:
         sign: 1 or -1.
         offset: in the file's unit.
         plus: a second column of the file, in the same unit, that is added to the first; None if there is none. Controllers that show a joint against
-            the horizontal need it.
+            the horizontal need it, or ``minus``.
+        minus: such a column that is subtracted; None if there is none. A column has at most one of the two.
         names: for text, ``{value in the file: value in the dataset}``; None if all values are kept.
         unit: the file's unit; empty if the column has none.
         sign_stated: whether the mapping states ``sign``.
@@ -49,6 +50,14 @@ class Column:
     unit: str = ""
     sign_stated: bool = False
     values: Mapping[str, float] | None = None
+    minus: Reference | None = None
+
+    @property
+    def second(self) -> tuple[Reference, float] | None:
+        """The column that is added to the first, and 1, or the one that is subtracted, and -1; None if there is neither."""
+        if self.plus is not None:
+            return self.plus, 1.0
+        return None if self.minus is None else (self.minus, -1.0)
 
 
 @dataclass(frozen=True)

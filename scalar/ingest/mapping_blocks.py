@@ -148,19 +148,23 @@ def _column(
     elif unit is not None and unit not in units:
         hint = did_you_mean(unit, list(units))
         given.fault((*path, "unit"), f"unknown ({shorten(unit)}); {hint}write one of {', '.join(units)}")
-    for key in ("sign", "offset", "plus"):
+    for key in ("sign", "offset", "plus", "minus"):
         mirrored = key == "sign" and (name in ("x", "y", "z") or bool(OF_JOINT.fullmatch(name)))
         counted = key == "offset" and name == "pose"
         if counted and key in entry and entry[key] != int(entry[key]):
             given.fault((*path, key), "poses have whole numbers; write one")
         if key in entry and not (JOINT.fullmatch(name) or mirrored or counted):
             given.fault((*path, key), "only joints have one; remove this key")
+    if "plus" in entry and "minus" in entry:
+        given.fault((*path, "minus"), "a column is added already by plus; keep one of the two keys")
     if "names" in entry and name not in TEXT_COLUMNS:
         given.fault((*path, "names"), f"only {', '.join(TEXT_COLUMNS)} have names; remove this key")
     if "values" in entry and not APPROACH.fullmatch(name):
         given.fault((*path, "values"), "only directions of approach have values; remove this key")
     to_si = units.get(unit or "", lambda value: value)
     offset, names = float(entry.get("offset", 0.0)), entry.get("names")
-    sign, plus = float(entry.get("sign", 1)), entry.get("plus")
+    sign, plus, minus = float(entry.get("sign", 1)), entry.get("plus"), entry.get("minus")
     values = {text: float(value) for text, value in entry["values"].items()} if "values" in entry else None
-    return Column(entry["column"], to_si, sign, offset, plus, names, unit or "", "sign" in entry, values)
+    return Column(
+        entry["column"], to_si, sign, offset, plus, names, unit or "", "sign" in entry, values, minus
+    )

@@ -203,7 +203,7 @@ def _check_repeated(given: Description, key: str, columns: Mapping[str, Column],
     first: dict[Any, str] = {}
     for name in (name for name in columns if name in numbers):
         column = columns[name]
-        other = first.setdefault((column.reference, column.plus), name)
+        other = first.setdefault((column.reference, column.second), name)
         if other != name:
             message = f"comes from the same column of the file as {other} ({shorten(column.reference)}); correct one of the two"
             given.fault((key, "columns", name), message)

@@ -169,13 +169,13 @@ def test_the_import_records_what_it_converts_and_what_nothing_states(tmp_path):
     st.integers(0, 2**32 - 1),
 )
 def test_angles_return_to_1e_12_rad(tmp_path_factory, signs, offsets, added, seed):
-    """Whatever signs, zeros and earlier joints a mapping adds, the angles of the controller become those of the dataset by the formula of the
-    mapping, and return."""
+    """Whatever signs, zeros and earlier joints a mapping adds or subtracts, the angles of the controller become those of the dataset by the
+    formula of the mapping, and return."""
     keys = {}
     for i in range(6):
         keys[f"q{i + 1}"] = {"sign": signs[i], "offset": offsets[i]}
         if added[i] is not None and added[i] < i:
-            keys[f"q{i + 1}"]["plus"] = f"J{added[i] + 1}"
+            keys[f"q{i + 1}"]["plus" if seed % 2 else "minus"] = f"J{added[i] + 1}"
     content = mapping_of(**keys)
     if "plus" not in keys["q3"]:
         del content["poses"]["columns"]["q3"]["plus"]
@@ -185,8 +185,10 @@ def test_angles_return_to_1e_12_rad(tmp_path_factory, signs, offsets, added, see
     shown_degrees = np.random.default_rng(seed).uniform(-360, 360, (7, 6))
     q = np.empty((7, 6))
     for i in range(6):
-        other = keys[f"q{i + 1}"].get("plus")
-        total = shown_degrees[:, i] + (0.0 if other is None else shown_degrees[:, int(other[1:]) - 1])
+        total = shown_degrees[:, i]
+        for key, sign in (("plus", 1), ("minus", -1)):
+            if (other := keys[f"q{i + 1}"].get(key)) is not None:
+                total = total + sign * shown_degrees[:, int(other[1:]) - 1]
         q[:, i] = np.deg2rad(signs[i] * total + offsets[i])
     found = convention.to_dataset(np.deg2rad(shown_degrees))
     np.testing.assert_allclose(found, q, rtol=0, atol=1e-12)
@@ -197,6 +199,10 @@ def test_angles_return_to_1e_12_rad(tmp_path_factory, signs, offsets, added, see
     ("changes", "words"),
     [
         ({"q3": {"plus": "payload angle"}}, "'payload angle' is added to q3 and is the column of no joint"),
+        (
+            {"q2": {"minus": "payload angle"}},
+            "'payload angle' is subtracted from q2 and is the column of no joint",
+        ),
         ({"q2": {"plus": "J3"}}, "the joints of the controller do not follow from those of the dataset"),
         ({"q2": {"unit": "rad"}}, "'J2' is in rad for q2 and in deg for q3"),
     ],

@@ -97,6 +97,33 @@ def test_a_scene_takes_the_arm_of_a_urdf(panda, tmp_path):
     np.testing.assert_allclose(found.flange(q), wanted.flange(q), atol=1e-9)
 
 
+def test_a_scene_may_name_the_description_of_its_arm(panda, tmp_path):
+    """A scene whose robot is a URDF, with a path relative to the scene, is that of --urdf, number by number."""
+    (tmp_path / "arm.urdf").write_bytes(panda.read_bytes())
+    scene = load_yaml(SCENE) | {"poses_per_plane": 3, "truth_poses": 10}
+    named = {"urdf": "arm.urdf", "base": "panda_link0", "tip": "panda_link8"}
+    dump_yaml(scene | {"robot": named}, tmp_path / "scene.yaml")
+    dump_yaml(scene | {"robot": "absent.yaml"}, tmp_path / "absent.yaml")
+    assert run("simulate", tmp_path / "scene.yaml", "-o", tmp_path / "named").exit_code == 0
+    assert run("simulate", tmp_path / "absent.yaml", *links(panda), "-o", tmp_path / "given").exit_code == 0
+    one, other = (pd.read_csv(tmp_path / name / "dataset/scans.csv") for name in ("named", "given"))
+    pd.testing.assert_frame_equal(one, other)
+
+
+@pytest.mark.parametrize(
+    ("robot", "words"),
+    [
+        ({"urdf": "absent.urdf"}, ("absent.urdf", "no such file")),
+        ({"urdf": "arm.urdf", "tip": 3}, ("scene.yaml, robot.tip", "name of a link")),
+        ({"urdf": "arm.urdf", "joints": []}, ("scene.yaml, robot.joints", "base and tip only")),
+    ],
+)
+def test_a_description_that_a_scene_names_wrongly_is_refused(tmp_path, robot, words):
+    """The message names the file or the key."""
+    dump_yaml(load_yaml(SCENE) | {"robot": robot}, tmp_path / "scene.yaml")
+    refused(run("simulate", tmp_path / "scene.yaml", "-o", tmp_path / "sim"), INPUT_AT_FAULT, *words)
+
+
 def test_a_scene_refuses_links_without_a_description_and_a_slide(tmp_path):
     """Links need --urdf, and an arm with a slide is refused by name, since the simulator has none."""
     refused(

@@ -214,6 +214,23 @@ def test_a_path_stays_in_one_posture():
     assert np.abs(np.diff(q, axis=0)).max() < 0.1
 
 
+def test_a_program_of_moderate_moves_keeps_the_posture_of_the_row_before():
+    """No frame of a program whose joints move by up to 0.6 rad gets a posture to which they move farther: the wrist does not turn over."""
+    model = calibrated(robot_of("vs060"), np.random.default_rng(1)).model
+    rng = np.random.default_rng(2)
+    middle = np.array([0.2, 0.3, 1.2, 0.2, 0.9, 0.1])
+    program = [middle]
+    while len(program) < 60:
+        q = program[-1] + rng.uniform(-0.6, 0.6, 6)
+        if np.all(np.abs(q - middle) < 0.7):  # stays on one side of all singularities
+            program.append(q)
+    q, there = postures_for(
+        model, model.robot.flange(np.array(program)) @ model.T_flange_sensor, first=program[0]
+    )
+    assert there.all()
+    np.testing.assert_allclose(q, program, atol=1e-4)
+
+
 def test_a_column_that_an_effect_needs_is_named():
     """Without the directions of approach, backlash by approach cannot be corrected."""
     effect = JointBacklash(3, "approach", coefficients=np.array([3e-4]))

@@ -40,7 +40,9 @@ def test_an_angle_that_is_counted_from_the_horizontal_is_named(tracked, sign, re
         calibrate(coupled)
     (suspicion,) = refused.value.suspicions
     assert (suspicion.what, suspicion.where) == ("coupled_joints", "joints 2 and 3")
-    assert remedy in suspicion.sentence and ("'plus' in the mapping" in suspicion.sentence) == (sign == -1)
+    assert (
+        remedy in suspicion.sentence and f"'{remedy.split()[2]}' in the mapping of q3" in suspicion.sentence
+    )
     assert suspicion.rms_after is not None and suspicion.rms_after < 1 * MM
 
 

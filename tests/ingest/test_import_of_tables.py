@@ -96,6 +96,23 @@ def test_a_joint_that_is_shown_against_the_horizontal_is_a_sum(tmp_path):
     np.testing.assert_allclose(data.q[:, 2], np.radians(10 - (numbers()[:, 2] + numbers()[:, 1])), atol=1e-15)
 
 
+def test_an_angle_that_contains_that_of_the_joint_before_is_a_difference(tmp_path):
+    """With ``minus`` a joint angle is ``sign * (value - minus) + offset``."""
+    mapping = tracker_mapping()
+    name = mapping["poses"]["columns"]["q2"]["column"]
+    mapping["poses"]["columns"]["q3"] |= {"minus": name, "sign": -1, "offset": 10}
+    data = imported(tmp_path, mapping, write_table(tmp_path / "a.csv", cells()))
+    np.testing.assert_allclose(data.q[:, 2], np.radians(10 - (numbers()[:, 2] - numbers()[:, 1])), atol=1e-15)
+
+
+def test_plus_and_minus_exclude_each_other(tmp_path):
+    """A column to which one is added and from which another is subtracted is refused; the key is named."""
+    mapping = tracker_mapping()
+    mapping["poses"]["columns"]["q3"] |= {"plus": "A", "minus": "B"}
+    table = write_table(tmp_path / "a.csv", cells())
+    refused(tmp_path, run(tmp_path, mapping, table), "poses.columns.q3.minus", "keep one of the two keys")
+
+
 def test_a_second_column_that_the_file_lacks_is_named(tmp_path):
     """A column that is to be added has to be there, as the first one has."""
     mapping = tracker_mapping()

@@ -9,7 +9,8 @@ import pytest
 
 from scalar.estimation.setup.alternatives import with_sign_changed
 from scalar.geometry.robot import Robot
-from scalar.ingest.bag.losses import LEAST_KEPT, Pieces, clearly_better_reading
+from scalar.geometry.se3 import exp_so3
+from scalar.ingest.bag.losses import LEAST_KEPT, Pieces, better_reading, clearly_better_reading
 from scalar.robots import read_arm
 from tests.kinematics import chain
 
@@ -60,3 +61,18 @@ def test_stops_that_are_lost_in_any_case_name_nothing(pieces: Pieces) -> None:
     kept = int(np.count_nonzero(lossy.plane_index() >= 0))
     assert kept < 0.9 * len(points)
     assert clearly_better_reading(lossy, NAMES, kept) is None
+
+
+@pytest.mark.parametrize(("off", "turn"), [(0.2, 0.3), (-0.2, 0.5)])
+def test_a_wrong_guess_of_a_plane_is_not_taken_for_a_wrong_joint(
+    pieces: Pieces, off: float, turn: float
+) -> None:
+    """If the floor is 0.2 m from its guess, and the scanner is turned from its stated pose, no sign and no zero of a joint is named.
+
+    With such readings many scans come within the farthest distance of some plane, but not near it.
+    """
+    T_flange_sensor = T_FLANGE_SENSOR.copy()
+    T_flange_sensor[:3, :3] = exp_so3(np.array([0.1, 0.0, turn]))
+    wrong = replace(pieces, distances=DISTANCES + np.array([off, 0.0, 0.0]), T_flange_sensor=T_flange_sensor)
+    assert np.count_nonzero(wrong.plane_index() >= 0) < LEAST_KEPT * len(wrong.points)
+    assert better_reading(wrong, NAMES) is None

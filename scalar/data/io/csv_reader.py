@@ -18,6 +18,7 @@ import numpy as np
 
 from scalar.data.io.cells import CellsOfNumbers, CellsOfText, text_column
 from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
+from scalar.data.io.semicolons import with_commas
 from scalar.data.located_table import (
     HEADER_AGAIN,
     MAX_SHOWN,
@@ -46,6 +47,8 @@ def read_csv(path: Path, layout: Layout, faults: list[Fault]) -> Table | None:
     except InvalidInput as error:
         faults += error.faults
         return None
+    if layout.semicolons:
+        raw = with_commas(raw)
     names = _plain_header(raw)
     if names is not None and not header_faults(file, names, layout):
         parsed = _parse_fast(raw, names, layout)
@@ -54,13 +57,6 @@ def read_csv(path: Path, layout: Layout, faults: list[Fault]) -> Table | None:
             check_cells(table, layout, faults)
             return table
     return _read_by_cell(file, raw, layout, faults)
-
-
-def cells_as_written(path: Path) -> dict[str, list[str]]:
-    """Return the cells of each column of a CSV file that has been read without a fault, row by row, without the blanks around them."""
-    text = read_regular_file(path, MAX_TABLE_BYTES).decode("utf-8-sig")
-    rows = [split(line) or [] for line in _LINE_END.split(text) if line.strip()]
-    return {name: list(cells) for name, *cells in zip(*rows, strict=True)}
 
 
 def _plain_header(raw: bytes) -> list[str] | None:

@@ -1,13 +1,14 @@
 """Joint angles for wanted frames that are given without any: the inverse kinematics of the rigid arm, from many starts.
 
 A correction then starts from these joint angles. Many random postures are drawn, and those whose sensor is nearest to the wanted frame are the
-starts. Of the solutions within the joint limits, the one nearest to the previous pose is taken, so that a path keeps its posture where it can. After
-a large move a joint does not stay a turn away from the middle of its limits.
+starts. Where all their solutions are far from the previous pose, that pose is a start too, because the random ones do not find every posture. Of the
+solutions within the joint limits, the one nearest to the previous pose is taken, so that a path keeps its posture where it can. After a large move a
+joint does not stay a turn away from the middle of its limits.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +29,9 @@ _AS_WELL = 1e-3  # rad; postures whose orientations differ by less take a frame 
 _TURN = 2 * np.pi
 _A_MOVE = np.pi / 2
 """[rad] A joint that turns further has no path to continue, and takes the turn in the middle of its limits."""
+_A_STEP = 0.2
+"""[rad] If every solution found so far turns a joint further than this from the previous pose, the frame is solved from that pose too. Chosen: the
+random starts miss the posture of the row before in one of six to sixty rows, and a solution as near as this is in that posture."""
 
 
 def postures_for(
@@ -64,28 +68,71 @@ def postures_for(
         solved = _solved(rigid, of_starts, q, settings)
         q = solved.q.reshape(len(wanted), n_starts, -1)
         reached = solved.reached.reshape(len(wanted), n_starts)
-        misses = (
-            solved.position_error / settings.near_enough
-            + solved.orientation_error / settings.near_enough_turn
-        ).reshape(len(wanted), n_starts)
+        misses = _misses(solved, settings).reshape(len(wanted), n_starts)
         turned_by = solved.orientation_error.reshape(len(wanted), n_starts)
         for i in range(len(wanted)):
-            turned = q[i] - turn * np.round((q[i] - reference) / _TURN)
-            turned += turn * (turned < low) - turn * (turned > high)
-            allowed = np.all((turned >= low) & (turned <= high), axis=1)
-            sound = reached[i] & allowed
-            if sound.any():  # an arm with fewer than six joints may miss the orientation more in one posture than in another
-                sound &= turned_by[i] <= turned_by[i][sound].min() + _AS_WELL
-            if sound.any():
-                distance = np.where(sound, np.abs(turned - reference).max(axis=1), np.inf)
-                best = turned[int(np.argmin(distance))]
+            row = _Solutions(q[i], reached[i], misses[i], turned_by[i])
+            best, takes_it = row.nearest_to(reference, low, high, turn)
+            if takes_it and np.abs(best - reference).max() > _A_STEP:
+                continued = _solved(rigid, wanted[i : i + 1], reference[None], settings)
+                row = row.joined_by(continued, settings)
+                best, _ = row.nearest_to(reference, low, high, turn)
+            if best is None:
+                continue
+            if takes_it:
                 far = np.abs(best - reference) > _A_MOVE
                 best = np.where(far, best - turn * np.round((best - middle) / _TURN), best)
-                found[at + i] = reference = best
-                there[at + i] = True
-            elif allowed.any():
-                found[at + i] = turned[int(np.argmin(np.where(allowed, misses[i], np.inf)))]
+                reference = best
+            found[at + i], there[at + i] = best, takes_it
     return found, there
+
+
+@dataclass(frozen=True, eq=False)
+class _Solutions:
+    """The ends of the searches for one frame, from S starts.
+
+    Attributes:
+        q: ``(S, n)`` [rad; m where a joint slides], joint angles.
+        reached: ``(S,)`` bool, which of them take the frame.
+        misses: ``(S,)``, how far the others miss it: position and orientation error, each as a multiple of what is near enough.
+        turned_by: ``(S,)`` [rad], their orientation errors.
+    """
+
+    q: Array
+    reached: Array
+    misses: Array
+    turned_by: Array
+
+    def joined_by(self, solved: Correction, settings: CorrectionSettings) -> _Solutions:
+        """Return these solutions and those of another search."""
+        return _Solutions(
+            np.concatenate([self.q, solved.q]),
+            np.concatenate([self.reached, solved.reached]),
+            np.concatenate([self.misses, _misses(solved, settings)]),
+            np.concatenate([self.turned_by, solved.orientation_error]),
+        )
+
+    def nearest_to(self, reference: Array, low: Array, high: Array, turn: Array) -> tuple[Array | None, bool]:
+        """Return the joint angles ``(n,)`` within the limits that take the frame with the smallest move from the reference, and True.
+
+        If none take it, those that come nearest to the frame, and False; None in their place if all are beyond the limits.
+        """
+        turned = self.q - turn * np.round((self.q - reference) / _TURN)
+        turned += turn * (turned < low) - turn * (turned > high)
+        allowed = np.all((turned >= low) & (turned <= high), axis=1)
+        sound = self.reached & allowed
+        if sound.any():
+            # An arm with fewer than six joints may miss the orientation more in one posture than in another.
+            sound &= self.turned_by <= self.turned_by[sound].min() + _AS_WELL
+            distance = np.where(sound, np.abs(turned - reference).max(axis=1), np.inf)
+            return turned[int(np.argmin(distance))], True
+        if allowed.any():
+            return turned[int(np.argmin(np.where(allowed, self.misses, np.inf)))], False
+        return None, False
+
+
+def _misses(solved: Correction, settings: CorrectionSettings) -> Array:
+    return solved.position_error / settings.near_enough + solved.orientation_error / settings.near_enough_turn
 
 
 def _solved(model: Model, T_wanted: Array, q: Array, settings: CorrectionSettings) -> Correction:

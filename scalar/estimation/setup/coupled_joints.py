@@ -29,11 +29,11 @@ def coupled_joints(dataset: Dataset) -> Iterator[Alternative]:
         ):
             continue
         this, last = f"q{j + 1}", f"q{j}"
-        of_mapping = f" (where 'scalar import' made it: 'plus' in the mapping of {this})"
-        for sign, contains, link, remedy, where in (
-            (1, f"contains {last}", "plus", "minus", ""),
-            (-1, f"lacks {last}", "minus", "plus", of_mapping),
+        for sign, contains, link, remedy in (
+            (1, f"contains {last}", "plus", "minus"),
+            (-1, f"lacks {last}", "minus", "plus"),
         ):
+            where = f" (where 'scalar import' made it: '{remedy}' in the mapping of {this}, if {last} and {this} have the same sign there)"
             angles = dataset.q[:, j] - sign * dataset.q[:, j - 1]
             yield Alternative(
                 "coupled_joints",

@@ -50,7 +50,7 @@ def misfit_refused(
     moved = "planes or base" if dataset.planes else "tracker or base, an exchange of the target"
     return Undetermined(
         [f"{first} These were tried, and none explains it: one wrong sign, zero, length, unit{label} or "
-         "convention; a sign and a zero of one joint; two zeros; two, three or all signs; rows of measurements that are moved or lost; a move of "
+         "convention; a sign and a zero of one joint; two zeros; any number of signs; rows of measurements that are moved or lost; a move of "
          f"{moved}. Check first whether joint angles and measurements belong together, row by row, and then whether several of these are wrong at "
          "once"
          f"{still_clause(dataset.q)}"]

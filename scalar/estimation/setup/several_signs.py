@@ -1,7 +1,7 @@
-"""Two or three joints at once that count the other way, or all of them, as a controller may count its axes against the convention of the table.
+"""Two joints or more at once that count the other way, or all of them, as a controller may count its axes against the convention of the table.
 
-They are tried after all single alternatives. Some sets of signs cannot be distinguished from a smaller set with another zero or another place of
-the sensor; ``scalar.estimation.setup.suspicion`` ranks them.
+They are tried after all single alternatives, and more than three at once only where nothing else explains the data. Some sets of signs cannot be
+distinguished from a smaller set with another zero or another place of the sensor; ``scalar.estimation.setup.suspicion`` ranks them.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import CORRECT_SIGNS, Alternative, with_sign_changed
 
 MOST_SIGNS = 3
+"""Most signs at once that are tried although a smaller set explains the data, with sensor or planes far from their stated places."""
 
 
 def several_signs(dataset: Dataset, count: int) -> Iterator[Alternative]:
@@ -23,6 +24,13 @@ def several_signs(dataset: Dataset, count: int) -> Iterator[Alternative]:
     for joints in itertools.combinations(_moving(dataset), count):
         names = [str(joint + 1) for joint in joints]
         yield _counted_back(dataset, joints, f"joints {', '.join(names[:-1])} and {names[-1]}")
+
+
+def many_signs(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield every alternative in which more than ``MOST_SIGNS`` joints that move count the other way, those with fewest joints first."""
+    for count in range(MOST_SIGNS + 1, len(_moving(dataset))):
+        yield from several_signs(dataset, count)
+    yield from all_signs(dataset)
 
 
 def all_signs(dataset: Dataset) -> Iterator[Alternative]:

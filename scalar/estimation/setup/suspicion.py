@@ -16,6 +16,7 @@ from scalar.data.dataset import Dataset
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.setup.alternatives import Alternative, alternatives, with_limits_counted_back
 from scalar.estimation.setup.angle_units import angle_units
+from scalar.estimation.setup.column_units import column_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
 from scalar.estimation.setup.exchanged_columns import exchanged_columns
 from scalar.estimation.setup.exchanged_target import exchanged_targets
@@ -26,7 +27,7 @@ from scalar.estimation.setup.mistyped_numbers import length_signs, slipped_digit
 from scalar.estimation.setup.moved_target import moved_targets
 from scalar.estimation.setup.moved_zeros import as_described, with_zeros_of, zeros_in_words
 from scalar.estimation.setup.other_arms import other_arms, stays_that_arm
-from scalar.estimation.setup.several_signs import MOST_SIGNS, all_signs, several_signs
+from scalar.estimation.setup.several_signs import MOST_SIGNS, many_signs, several_signs
 from scalar.estimation.setup.sign_and_zero import fitted_zeros, signs_and_zeros
 from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
 from scalar.estimation.setup.two_zeros import two_zeros
@@ -36,9 +37,8 @@ from scalar.units import DEG, MM
 
 FALLS_TO = 0.2  # ratio of the residual after a fit to that of the set-up as described: an alternative with a larger one explains nothing
 WORTH_FITTING = 0.6  # the same ratio before a fit; it is less strict, because both residuals contain the errors of the nominal arm
-MOST_LEFT = (
-    3 * MM
-)  # largest residual after a fit if the set-up is described correctly: effects on arms cause tenths of a millimetre
+MOST_LEFT = 3 * MM
+"""Largest residual after a fit if the set-up is described correctly: effects on arms cause tenths of a millimetre."""
 NOMINAL_LEFT = (
     30 * MM
 )  # the same before a fit, with the nominal arm, whose own errors are several millimetres
@@ -61,6 +61,7 @@ SINGLE = (
     angle_units,
     coupled_joints,
     exchanged_columns,
+    column_units,
     rows_apart,
 )
 """What yields the alternatives with one change."""
@@ -121,10 +122,9 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
 
     Every alternative is compared with the arm nominal. The few with the smallest residuals, and with sensor and planes nearest to where
     dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
-    explains the data with sensor and planes near their stated places. A zero that lies between the steps, and a sign and a zero of one joint, are
-    tried before the pairs, where no single alternative explains the data; the signs of all joints, two zeros, the other arms of the library, and
-    errors that begin at some pose, are tried last. If the data do not distinguish several alternatives, all are returned. Measurements that have
-    nothing to do with the joint angles are said to be that, and no more is tried.
+    explains the data with sensor and planes near their stated places. A zero between the steps, and a sign and a zero of one joint, are tried before
+    the pairs, where no single alternative explains the data; more signs, two zeros, the other arms of the library, and errors from a pose on, last.
+    If the data do not distinguish several alternatives, all are returned. If measurements have nothing to do with the angles, no more is tried.
     """
     as_it_is = first_look(dataset)
     before = _residual(full_fit(dataset), as_it_is)
@@ -143,7 +143,7 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
         ):
             break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then
     if not with_lengths_near_table(found):
-        found += _explaining(itertools.chain(all_signs(dataset), two_zeros(dataset)), as_it_is, before)
+        found += _explaining(itertools.chain(many_signs(dataset), two_zeros(dataset)), as_it_is, before)
     if not with_lengths_near_table(found):
         fitting = _explaining(other_arms(dataset), as_it_is, before)
         found += [entry for entry in fitting if stays_that_arm(entry[1], entry[2].model.robot)]
