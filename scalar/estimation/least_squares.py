@@ -24,7 +24,6 @@ MAX_EVALUATIONS = 200
 FIRST_STEP = 0.1  # of the coordinates' own size: with MINPACK's default, 100, angles along a weak direction jump by whole turns
 RANK_TOLERANCE = 1e-10  # of the largest singular value of the column-scaled Jacobian
 WELL_CONDITIONED = 1e6  # condition number of the column-scaled Jacobian below which its rank is beyond doubt: far from 1 / RANK_TOLERANCE
-COMPILED = "compiled"  # message of a fit whose steps the compiled library took
 NEGLIGIBLE_STEP = 1e-3  # standard deviations: a remaining Gauss-Newton step below this does not matter
 
 
@@ -130,15 +129,15 @@ class Objective:
             evaluations=self.evaluations,
             message=message,
             residual=lambda: self.residuals.residual(optimum),
-            uncertainty=lambda: self._uncertainty(optimum, free, message),
+            uncertainty=lambda: self._uncertainty(optimum, free),
         )
 
-    def _uncertainty(self, optimum: Model, free: Array, message: str) -> tuple[Array, float]:
+    def _uncertainty(self, optimum: Model, free: Array) -> tuple[Array, float]:
         """Return what ``covariance_and_step`` returns at an optimum.
 
-        Where the compiled library took all steps by normal equations, these give it, in a third of the time, unless they have too few digits.
+        Where the compiled library makes the normal equations, they give it, in a third of the time, unless they have too few digits.
         """
-        if message == COMPILED and not optimum.priors:
+        if self.residuals.plane_problem(optimum) is not None and not optimum.priors:
             found = self.residuals.normal_equations(optimum, free).covariance_and_step()
             if found is not None:
                 return found
@@ -161,7 +160,7 @@ def fit(residuals: Residuals, model: Model, free: Array, *, tolerance: float = T
         return objective.ended(x, free, "nothing is free")
     compiled = _compiled(objective, tolerance)
     if compiled is not None:
-        return objective.ended(compiled, free, COMPILED)
+        return objective.ended(compiled, free, "compiled")
     with np.errstate(all="ignore"):  # a step too far may overflow; the solver takes it back
         x, message, _ = levenberg_marquardt(
             objective.residual,

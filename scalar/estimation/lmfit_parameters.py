@@ -5,7 +5,7 @@ from __future__ import annotations
 import keyword
 import re
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +18,12 @@ if TYPE_CHECKING:
 
 def lmfit_names(names: Sequence[str]) -> list[str]:
     """Return the names with every character that lmfit cannot take replaced, still unique."""
+    return list(_safe_names(tuple(names)))
+
+
+@lru_cache
+def _safe_names(names: tuple[str, ...]) -> list[str]:
+    """Return what ``lmfit_names`` returns; fits of one arm ask for the same names again and again."""
     safe: list[str] = []
     taken: set[str] = set()
     for name in names:
