@@ -12,7 +12,6 @@ joint that stays *still* hides it; or *these poses* do not determine it and othe
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf  # pyright: ignore[reportAttributeAccessIssue]  # made by f2py
@@ -23,6 +22,7 @@ from scalar.estimation.fixed_parameter import FixedParameter, explain
 from scalar.estimation.gauge_choice import choose_fixed, preference
 from scalar.estimation.model import Model
 from scalar.estimation.perfect_jacobian import perfect_jacobian
+from scalar.estimation.random_poses import joints_within
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS, IdentifiabilitySettings
 from scalar.geometry.parallel_axes import with_parallel_axes
@@ -149,17 +149,7 @@ def _at_rest(q: Array, still: Array, angles: Array) -> Poses:
 def _any_poses(robot: Robot, n_targets: int) -> tuple[Poses, Array]:
     """Return random poses within the limits, and a target for each; they are the same for every dataset of a robot."""
     count = STRUCTURAL_POSES_PER_TARGET * n_targets
-    unit = _uniform(count, robot.n_joints)
-    q = robot.limits[:, 0] + unit * np.ptp(robot.limits, axis=1)
-    return Poses.of_joints(q), np.arange(count) % n_targets
-
-
-@cache
-def _uniform(count: int, n: int) -> Array:
-    """Return random numbers between 0 and 1, ``(count, n)``, always the same and therefore read-only."""
-    found = np.random.default_rng(0).random((count, n))
-    found.setflags(write=False)
-    return found
+    return joints_within(robot.limits, count, seed=0), np.arange(count) % n_targets
 
 
 def _null_space(J: Array, tolerance: float) -> tuple[Array, Array, Array, Array]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from scalar.data.poses import Poses
 from scalar.effects.registry import BUILT_IN
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
@@ -56,7 +55,7 @@ def unchecked_scale(residuals: Residuals, model: Model, free: Array, covariance:
         return None
     vector = model.vector.copy()
     vector[free] -= NATURAL * absorbed
-    poses, no_effects = Poses.of_joints(random_joints(model, _POSES)), EffectBases([], [], [], [])
+    poses, no_effects = random_joints(model, _POSES), EffectBases([], [], [], [])
     here, there = (
         Kinematics.of(m, poses, no_effects).T_base_sensor[:, :3, 3]
         for m in (model, model.with_vector(vector))
