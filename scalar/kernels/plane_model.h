@@ -265,15 +265,16 @@ WIDE int linearise(const Problem *p, const double *x, double *residual, double *
         for (int64_t k = 0; k < p->m; k++) {
             factors_of(p, &group, k, w);
             dot3_of_four(w, c, &row);
-            double *out = jacobian + (group.first * p->m + k) * P, *own = out;
             for (int l = 0; l < group.n_poses; l++) residual[(group.first + l) * p->m + k] = row[l];
-            for (int64_t j = 0; jacobian && j < A; j++) {
+            if (!jacobian) continue;
+            double *out = jacobian + (group.first * p->m + k) * P;
+            for (int64_t j = 0; j < A; j++) {
                 row = w[0] * by[j] + w[1] * by[A + j] + w[2] * by[2 * A + j];
                 for (int l = 0; l < group.n_poses; l++) out[l * p->m * P + j] = row[l];
             }
-            for (int j = 0; jacobian && j < 3; j++) {
+            for (int j = 0; j < 3; j++) {
                 row = w[0] * by_plane[j] + w[1] * by_plane[3 + j] + w[2] * by_plane[6 + j];
-                for (int l = 0; l < group.n_poses; l++) own[l * p->m * P + A + 3 * p->index[group.poses[l]] + j] = row[l];
+                for (int l = 0; l < group.n_poses; l++) out[l * p->m * P + A + 3 * p->index[group.poses[l]] + j] = row[l];
             }
         }
     }
