@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scalar import kernels
+from scalar.data.poses import Poses
 from scalar.errors import Undetermined
 from scalar.estimation import residuals
 from scalar.estimation.calibrate import calibrate
@@ -228,3 +229,34 @@ def test_a_library_of_another_source_is_not_used(tmp_path, monkeypatch):
     assert kernels.load(library, tmp_path / "source") is None
     monkeypatch.setenv("SCALAR_KERNELS", "off")
     assert kernels.load(library, folder) is None
+
+
+@needs_library
+@pytest.mark.parametrize("rows", [1, 3, 5])
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 41])
+def test_poses_that_do_not_fill_a_group_of_four_count_once(count, rows):
+    """Of any number of poses with any number of rows, on planes in turn: rows, Jacobian and normal equations are those of finite differences."""
+    prepared = prepare(make_scene(seed=2, poses_per_plane=20).dataset)
+    model, rng = prepared.coarse, np.random.default_rng(count)
+    index = np.arange(count) % len(model.target.normals)
+    q, factors = rng.uniform(-1, 1, (count, model.robot.n_joints)), rng.normal(size=(count, rows, 3))
+    problem = residuals.plane_problem(model, Poses.of_joints(q), index, factors)
+
+    def expected(vector):
+        at = model.with_vector(vector)
+        T = at.robot.flange(q) @ at.T_flange_sensor
+        return (factors @ profile.contact(T, at.target, index)[0][:, :, None])[:, :, 0]
+
+    steps = 1e-6 * np.eye(len(model.vector))
+    J = np.stack([expected(model.vector + h) - expected(model.vector - h) for h in steps], axis=2) / 2e-6
+    found, jacobian = problem.linearise(model.vector)
+    np.testing.assert_allclose(found, expected(model.vector), atol=1e-12)
+    np.testing.assert_array_equal(problem.residual(model.vector), found)
+    np.testing.assert_allclose(jacobian, J, atol=1e-7)
+
+    free = np.flatnonzero(prepared.free)
+    gram, gradient, squares = problem.normal_equations(model.vector, free)
+    columns = jacobian.reshape(found.size, -1)[:, free]
+    np.testing.assert_allclose(gram, columns.T @ columns, atol=1e-11)
+    np.testing.assert_allclose(gradient, columns.T @ found.ravel(), atol=1e-11)
+    assert squares == pytest.approx(found.ravel() @ found.ravel(), rel=1e-12)

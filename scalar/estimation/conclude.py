@@ -90,6 +90,10 @@ def _covariance_of_noise(model: Model, residuals: Residuals, free: Array) -> Arr
     Raises:
         Undetermined: The data do not distinguish all free parameters.
     """
+    if not model.priors and residuals.plane_problem(model) is not None:
+        found = residuals.normal_equations(model, free).covariance_and_step()
+        if found is not None:  # so well conditioned that the rank is beyond doubt
+            return found[0]
     residual, jacobian = residuals.linearise(model)
     decomposed = Decomposed.of(jacobian[:, free], residual)
     assert decomposed is not None  # the fit has converged, so all numbers are finite

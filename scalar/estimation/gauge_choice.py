@@ -47,7 +47,7 @@ def preference(robot: Robot, names: tuple[str, ...]) -> list[int]:
 
 
 def choose_fixed(
-    null: Array, order: list[int], J_scaled: Array, settings: IdentifiabilitySettings
+    null: Array, order: list[int], scaled: Array, settings: IdentifiabilitySettings
 ) -> list[int]:
     """Return the indices of the candidates to fix, one for each null direction.
 
@@ -56,7 +56,7 @@ def choose_fixed(
     Args:
         null: ``(C, r)``, orthonormal null space of the scaled Jacobian.
         order: Indices of the candidates, the preferred first, as ``preference`` gives them.
-        J_scaled: ``(rows, C)``, its columns of unit length.
+        scaled: ``(rows, C)``, the scaled Jacobian or, to save time, its triangular factor, whose columns have the same lengths and angles.
         settings: Thresholds.
     """
     r = null.shape[1]
@@ -77,8 +77,7 @@ def choose_fixed(
         return revealing
     if set(chosen) == set(revealing):
         return chosen
-    triangular = np.asarray(np.linalg.qr(J_scaled, mode="r"))  # its columns have the same lengths and angles
-    least, best = (_smallest_kept(triangular, fixed) for fixed in (chosen, revealing))
+    least, best = (_smallest_kept(scaled, fixed) for fixed in (chosen, revealing))
     return revealing if least < best / settings.condition_slack else chosen
 
 

@@ -12,7 +12,6 @@ joint that stays *still* hides it; or *these poses* do not determine it and othe
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf  # pyright: ignore[reportAttributeAccessIssue]  # made by f2py
@@ -23,6 +22,7 @@ from scalar.estimation.fixed_parameter import FixedParameter, explain
 from scalar.estimation.gauge_choice import choose_fixed, preference
 from scalar.estimation.model import Model
 from scalar.estimation.perfect_jacobian import perfect_jacobian
+from scalar.estimation.random_poses import joints_within
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS, IdentifiabilitySettings
 from scalar.geometry.parallel_axes import with_parallel_axes
@@ -106,7 +106,7 @@ def analyse(
              "check the nominal robot and the sensor's nominal pose, and measure more poses"]
         )  # fmt: skip
     names = tuple(name for name, wanted in zip(ideal.names, candidates, strict=True) if wanted)
-    scale, values, null = _null_space(J, tolerance)
+    scale, values, null, factor = _null_space(J, tolerance)
     anywhere, index_any = _any_poses(ideal.robot, int(measurement.target_index.max()) + 1)
     J_any = perfect_jacobian(residuals, measurement, ideal, anywhere, index_any)[:, candidates]
     structural = _null_space_within(J_any / scale, null, tolerance)
@@ -115,12 +115,11 @@ def analyse(
         anywhere = _at_rest(anywhere.q, still, poses.q[0, still])
         J_still = perfect_jacobian(residuals, measurement, ideal, anywhere, index_any)[:, candidates]
         hidden_by_still = _null_space_of_scaled(J_still / scale, tolerance)[1]
-    rows = J / scale
     n_left_to_priors = 0
     if gauge_alone and hidden_by_still.shape[1] < null.shape[1]:
         n_left_to_priors = null.shape[1] - hidden_by_still.shape[1]
-        null, rows = hidden_by_still, J_still / scale
-    chosen = choose_fixed(null, preference(ideal.robot, names), rows, settings)
+        null, factor = hidden_by_still, np.asarray(np.linalg.qr(J_still / scale, mode="r"))
+    chosen = choose_fixed(null, preference(ideal.robot, names), factor, settings)
     directions = np.zeros((0, len(names)))
     if chosen:
         directions = np.linalg.solve(null[chosen].T, null.T) / scale * scale[chosen][:, None]
@@ -150,33 +149,24 @@ def _at_rest(q: Array, still: Array, angles: Array) -> Poses:
 def _any_poses(robot: Robot, n_targets: int) -> tuple[Poses, Array]:
     """Return random poses within the limits, and a target for each; they are the same for every dataset of a robot."""
     count = STRUCTURAL_POSES_PER_TARGET * n_targets
-    unit = _uniform(count, robot.n_joints)
-    q = robot.limits[:, 0] + unit * np.ptp(robot.limits, axis=1)
-    return Poses.of_joints(q), np.arange(count) % n_targets
+    return joints_within(robot.limits, count, seed=0), np.arange(count) % n_targets
 
 
-@cache
-def _uniform(count: int, n: int) -> Array:
-    """Return random numbers between 0 and 1, ``(count, n)``, always the same and therefore read-only."""
-    found = np.random.default_rng(0).random((count, n))
-    found.setflags(write=False)
-    return found
-
-
-def _null_space(J: Array, tolerance: float) -> tuple[Array, Array, Array]:
-    """Return the column scales ``(C,)``, the scaled singular values ``(C,)`` and an orthonormal null space ``(C, r)``."""
+def _null_space(J: Array, tolerance: float) -> tuple[Array, Array, Array, Array]:
+    """Return the column scales ``(C,)``, the scaled singular values ``(C,)``, an orthonormal null space ``(C, r)`` and the triangular factor."""
     scale = np.linalg.norm(J, axis=0)
     dead = scale <= _ZERO_COLUMN * scale.max(initial=0.0)
     scale = np.where(dead, 1.0, scale)
     return scale, *_null_space_of_scaled(np.where(dead, 0.0, J / scale), tolerance)
 
 
-def _null_space_of_scaled(J: Array, tolerance: float) -> tuple[Array, Array]:
-    _, s, Vt = np.linalg.svd(np.linalg.qr(J, mode="r"), full_matrices=True)
+def _null_space_of_scaled(J: Array, tolerance: float) -> tuple[Array, Array, Array]:
+    factor = np.asarray(np.linalg.qr(J, mode="r"))
+    _, s, Vt = np.linalg.svd(factor, full_matrices=True)
     values = np.zeros(J.shape[1])
     if len(s):
         values[: len(s)] = s / s[0]
-    return values, Vt[values < tolerance].T
+    return values, Vt[values < tolerance].T, factor
 
 
 def _null_space_within(J: Array, space: Array, tolerance: float) -> Array:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import lmfit
+import numpy as np
 from lmfit.minimizer import MinimizerResult
 
 from scalar.estimation.least_squares import FIRST_STEP, MAX_EVALUATIONS, TOLERANCE, Fit, Objective
@@ -16,6 +17,26 @@ from scalar.estimation.lmfit_parameters import from_lmfit, to_lmfit
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
+
+
+class _Minimizer(lmfit.Minimizer):
+    """lmfit's Minimizer, which computes all correlations at once: one by one they take as long as a third of its steps.
+
+    The method is not part of lmfit's documented interface. If another version has it no more, that version's own way is taken, with the same result.
+    """
+
+    def _calculate_uncertainties_correlations(self) -> None:
+        result: Any = self.result
+        std = np.sqrt(np.diag(result.covar))
+        if self.scale_covar or not np.all(std > 0):
+            super()._calculate_uncertainties_correlations()
+            return
+        rows = (result.covar / (std[:, None] * std)).tolist()
+        for name, error, row in zip(result.var_names, std.tolist(), rows, strict=True):
+            correlations = dict(zip(result.var_names, row, strict=True))
+            del correlations[name]
+            result.params[name].stderr, result.params[name].correl = error, correlations
+        result.errorbars, result.uvars = True, result.params.create_uvars(covar=result.covar)
 
 
 def fit_with_lmfit(
@@ -33,7 +54,7 @@ def fit_with_lmfit(
     """
     objective = Objective(residuals, model, free)
     names = [model.names[i] for i in objective.free]
-    minimiser = lmfit.Minimizer(
+    minimiser = _Minimizer(
         lambda parameters: objective.residual(from_lmfit(parameters)),
         to_lmfit(names, objective.start[objective.free]),
         scale_covar=False,

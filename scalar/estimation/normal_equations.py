@@ -62,12 +62,24 @@ class NormalEquations:
         factor, scale = found
         return np.diag(dpotri(factor)[0]) * scale**2
 
+    def covariance_and_step(self) -> tuple[Array, float] | None:
+        """Return what the function of this name in ``least_squares`` returns, from one factor; None if J'J is too ill-conditioned."""
+        found = _factored(self.gram)
+        if found is None:
+            return None
+        factor, scale = found
+        upper = dpotri(factor)[0] * (scale[:, None] * scale)
+        return upper + np.triu(upper, 1).T, self._step_by(factor, scale)
+
     def step(self) -> float | None:
         """Return the length of the remaining Gauss-Newton step in standard deviations, as ``covariance_and_step`` counts it; None as above."""
         found = _factored(self.gram)
         if found is None:
             return None
-        factor, scale = found
+        return self._step_by(*found)
+
+    def _step_by(self, factor: Array, scale: Array) -> float:
+        """Return the length of the step by what ``_factored`` returns."""
         g = self.gradient * scale
         rms = np.sqrt(self.squares / max(self.rows, 1))
         return float(np.sqrt(max(g @ dpotrs(factor, g)[0], 0.0))) / max(1.0, float(rms))

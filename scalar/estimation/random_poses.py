@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from scalar.data.formats import PAYLOAD, TORQUE
@@ -10,6 +12,7 @@ from scalar.estimation.model import Model
 from scalar.geometry.se3 import Array
 
 _SEED = 0
+_MOST_KEPT = 16  # sets of poses that are kept, of some 10 kB each
 _UNBOUNDED = 4 * np.pi  # rad: a joint whose limit lies beyond two turns counts as unlimited
 _TEMPERATURE = (10.0, 30.0)  # deg C: the range in a workshop
 _TORQUE, _PAYLOAD = 100.0, 5.0  # N m and kg: largest ones, of an arm that carries some 10 kg
@@ -33,9 +36,22 @@ def random_poses(model: Model, count: int) -> Poses:
     return Poses.from_arrays(q, columns, q.shape[1])
 
 
-def random_joints(model: Model, count: int) -> Array:
-    """Return the joint angles ``(count, n)`` of ``random_poses`` alone [rad; m of a prismatic joint]."""
-    return _joints(model, count, np.random.default_rng(_SEED))
+def random_joints(model: Model, count: int) -> Poses:
+    """Return the poses of ``random_poses`` with their joint angles ``(count, n)`` [rad; m of a prismatic joint] alone."""
+    return joints_within(model.nominal.limits, count, _SEED)
+
+
+def joints_within(limits: Array, count: int, seed: int) -> Poses:
+    """Return poses with uniform joint angles within limits ``(n, 2)`` [rad; m]; the same poses are kept for the next call, with what they know."""
+    return _kept_joints(np.ascontiguousarray(limits, dtype=float).tobytes(), count, seed)
+
+
+@lru_cache(maxsize=_MOST_KEPT)
+def _kept_joints(limits: bytes, count: int, seed: int) -> Poses:
+    low, high = np.frombuffer(limits).reshape(-1, 2).T
+    q = low + (high - low) * np.random.default_rng(seed).random((count, len(low)))
+    q.setflags(write=False)
+    return Poses.of_joints(q)
 
 
 def _joints(model: Model, count: int, rng: np.random.Generator) -> Array:

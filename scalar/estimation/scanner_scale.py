@@ -11,6 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from scalar.effects.registry import BUILT_IN
+from scalar.estimation.effect_bases import EffectBases
+from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
 from scalar.estimation.random_poses import random_joints
 from scalar.estimation.residuals import Residuals
@@ -53,8 +55,9 @@ def unchecked_scale(residuals: Residuals, model: Model, free: Array, covariance:
         return None
     vector = model.vector.copy()
     vector[free] -= NATURAL * absorbed
-    q = random_joints(model, _POSES)
+    poses, no_effects = random_joints(model, _POSES), EffectBases([], [], [], [])
     here, there = (
-        (m.robot.flange(q) @ m.T_flange_sensor)[:, :3, 3] for m in (model, model.with_vector(vector))
+        Kinematics.of(m, poses, no_effects).T_base_sensor[:, :3, 3]
+        for m in (model, model.with_vector(vector))
     )
     return float(np.sqrt(np.mean(np.sum((here - there) ** 2, axis=1))))

@@ -12,16 +12,16 @@ x (P,) is where it starts and ends, *cost the sum of squares there, *evaluations
 WIDE int fit(const Problem *p, const Free *v, double tolerance, double factor, int64_t most, double *x, double *cost, int64_t *evaluations) {
     const double rounding = 2.220446049250313e-16;
     int64_t F = v->F, P = 5 * p->n + 6 + 3 * p->K;
-    size_t even = (size_t)(F + 1);
-    double *memory = malloc((2 * even * even + 5 * even + even * BLOCK + (size_t)P + (size_t)work_size(p)) * sizeof(double));
+    size_t room = column_room(F), f = (size_t)F, size = (size_t)work_size(p);
+    double *memory = malloc((2 * f * f + 4 * f + room + (size_t)P + FOUR * size + 1) * sizeof(double));
     State s;
     int info = -1;
     if (state_begin(p, &s) || !memory) goto end;
-    double *H = memory, *L = H + even * even, *g = L + even * even, *D = g + even, *step_by = D + even, *y = step_by + even,
-           *G = y + 2 * even, *trial = G + even * BLOCK, *work = trial + P;
-    memset(G, 0, even * BLOCK * sizeof(double));
+    double *H = memory, *L = H + F * F, *g = L + F * F, *D = g + F, *step_by = D + F, *y = step_by + F, *G = y + F, *trial = G + room;
+    four *work = (four *)(trial + P);
+    memset(G, 0, room * sizeof(double));
     memcpy(trial, x, (size_t)P * sizeof(double));
-    memset(work, 0, (size_t)work_size(p) * sizeof(double));
+    memset(work, 0, size * sizeof(four));
     int arm_is_free = 0;
     for (int64_t f = 0; f < F; f++) arm_is_free |= v->free[f] < 5 * p->n;
     if (!arm_is_free) {

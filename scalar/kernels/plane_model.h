@@ -1,4 +1,4 @@
-/* A model of arm, sensor and planes: its rows and their derivatives. */
+/* A model of arm, sensor and planes: its rows and their derivatives, of four poses at a time. */
 
 #pragma once
 
@@ -23,7 +23,7 @@ typedef struct {
     double R[9], t[3];               /* of the sensor on the flange */
     double turns[9];                 /* left Jacobian of its rotation vector */
     double *planes;                  /* (K, 10): n, d, dn/du, dn/dv */
-    double *flanges;                 /* (N, 12): rotation and origin of the flange in the base frame; NULL where the arm may change */
+    four *flanges;                   /* (groups, 12): rotation and origin of the flange in the base frame; NULL where the arm may change */
 } State;
 
 static void rotation(const double *r, double *R, double *left) {
@@ -76,7 +76,54 @@ static void state_at(const Problem *p, const double *x, State *s) {
     }
 }
 
-static ALWAYS void flange_of(const State *s, const double *R, const double *o, double *F, double *place) {
+/* Four poses that follow one another, from `first` on; past the last pose it stands in for those that are missing. */
+typedef struct {
+    int64_t first, n_poses, poses[FOUR];
+} Group;
+
+static ALWAYS int64_t groups(const Problem *p) { return (p->N + FOUR - 1) / FOUR; }
+
+static ALWAYS void group_at(const Problem *p, int64_t g, Group *group) {
+    group->first = FOUR * g;
+    group->n_poses = p->N - group->first < FOUR ? p->N - group->first : FOUR;
+    for (int l = 0; l < FOUR; l++) group->poses[l] = group->first + (l < group->n_poses ? l : group->n_poses - 1);
+}
+
+/* The factors (3) of row k of each pose; zeros for poses that are missing. */
+static ALWAYS void factors_of(const Problem *p, const Group *group, int64_t k, four *w) {
+    const double *own[FOUR], none[3] = {0};
+    for (int l = 0; l < FOUR; l++) own[l] = l < group->n_poses ? p->factors + 3 * (group->poses[l] * p->m + k) : none;
+    for (int j = 0; j < 3; j++) gather(own, j, w + j);
+}
+
+static ALWAYS void base_frame(const Problem *p, four *R, four *o) {
+    const four zero = {0};
+    for (int r = 0; r < 3; r++) {
+        for (int j = 0; j < 3; j++) R[3 * r + j] = zero + p->T_base_0[4 * r + j];
+        o[r] = zero + p->T_base_0[4 * r + 3];
+    }
+}
+
+/* Frames R (3 x 3) and o (3) become those after joint i, as by `step`; y (3) is the axis about which beta turns. */
+static ALWAYS void next_frame(const Problem *p, const State *s, const Group *group, int64_t i, four *R, four *o, four *y) {
+    const Link *k = s->links + i;
+    const double *q[FOUR];
+    for (int l = 0; l < FOUR; l++) q[l] = p->turned + 2 * (group->poses[l] * p->n + i);
+    four q_cos, q_sin;
+    gather(q, 0, &q_cos), gather(q, 1, &q_sin);
+    four c = q_cos * k->ct - q_sin * k->st, sine = q_sin * k->ct + q_cos * k->st;
+    for (int r = 0; r < 3; r++) {
+        four *row = R + 3 * r, tilted = row[2] * k->ca - row[1] * k->sa, x = row[0] * k->cb - tilted * k->sb;
+        y[r] = row[1] * k->ca + row[2] * k->sa;
+        o[r] += row[0] * k->a;
+        row[2] = row[0] * k->sb + tilted * k->cb;
+        o[r] += row[2] * k->d;
+        row[0] = x * c + y[r] * sine, row[1] = y[r] * c - x * sine;
+    }
+}
+
+/* The flange's rotation (3 x 3) and place (3) in the base frame, from those of the last joint's frame. */
+static ALWAYS void flange_of(const State *s, const four *R, const four *o, four *F, four *place) {
     const double *f = s->flange_R, *g = s->flange_o;
     for (int r = 0; r < 3; r++) {
         for (int j = 0; j < 3; j++) F[3 * r + j] = R[3 * r] * f[j] + R[3 * r + 1] * f[3 + j] + R[3 * r + 2] * f[6 + j];
@@ -84,108 +131,151 @@ static ALWAYS void flange_of(const State *s, const double *R, const double *o, d
     }
 }
 
-static ALWAYS void next_frame(const Problem *p, const State *s, int64_t at, int64_t i, double *R, double *o) {
-    const Link *link = s->links + i;
-    const double *q = p->turned + 2 * (at * p->n + i);
-    step(link, q[0] * link->ct - q[1] * link->st, q[1] * link->ct + q[0] * link->st, R, o);
-}
-
 /* For a fit in which the arm keeps the geometry of `state_at`: its flange in every pose, once. */
 static int arm_stays(const Problem *p, State *s) {
-    double R[9], o[3];
-    s->flanges = malloc((size_t)(12 * p->N + 1) * sizeof(double));
+    four R[9], o[3], y[3];
+    Group group;
+    s->flanges = malloc((size_t)(12 * groups(p) + 1) * sizeof(four));
     if (!s->flanges) return -1;
-    for (int64_t at = 0; at < p->N; at++) {
-        read_frame(p->T_base_0, R, o);
-        for (int64_t i = 0; i < p->n; i++) next_frame(p, s, at, i, R, o);
-        flange_of(s, R, o, s->flanges + 12 * at, s->flanges + 12 * at + 9);
+    for (int64_t g = 0; g < groups(p); g++) {
+        group_at(p, g, &group);
+        base_frame(p, R, o);
+        for (int64_t i = 0; i < p->n; i++) next_frame(p, s, &group, i, R, o, y);
+        flange_of(s, R, o, s->flanges + 12 * g, s->flanges + 12 * g + 9);
     }
     return 0;
 }
 
-/* One pose: contact c (3), and its derivatives (3, 5 n + 6) by the arm and the sensor and (3, 3) by its plane, where `by` is given; those by an arm
-that stays are left as they are. */
-static ALWAYS void pose(const Problem *p, const State *s, int64_t at, double *c, double *by, double *by_plane, double *work) {
+/* Axes and points of the chain, (n, 3) each, by which its parameters turn and shift the sensor. */
+typedef struct {
+    four *x_before, *y_tilted, *z_after, *o_before, *o_after;
+} Axes;
+
+/* What the derivatives of one group need besides its axes: the sensor's place, the planes' normals, and X x n and Z x n (3 each). */
+typedef struct {
+    four place[3], normal[3], mX[3], mZ[3];
+} Touch;
+
+/* A turn about e through `point` changes the contact by e . ((place - point) x n, X x n, Z x n): written at column j. */
+static ALWAYS void turn_about(const four *e, const four *point, const Touch *at, int64_t j, int64_t A, four *by) {
+    four arm[3], mo[3];
+    for (int r = 0; r < 3; r++) arm[r] = at->place[r] - point[r];
+    cross3_of_four(arm, at->normal, mo);
+    dot3_of_four(e, mo, by + j), dot3_of_four(e, at->mX, by + A + j), dot3_of_four(e, at->mZ, by + 2 * A + j);
+}
+
+/* Derivatives by the arm's parameters; a shift along e changes the contact by (e . n, 0, 0). */
+static ALWAYS void by_the_arm(const Problem *p, const State *s, const Axes *axes, const Touch *at, four *by) {
     int64_t n = p->n, A = 5 * n + 6;
-    double F[9], X[3], Z[3], place[3], R[9], o[3], *x_before = work, *y_tilted = x_before + 3 * n, *z_after = y_tilted + 3 * n,
-           *o_before = z_after + 3 * n, *o_after = o_before + 3 * n;
-    if (s->flanges)
-        memcpy(F, s->flanges + 12 * at, sizeof F), memcpy(place, s->flanges + 12 * at + 9, sizeof place);
-    else
-        read_frame(p->T_base_0, R, o);
-    for (int64_t i = 0; i < (s->flanges ? 0 : n); i++) {
-        const Link *link = s->links + i;
-        if (by)
-            for (int r = 0; r < 3; r++) {
-                x_before[3 * i + r] = R[3 * r], o_before[3 * i + r] = o[r];
-                y_tilted[3 * i + r] = link->ca * R[3 * r + 1] + link->sa * R[3 * r + 2];
-            }
-        next_frame(p, s, at, i, R, o);
-        if (by)
-            for (int r = 0; r < 3; r++) z_after[3 * i + r] = R[3 * r + 2], o_after[3 * i + r] = o[r];
+    memset(by, 0, (size_t)(3 * A) * sizeof(four));
+    for (int64_t i = 0; i < n; i++) {
+        const four *x = axes->x_before + 3 * i, *z = axes->z_after + 3 * i, *o = axes->o_before + 3 * i;
+        four shifted[3];
+        for (int r = 0; r < 3; r++) shifted[r] = o[r] + x[r] * s->links[i].a;
+        dot3_of_four(x, at->normal, by + i), dot3_of_four(z, at->normal, by + 2 * n + i);
+        turn_about(x, o, at, n + i, A, by);
+        turn_about(axes->y_tilted + 3 * i, shifted, at, 4 * n + i, A, by);
+        turn_about(z, axes->o_after + 3 * i, at, 3 * n + i, A, by);
     }
-    if (!s->flanges) flange_of(s, R, o, F, place);
-    const double *N = s->planes + 10 * p->index[at];
+}
+
+/* Derivatives by the sensor's shift and turn on the flange, whose rotation in the base frame is F (3 x 3). */
+static ALWAYS void by_the_sensor(const Problem *p, const State *s, const four *F, const Touch *at, four *by) {
+    int64_t first = 5 * p->n, A = first + 6;
+    for (int j = 0; j < 3; j++) {
+        four along_X = {0}, along_Z = {0};
+        by[first + j] = F[j] * at->normal[0] + F[3 + j] * at->normal[1] + F[6 + j] * at->normal[2];
+        for (int r = 0; r < 3; r++) {
+            four e = F[3 * r] * s->turns[j] + F[3 * r + 1] * s->turns[3 + j] + F[3 * r + 2] * s->turns[6 + j];
+            along_X += e * at->mX[r], along_Z += e * at->mZ[r];
+        }
+        by[A + first + 3 + j] = along_X, by[2 * A + first + 3 + j] = along_Z;
+    }
+}
+
+/* The flange's rotation F (3 x 3) and place (3) in the base frame in a group, and the axes of the chain where they are wanted. */
+static ALWAYS void flange_in(const Problem *p, const State *s, const Group *group, four *F, four *place, const Axes *axes) {
+    four R[9], o[3], y[3];
+    if (s->flanges) {
+        const four *kept = s->flanges + 3 * group->first;
+        memcpy(F, kept, 9 * sizeof(four)), memcpy(place, kept + 9, 3 * sizeof(four));
+        return;
+    }
+    base_frame(p, R, o);
+    for (int64_t i = 0; i < p->n; i++) {
+        for (int r = 0; axes && r < 3; r++) axes->x_before[3 * i + r] = R[3 * r], axes->o_before[3 * i + r] = o[r];
+        next_frame(p, s, group, i, R, o, y);
+        for (int r = 0; axes && r < 3; r++)
+            axes->y_tilted[3 * i + r] = y[r], axes->z_after[3 * i + r] = R[3 * r + 2], axes->o_after[3 * i + r] = o[r];
+    }
+    flange_of(s, R, o, F, place);
+}
+
+/* One group: contacts c (3), and their derivatives (3, 5 n + 6) by the arm and the sensor and (3, 3) by their planes, where `by` is given; those by
+an arm that stays are left as they are. `work` has room for the axes. */
+static ALWAYS void pose_group(const Problem *p, const State *s, const Group *group, four *c, four *by, four *by_plane, four *work) {
+    int64_t n = p->n;
+    Axes axes = {work, work + 3 * n, work + 6 * n, work + 9 * n, work + 12 * n};
+    Touch at;
+    four F[9], X[3], Z[3], planes[10];
+    const double *own[FOUR];
+    for (int l = 0; l < FOUR; l++) own[l] = s->planes + 10 * p->index[group->poses[l]];
+    for (int j = 0; j < 10; j++) gather(own, j, planes + j);
+    memcpy(at.normal, planes, sizeof at.normal);
+    flange_in(p, s, group, F, at.place, by ? &axes : NULL);
     for (int r = 0; r < 3; r++) {
-        place[r] += F[3 * r] * s->t[0] + F[3 * r + 1] * s->t[1] + F[3 * r + 2] * s->t[2];
+        at.place[r] += F[3 * r] * s->t[0] + F[3 * r + 1] * s->t[1] + F[3 * r + 2] * s->t[2];
         X[r] = F[3 * r] * s->R[0] + F[3 * r + 1] * s->R[3] + F[3 * r + 2] * s->R[6];
         Z[r] = F[3 * r] * s->R[2] + F[3 * r + 1] * s->R[5] + F[3 * r + 2] * s->R[8];
     }
-    c[0] = dot3(N, place) - N[3], c[1] = dot3(N, X), c[2] = dot3(N, Z);
+    dot3_of_four(at.normal, at.place, c), dot3_of_four(at.normal, X, c + 1), dot3_of_four(at.normal, Z, c + 2);
+    c[0] -= planes[3];
     if (!by) return;
-    /* A turn about e through p changes the contact by e . ((o - p) x n, X x n, Z x n), a shift along e by (e . n, 0, 0). */
-    double mX[3], mZ[3], arm[3], mo[3], *by_o = by, *by_X = by + A, *by_Z = by + 2 * A;
-    cross3(X, N, mX), cross3(Z, N, mZ);
-    if (!s->flanges) memset(by, 0, (size_t)(3 * A) * sizeof(double));
-    for (int64_t i = 0; i < (s->flanges ? 0 : n); i++) {
-        const double *x = x_before + 3 * i, *y = y_tilted + 3 * i, *z = z_after + 3 * i;
-        by_o[i] = dot3(x, N), by_o[2 * n + i] = dot3(z, N);
-        for (int r = 0; r < 3; r++) arm[r] = place[r] - o_before[3 * i + r];
-        cross3(arm, N, mo);
-        by_o[n + i] = dot3(x, mo), by_X[n + i] = dot3(x, mX), by_Z[n + i] = dot3(x, mZ);
-        for (int r = 0; r < 3; r++) arm[r] -= s->links[i].a * x[r];
-        cross3(arm, N, mo);
-        by_o[4 * n + i] = dot3(y, mo), by_X[4 * n + i] = dot3(y, mX), by_Z[4 * n + i] = dot3(y, mZ);
-        for (int r = 0; r < 3; r++) arm[r] = place[r] - o_after[3 * i + r];
-        cross3(arm, N, mo);
-        by_o[3 * n + i] = dot3(z, mo), by_X[3 * n + i] = dot3(z, mX), by_Z[3 * n + i] = dot3(z, mZ);
-    }
-    for (int j = 0; j < 3; j++) {
-        by_o[5 * n + j] = F[j] * N[0] + F[3 + j] * N[1] + F[6 + j] * N[2];
-        double e[3];
-        for (int r = 0; r < 3; r++) e[r] = F[3 * r] * s->turns[j] + F[3 * r + 1] * s->turns[3 + j] + F[3 * r + 2] * s->turns[6 + j];
-        by_X[5 * n + 3 + j] = dot3(e, mX), by_Z[5 * n + 3 + j] = dot3(e, mZ);
-    }
+    cross3_of_four(X, at.normal, at.mX), cross3_of_four(Z, at.normal, at.mZ);
+    if (!s->flanges) by_the_arm(p, s, &axes, &at, by);
+    by_the_sensor(p, s, F, &at, by);
     for (int j = 0; j < 2; j++) {
-        const double *dn = N + 4 + 3 * j;
-        by_plane[j] = dot3(dn, place), by_plane[3 + j] = dot3(dn, X), by_plane[6 + j] = dot3(dn, Z);
+        const four *dn = planes + 4 + 3 * j;
+        dot3_of_four(dn, at.place, by_plane + j), dot3_of_four(dn, X, by_plane + 3 + j), dot3_of_four(dn, Z, by_plane + 6 + j);
     }
-    by_plane[2] = -1.0, by_plane[5] = by_plane[8] = 0.0;
+    by_plane[5] = by_plane[8] = (four){0};
+    by_plane[2] = by_plane[5] - 1.0;
 }
 
+/* Numbers (of type four) that one group needs: axes, and derivatives by arm and sensor. */
 static int64_t work_size(const Problem *p) { return 15 * p->n + 3 * (5 * p->n + 6) + 1; }
 
 /* Rows (N, m) and, unless NULL, their Jacobian (N, m, P). */
 WIDE int linearise(const Problem *p, const double *x, double *residual, double *jacobian) {
     State s;
+    Group group;
     int64_t A = 5 * p->n + 6, P = A + 3 * p->K;
-    double *work = malloc((size_t)work_size(p) * sizeof(double));
+    four *work = malloc((size_t)work_size(p) * sizeof(four)), c[3], by_plane[9], w[3], row;
     if (state_begin(p, &s) || !work) {
         state_end(&s), free(work);
         return -1;
     }
     state_at(p, x, &s);
-    double c[3], by_plane[9] = {0}, *by = jacobian ? work + 15 * p->n : NULL;
+    memset(work, 0, (size_t)work_size(p) * sizeof(four));
+    four *by = jacobian ? work + 15 * p->n : NULL;
     if (jacobian) memset(jacobian, 0, (size_t)(p->N * p->m * P) * sizeof(double));
-    for (int64_t at = 0; at < p->N; at++) {
-        pose(p, &s, at, c, by, by_plane, work);
-        for (int64_t r = 0; r < p->m; r++) {
-            const double *f = p->factors + 3 * (at * p->m + r);
-            residual[at * p->m + r] = dot3(f, c);
+    for (int64_t g = 0; g < groups(p); g++) {
+        group_at(p, g, &group);
+        pose_group(p, &s, &group, c, by, by_plane, work);
+        for (int64_t k = 0; k < p->m; k++) {
+            factors_of(p, &group, k, w);
+            dot3_of_four(w, c, &row);
+            for (int l = 0; l < group.n_poses; l++) residual[(group.first + l) * p->m + k] = row[l];
             if (!jacobian) continue;
-            double *row = jacobian + (at * p->m + r) * P, *own = row + A + 3 * p->index[at];
-            for (int64_t j = 0; j < A; j++) row[j] = f[0] * by[j] + f[1] * by[A + j] + f[2] * by[2 * A + j];
-            for (int j = 0; j < 3; j++) own[j] = f[0] * by_plane[j] + f[1] * by_plane[3 + j] + f[2] * by_plane[6 + j];
+            double *out = jacobian + (group.first * p->m + k) * P;
+            for (int64_t j = 0; j < A; j++) {
+                row = w[0] * by[j] + w[1] * by[A + j] + w[2] * by[2 * A + j];
+                for (int l = 0; l < group.n_poses; l++) out[l * p->m * P + j] = row[l];
+            }
+            for (int j = 0; j < 3; j++) {
+                row = w[0] * by_plane[j] + w[1] * by_plane[3 + j] + w[2] * by_plane[6 + j];
+                for (int l = 0; l < group.n_poses; l++) out[l * p->m * P + A + 3 * p->index[group.poses[l]] + j] = row[l];
+            }
         }
     }
     state_end(&s), free(work);

@@ -106,12 +106,13 @@ def moments_in_base(R: Array, T_base_sensor: Array) -> tuple[Array, Array, Array
     """Return number ``(N,)``, sum ``(N, 3)`` [m] and sum of products ``(N, 3, 3)`` [m^2] of the points of N scans, in the base frame.
 
     Args:
-        R: ``(N, 3, 3)``, triangular factors of ``[1, x, z]``, with equal weights of all points; ``R^T R`` holds the sums.
+        R: ``(N, 3, 3)``, triangular factors of ``[1, x, z]``, with equal weights of all points; ``R^T R`` holds the sums, and R has zeros below
+            its diagonal.
         T_base_sensor: ``(N, 4, 4)``.
     """
-    A = T_base_sensor[:, :3, [3, 0, 2]]  # origin, X and Z
-    moments = np.swapaxes(R, 1, 2) @ R
-    return moments[:, 0, 0], np.einsum("nij,nj->ni", A, moments[:, :, 0]), A @ moments @ np.swapaxes(A, 1, 2)
+    rows = R @ np.swapaxes(T_base_sensor[:, :3, [3, 0, 2]], 1, 2)  # origin, X and Z
+    root = R[:, 0, 0]
+    return root**2, root[:, None] * rows[:, 0], np.swapaxes(rows, 1, 2) @ rows
 
 
 def scatter_in_base(R: Array, T_base_sensor: Array) -> tuple[Array, Array, Array]:

@@ -4,6 +4,7 @@ import lmfit
 import numpy as np
 import pytest
 
+from scalar.estimation import lmfit_fit
 from scalar.estimation.least_squares import fit
 from scalar.estimation.lmfit_fit import fit_with_lmfit
 from scalar.estimation.prepare import prepare
@@ -27,3 +28,18 @@ def test_lmfit_ends_at_the_same_optimum(kind):
     report = lmfit.fit_report(result)
     names = [name for name, is_free in zip(model.names, prepared.free, strict=True) if is_free]
     assert all(f"{name}:" in report for name in names)
+
+
+def test_errors_and_correlations_are_those_of_lmfit(monkeypatch):
+    """Every number that lmfit's own method writes into a result is there, to the bit, and the reports are the same."""
+    prepared = prepare(make_scene(seed=5, poses_per_plane=30).dataset)
+    run = prepared.residuals, prepared.initial.model, prepared.free
+    ours = fit_with_lmfit(*run)[1]
+    monkeypatch.delattr(lmfit_fit._Minimizer, "_calculate_uncertainties_correlations")
+    theirs = fit_with_lmfit(*run)[1]
+    for own, other in zip(ours.params.values(), theirs.params.values(), strict=True):
+        assert (own.name, own.value, own.stderr) == (other.name, other.value, other.stderr)
+        assert own.correl == other.correl
+    assert ours.errorbars is theirs.errorbars is True
+    assert [str(one) for one in ours.uvars.values()] == [str(one) for one in theirs.uvars.values()]
+    assert lmfit.fit_report(ours) == lmfit.fit_report(theirs)

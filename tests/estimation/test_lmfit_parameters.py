@@ -32,3 +32,14 @@ def test_values_come_back(values):
     for parameter in to_lmfit([f"p_{i}" for i in range(len(values))], np.array(values)):
         parameters[parameter.name] = parameter
     assert from_lmfit(parameters).tolist() == values
+
+
+def test_parameters_are_those_of_the_constructor_and_share_nothing():
+    """All that lmfit's constructor sets is set, apart from the function without state by which a value without bounds is passed on."""
+    both = to_lmfit(["a_1", "a_2"], np.array([0.25, -3.0]))
+    for own, theirs in zip(both, (lmfit.Parameter("a_1", 0.25), lmfit.Parameter("a_2", -3.0)), strict=True):
+        kept, expected = dict(vars(own)), dict(vars(theirs))
+        assert kept.pop("from_internal")(1.5) == expected.pop("from_internal")(1.5) == 1.5
+        assert kept == expected
+    lists = [[id(kept) for kept in vars(own).values() if isinstance(kept, list | dict)] for own in both]
+    assert not set(lists[0]) & set(lists[1])

@@ -35,6 +35,11 @@ def test_variances_and_step_are_those_of_orthogonal_factors(seed):
         covariance, step = covariance_and_step(J_all, r_all)
         np.testing.assert_allclose(found.variances(), np.diag(covariance), rtol=1e-8)
         assert found.step() == pytest.approx(step, rel=1e-8)
+        stated = found.covariance_and_step()
+        std = np.sqrt(np.diag(covariance))
+        np.testing.assert_allclose(stated[0] / np.outer(std, std), covariance / np.outer(std, std), atol=1e-8)
+        np.testing.assert_array_equal(stated[0], stated[0].T)
+        assert stated[1] == found.step()
         assert found.squares == pytest.approx(r_all @ r_all)
 
 
@@ -47,6 +52,7 @@ def test_columns_that_hardly_differ_have_too_few_digits(apart):
         found = NormalEquations.of(r, each)
         assert found.variances() is None
         assert found.step() is None
+        assert found.covariance_and_step() is None
 
 
 @given(SEEDS)
