@@ -12,11 +12,8 @@ from scalar.diagnosis.fit.variance_components import VarianceComponent, whitenin
 from scalar.diagnosis.held_out.hold_out import HeldOutErrors, held_out_errors, moving_joints
 from scalar.diagnosis.held_out.outer_split import OuterSplit, outer_split
 from scalar.diagnosis.held_out.repeated_runs import Answer
-<<<<<<< HEAD
 from scalar.diagnosis.naming.base_beside_joints import limited_beside_joints
-=======
 from scalar.diagnosis.naming.errors_of_assembly import limited_by_assembly
->>>>>>> 0aa3304f161f1db7065e4d8525e5826982a92022
 from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.naming.grounds import FinalResiduals, grounds_of_component
 from scalar.diagnosis.naming.judged_effects import findings_of
