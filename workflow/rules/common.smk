@@ -31,6 +31,7 @@ HOMES = {"scalar": ROOT, "study": ROOT / "workflow"}  # {package of this reposit
 sys.path[:0] = map(str, HOMES.values())
 
 from scalar.errors import InvalidInput
+from study.common.ended import end_when_asked
 from study.common.grid import read_grid
 from study.common.job_environment import job_environment
 from study.common.job_files import files_of_scene, local, robot_of_scene
