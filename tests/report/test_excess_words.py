@@ -113,7 +113,7 @@ def test_a_pattern_without_a_name_is_counted_in_the_error(seed: int) -> None:
 def test_a_random_error_that_is_not_confirmed_is_counted() -> None:
     """Poses that scatter are weighed by it; where the runs without a part of the poses do not confirm the name, the error over the workspace
     counts the scatter, which the weights hide from the fit."""
-    cell = make_cell(Flaws(jitter=2e-4), seed=6, poses_per_plane=25)
+    cell = make_cell(Flaws(jitter=2e-4), seed=6, poses_per_plane=80)
     found = diagnose(cell.dataset, outer_folds=0)
     assert found.shipped.fit == BY_COMPONENT and found.reported_noise and excess_distance_after(found) == 0.0
     assert found.calibration_after.summary["misfit"] < 1.15
