@@ -103,10 +103,11 @@ class Diagnosis:
     def unobservable_alone(self) -> tuple[Unobservable, ...]:
         """Return the unobservable effects but those confounded with a named finding, which already stand there.
 
-        With the finding in the model, an effect that is confounded with it leaves no residual either.
+        With the finding in the model, an effect that is confounded with it leaves no residual either. Those that may be there besides the finding,
+        and not in its place, are returned.
         """
         rivals = {e.title for finding in self.findings if finding.has_name for e in finding.confounded_with}
-        return tuple(entry for entry in self.unobservable if entry.effect.title not in rivals)
+        return tuple(e for e in self.unobservable if e.beside or e.effect.title not in rivals)
 
     @property
     def verdict(self) -> str:

@@ -13,10 +13,18 @@ from scalar.effects.range_scale import RangeScale
 
 
 @pytest.mark.parametrize(
-    ("doubtful", "listed"), [(False, ["range_scale"]), (True, ["joint_scale", "range_scale"])]
+    ("doubtful", "beside", "listed"),
+    [
+        (False, False, ["range_scale"]),
+        (True, False, ["joint_scale", "range_scale"]),
+        (False, True, ["joint_scale", "range_scale"]),
+    ],
 )
-def test_a_rival_of_a_named_finding_is_listed_with_it_alone(doubtful, listed):
-    """With the finding in the model its rival leaves no residual; it stands with the finding if that has a name, and else among the unobservable."""
+def test_a_rival_of_a_named_finding_is_listed_with_it_alone(doubtful, beside, listed):
+    """With the finding in the model its rival leaves no residual; it stands with the finding if that has a name, and else among the unobservable.
+
+    It stands among these as well if it may be there besides the finding.
+    """
     finding = Finding(
         effect=JointHarmonic(4, (1,)),
         p_value=1e-9,
@@ -28,6 +36,9 @@ def test_a_rival_of_a_named_finding_is_listed_with_it_alone(doubtful, listed):
         grounds=None,
         doubtful=doubtful,
     )
-    hidden = tuple(Unobservable(effect, 0.0, 1e-4, "") for effect in (JointScale(4), RangeScale()))
+    hidden = (
+        Unobservable(JointScale(4), 0.0, 1e-4, "", beside=beside),
+        Unobservable(RangeScale(), 0.0, 1e-4, ""),
+    )
     alone = Diagnosis.unobservable_alone.fget(SimpleNamespace(findings=(finding,), unobservable=hidden))
     assert [entry.effect.name for entry in alone] == listed

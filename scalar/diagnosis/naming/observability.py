@@ -40,12 +40,14 @@ class Unobservable:
         prediction_error: [m], root mean square over random poses within the joint limits if the effect is present in its natural size; the largest
             if it has several coefficients.
         consequence: The same in words.
+        beside: Whether it looks like an effect that was found, and may be there besides it.
     """
 
     effect: Effect
     observability: float
     prediction_error: float
     consequence: str
+    beside: bool = False
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the entry of ``diagnosis.json``.
@@ -139,7 +141,7 @@ def _unseen_like_the_found(
         share = float(np.linalg.norm(_unexplained(background, rows)) / np.linalg.norm(rows))
         (error,) = prediction_errors(state, candidate, part * rows[:, None], part * coefficients[:, None])
         words = consequence_if_unseen(place, max(sizes), float(error))
-        result.append(Unobservable(candidate, share, float(error), words))
+        result.append(Unobservable(candidate, share, float(error), words, beside=True))
     return result
 
 
