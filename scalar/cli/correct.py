@@ -22,7 +22,6 @@ from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, load_effects
 from scalar.cli.outputs import FORCE, refuse_foreign, table_with
 from scalar.cli.terminal import say, say_written
 from scalar.data.formats import IMPORTED
-from scalar.data.io.semicolons import form_of_file
 from scalar.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -83,6 +82,7 @@ def correct(
     from scalar.cli.corrected_targets import correct_targets
     from scalar.cli.targets import read_targets
     from scalar.cli.write_corrected import write_corrected
+    from scalar.data.io.semicolons import form_of_file
     from scalar.data.table_units import units_named
     from scalar.estimation.result import load_calibration
 

@@ -41,8 +41,14 @@ def leads_of_terms(state: FittedState, pools: Sequence[CandidateSet]) -> list[fl
         if pools and effect.imitators_are_as_likely:
             left = background_without(state, [i])
             own = score_together(state, [i], pools[0], left)
-            # The place was chosen for both; of the terms, that one of several imitators is the best counts against them.
-            chosen = float(evidence(left[0], np.array(own.gain), np.array(own.dof), np.array(0.0)))
-            best = max((term.evidence for term in imitating(state, left[0], effect)), default=-np.inf)
-            found[i] = max(found[i], best - chosen)
+            # The place was chosen for both, unless structure without a name varies with the same joint: then the effect has not the form of the
+            # cause, and its choice counts against it. That a term is the best of several forms of one cause counts against the term.
+            beside = any(e.flexible and f"q{effect.erring_joint}" in e.depends_on for e in state.effects)
+            free = float(evidence(left[0], np.array(own.gain), np.array(own.dof), np.array(0.0)))
+            chosen = own.evidence if beside else free
+            terms = effect.imitators(state.dataset)
+            forms = {type(term): sum(type(other) is type(term) for other in terms) for term in terms}
+            imitators = imitating(state, left[0], effect)
+            nats = (s.evidence + np.log(len(terms) / forms[type(s.effect)]) for s in imitators)
+            found[i] = max(found[i], float(max(nats, default=-np.inf)) - chosen)
     return found

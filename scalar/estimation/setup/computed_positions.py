@@ -60,7 +60,7 @@ def _left_by_data_sheet(dataset: Dataset) -> float | None:
     The arm stands in the frame of the points. The place of the target on the flange alone is fitted: the mean of where the flange sees the points.
     """
     points = dataset.points
-    if dataset.sensor.kind != "tracker" or points.shape != (dataset.n_poses, 3):
+    if not kind_of(dataset).measures_positions or points.shape != (dataset.n_poses, 3):
         return None
     return float(np.sqrt(np.mean(np.sum(_off_nominal(dataset.robot, dataset.q, points) ** 2, axis=1))))
 
