@@ -12,19 +12,13 @@ from scalar.diagnosis.fit.variance_components import VarianceComponent, whitenin
 from scalar.diagnosis.held_out.hold_out import HeldOutErrors, held_out_errors, moving_joints
 from scalar.diagnosis.held_out.outer_split import OuterSplit, outer_split
 from scalar.diagnosis.held_out.repeated_runs import Answer
-from scalar.diagnosis.naming.base_beside_joints import limited_beside_joints
-from scalar.diagnosis.naming.errors_of_assembly import limited_by_assembly
 from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.naming.grounds import FinalResiduals, grounds_of_component
 from scalar.diagnosis.naming.judged_effects import findings_of
-from scalar.diagnosis.naming.many_orders import limited_by_many_orders
+from scalar.diagnosis.naming.limits_of_names import limited_names
 from scalar.diagnosis.naming.observability import unobservable_effects
-from scalar.diagnosis.naming.one_joint_moves import limited_by_one_joint
-from scalar.diagnosis.naming.orders_between import limited_by_orders_between
-from scalar.diagnosis.naming.rounded_record import limited_by_rounding
-from scalar.diagnosis.naming.step_at_boundary import limited_by_boundaries
-from scalar.diagnosis.naming.two_halves import limited_by_halves, two_halves
-from scalar.diagnosis.naming.unstated_order import limited_by_order, unstated_order
+from scalar.diagnosis.naming.two_halves import two_halves
+from scalar.diagnosis.naming.unstated_order import unstated_order
 from scalar.diagnosis.noise.identified_components import identified_components, only_place
 from scalar.diagnosis.result import Diagnosis
 from scalar.diagnosis.scoring.candidate_columns import CandidateColumns
@@ -91,17 +85,7 @@ def diagnose(
     outer = outer_split(dataset, run.cleaned, answer_without, of_parts, outer_folds, on_fold, cores, moving)
     progress("comparing halves of the poses")
     halves = two_halves(dataset, run, answer_without, of_parts, cores)
-    found = limited_by_halves(found, halves, settings.naming.least_confidence)
-    found = limited_by_rounding(found, run.before, settings.naming.least_confidence)
-    n_poses, many = run.cleaned.dataset.n_poses, settings.spectrum.many_orders
-    found = limited_by_many_orders(found, n_poses, many, settings.naming.least_confidence)
-    found = limited_by_orders_between(found, run.after, settings.naming.least_confidence)
-    found = limited_by_order(found, given, settings.naming.least_confidence)
-    found = limited_beside_joints(found, n_poses, settings.naming.least_confidence)
-    found = limited_by_one_joint(found, run.cleaned.dataset.q, settings.naming.least_confidence)
-    found = limited_by_assembly(found, settings.naming.least_confidence)
-    margin = settings.selection.change_margin
-    found = limited_by_boundaries(found, run.cleaned.dataset, margin, settings.naming.least_confidence)
+    found = limited_names(found, run, halves, given)
     run, found, refused = _confirmed(run, found, outer)
     if refused:
         final_residuals = FinalResiduals.of(run.after)

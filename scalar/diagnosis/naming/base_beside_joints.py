@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.naming.finding import Finding, limited_where
 from scalar.diagnosis.naming.rival_sets import CLEAR_ODDS
 from scalar.effects import BaseEffect
 from scalar.effects.effect import WEIGHT
@@ -34,9 +34,7 @@ def limited_beside_joints(
     )
     if not joints or n_poses >= FEW_POSES:
         return tuple(found)
-    return tuple(
-        f.limited(MOST_CONFIDENCE, least_confidence, SAME_WEIGHT) if _is_unclear_base(f) else f for f in found
-    )
+    return limited_where(found, _is_unclear_base, MOST_CONFIDENCE, least_confidence, SAME_WEIGHT)
 
 
 def _is_unclear_base(finding: Finding) -> bool:

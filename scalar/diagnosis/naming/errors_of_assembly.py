@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.naming.finding import Finding, limited_where
 
 MOST_CONFIDENCE = 0.65  # chosen: below that of a sure name; the tilt is named beside it
 TILT_EXPLAINS_AS_MUCH = "a tilt of an axis explains about as much, and no arm is assembled without such tilts"
@@ -24,9 +24,10 @@ def limited_by_assembly(found: Sequence[Finding], least_confidence: float) -> tu
         found: All findings.
         least_confidence: A name with less confidence is doubtful, between 0 and 1.
     """
-    return tuple(
-        f.limited(MOST_CONFIDENCE, least_confidence, TILT_EXPLAINS_AS_MUCH)
-        if not f.effect.flexible and not f.effect.frees and any(rival.frees for rival in f.confounded_with)
-        else f
-        for f in found
-    )
+    return limited_where(found, _may_be_a_tilt, MOST_CONFIDENCE, least_confidence, TILT_EXPLAINS_AS_MUCH)
+
+
+def _may_be_a_tilt(finding: Finding) -> bool:
+    """Return whether a finding with a name is confounded with a parameter of the geometry, and is none itself."""
+    effect = finding.effect
+    return not effect.flexible and not effect.frees and any(rival.frees for rival in finding.confounded_with)

@@ -6,7 +6,7 @@ resembles most. The correction still contains that effect, because held-out pose
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -97,6 +97,25 @@ class Finding:
             "grounds": self.grounds.to_mapping(),
             "selected_in": self.selected_in,
         }
+
+
+def limited_where(
+    found: Sequence[Finding],
+    applies: Callable[[Finding], bool],
+    most: float,
+    least_confidence: float,
+    reason: str,
+) -> tuple[Finding, ...]:
+    """Return findings, with at most some confidence in those to which a rule applies (``Finding.limited``).
+
+    Args:
+        found: All findings.
+        applies: Whether the rule applies to a finding.
+        most: The most confidence.
+        least_confidence: What a name needs.
+        reason: Why it is no larger, as a clause.
+    """
+    return tuple(f.limited(most, least_confidence, reason) if applies(f) else f for f in found)
 
 
 def unattributed_entry(

@@ -127,8 +127,7 @@ def _finding(
     """
     effect, least = after.effects[i], after.settings.naming.least_confidence
     own, ranking = _scores_in_place(scored, i, columns, beside)
-    if not effect.flexible and not is_shrunk(scored.effects[i]):
-        ranking = with_fitted_rivals(scored, i, own, ranking)
+    ranking = with_fitted_rivals(scored, i, own, ranking)
     confounded, weight = _imitators(scored, i, own, ranking)
     against = _Against.of(scored, i, own, ranking, unnamed, beside, folds)
     grounds = against.grounds(against.rivals, final_residuals)

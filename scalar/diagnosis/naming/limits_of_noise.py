@@ -9,11 +9,9 @@ from scalar.diagnosis.naming.jitter_at_neighbours import excludes_smooth_error
 from scalar.diagnosis.naming.jitter_at_returns import NO_RETURNS, most_confidence_at_returns
 from scalar.diagnosis.naming.two_halves import most_confidence, why_limited
 
-AS_LIKELY = (
-    0.5  # chosen: the cause is the joints, or an error of each pose that the data do not distinguish from it
-)
+AS_LIKELY = 0.5  # chosen: the cause is the joints or an error of each pose
 MAY_BE_SMOOTH = "an error that varies smoothly with the joint angles, as that of a hose or a floor does, would scatter these poses alike"
-MAY_BE_A_REST = "structure without a name was found beside it, of which this scatter may be the rest"
+MAY_BE_A_REST = "structure without a name was found as well, of which this scatter may be the rest"
 
 
 def limit_of_noise(

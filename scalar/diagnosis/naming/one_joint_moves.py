@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from scalar.data.motion import still_joints
-from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.naming.finding import Finding, limited_where
 from scalar.effects import Effect
 from scalar.effects.effect import WEIGHT
 from scalar.effects.series import Series
@@ -32,9 +32,8 @@ def limited_by_one_joint(found: Sequence[Finding], q: Array, least_confidence: f
     still = still_joints(q)
     if q.shape[1] - len(still) != 1:
         return tuple(found)
-    return tuple(
-        f.limited(MOST_CONFIDENCE, least_confidence, ALIKE) if _is_ambiguous(f.effect, still) else f
-        for f in found
+    return limited_where(
+        found, lambda f: _is_ambiguous(f.effect, still), MOST_CONFIDENCE, least_confidence, ALIKE
     )
 
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from scalar.diagnosis.fit.fitted_state import FittedState, whitened
 from scalar.diagnosis.fit.variance_components import columns_by_place
-from scalar.diagnosis.naming.finding import Finding
-from scalar.diagnosis.scoring.score_test import p_value
+from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.scoring.score_test import Projected, p_value
 from scalar.diagnosis.selection.harmonic_spectrum import is_shrunk
 from scalar.effects import Effect
 from scalar.effects.series import Series
@@ -36,9 +36,8 @@ def limited_by_orders_between(
         state: The state with their effects.
         least_confidence: A name with less confidence is doubtful, between 0 and 1.
     """
-    return tuple(
-        f.limited(MOST_CONFIDENCE, least_confidence, NOT_WHOLE) if _lie_between(f.effect, state) else f
-        for f in found
+    return limited_where(
+        found, lambda f: _lie_between(f.effect, state), MOST_CONFIDENCE, least_confidence, NOT_WHOLE
     )
 
 
@@ -65,7 +64,8 @@ def chance_of_whole_orders(effect: Series, state: FittedState) -> float:
     by_order = effect.change_with_orders(state.residuals.poses.q[:, effect.joint - 1])
     columns = (by_angle[:, :, None] * by_order[:, None, :]).reshape(-1, by_order.shape[1])
     columns = whitened(state.whitening, columns)
-    columns = columns - background.Q @ (background.Q.T @ columns)
-    basis = np.linalg.svd(columns, full_matrices=False)[0]
-    gain = float(np.sum((basis.T @ background.residual.ravel()) ** 2))
-    return float(p_value(background, np.array(gain), np.array(by_order.shape[1])))
+    every = np.arange(columns.shape[1])[None]
+    gain, dof, _ = Projected.of(background, columns, columns.T @ columns, np.full(every.size, np.inf)).score(
+        every
+    )
+    return float(p_value(background, gain, dof)[0])

@@ -2,7 +2,7 @@
 
 The scores of candidates in an effect's place are those of columns at the optimum that has the effect. Where the effect explains a thousand times the
 noise, as a compliance of some millimetres does, one per mille of that is a linear score's error, and it decided between a base that gives way and a
-joint beside it: in a simulated set the two fits agreed to 0.3 of 921, and the score of the joint was 58 too small, or 27 nats.
+joint near it: in a simulated set the two fits agreed to 0.3 of 921, and the score of the joint was 58 too small, or 27 nats.
 """
 
 from __future__ import annotations

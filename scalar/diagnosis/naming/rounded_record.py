@@ -13,7 +13,7 @@ import numpy as np
 
 from scalar.data.rounding import rounded_angles
 from scalar.diagnosis.fit.fitted_state import FittedState
-from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.naming.finding import Finding, limited_where
 from scalar.geometry.se3 import Array
 
 MOST_CONFIDENCE = 0.5  # chosen: the cause is the effect or the rounding
@@ -33,9 +33,7 @@ def limited_by_rounding(
     """
     if not found or not _explained_by_rounding(before):
         return tuple(found)
-    return tuple(
-        f if f.effect.flexible else f.limited(MOST_CONFIDENCE, least_confidence, ROUNDED) for f in found
-    )
+    return limited_where(found, lambda f: not f.effect.flexible, MOST_CONFIDENCE, least_confidence, ROUNDED)
 
 
 def _explained_by_rounding(before: FittedState) -> bool:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.naming.finding import Finding, limited_where
 from scalar.effects import BaseEffect, Effect
 
 MOST_CONFIDENCE = 0.5  # chosen: the cause is the step, or an error of these poses
@@ -32,11 +32,12 @@ def limited_by_boundaries(
         margin: Least number of poses before a change and from it on; not fewer than the change has coefficients in any case.
         least_confidence: A name with less confidence is doubtful.
     """
-    return tuple(
-        f.limited(MOST_CONFIDENCE, least_confidence, FEW_POSES)
-        if _at_boundary(f.effect, dataset, max(margin, len(f.effect.coefficients)))
-        else f
-        for f in found
+    return limited_where(
+        found,
+        lambda f: _at_boundary(f.effect, dataset, max(margin, len(f.effect.coefficients))),
+        MOST_CONFIDENCE,
+        least_confidence,
+        FEW_POSES,
     )
 
 

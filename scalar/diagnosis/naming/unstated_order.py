@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from scalar.data.dataset import Dataset
 from scalar.data.formats import NOT_STATED
-from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.naming.finding import Finding, limited_where
 from scalar.effects import Effect
 from scalar.estimation.setup.suspicion import Suspicion
 
@@ -44,11 +44,12 @@ def limited_by_order(
     """
     if order_is_stated(dataset):
         return tuple(found)
-    return tuple(
-        f.limited(MOST_CONFIDENCE, least_confidence, NOT_KNOWN)
-        if rests_on_order(f.effect, dataset) and not f.effect.flexible
-        else f
-        for f in found
+    return limited_where(
+        found,
+        lambda f: rests_on_order(f.effect, dataset) and not f.effect.flexible,
+        MOST_CONFIDENCE,
+        least_confidence,
+        NOT_KNOWN,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -39,16 +40,23 @@ def leads_of_terms(state: FittedState, pools: Sequence[CandidateSet]) -> list[fl
             found[i] = max(found[i], float(best - own.evidence))
     for i, effect in enumerate(state.effects):
         if pools and effect.imitators_are_as_likely:
-            left = background_without(state, [i])
-            own = score_together(state, [i], pools[0], left)
-            # The place was chosen for both, unless structure without a name varies with the same joint: then the effect has not the form of the
-            # cause, and its choice counts against it. That a term is the best of several forms of one cause counts against the term.
-            beside = any(e.flexible and f"q{effect.erring_joint}" in e.depends_on for e in state.effects)
-            free = float(evidence(left[0], np.array(own.gain), np.array(own.dof), np.array(0.0)))
-            chosen = own.evidence if beside else free
-            terms = effect.imitators(state.dataset)
-            forms = {type(term): sum(type(other) is type(term) for other in terms) for term in terms}
-            imitators = imitating(state, left[0], effect)
-            nats = (s.evidence + np.log(len(terms) / forms[type(s.effect)]) for s in imitators)
-            found[i] = max(found[i], float(max(nats, default=-np.inf)) - chosen)
+            found[i] = max(found[i], _lead_of_imitators(state, i, pools[0]))
     return found
+
+
+def _lead_of_imitators(state: FittedState, i: int, pool: CandidateSet) -> float:
+    """Return the log evidence [nats] by which what may imitate effect i leads it; -inf if nothing may.
+
+    The place was chosen for both, unless structure without a name varies with the same joint: then the effect has not the form of the cause, and its
+    choice counts against it. That a term is the best of several forms of one cause counts against the term.
+    """
+    effect, left = state.effects[i], background_without(state, [i])
+    own = score_together(state, [i], pool, left)
+    beside = any(e.flexible and f"q{effect.erring_joint}" in e.depends_on for e in state.effects)
+    free = float(evidence(left[0], np.array(own.gain), np.array(own.dof), np.array(0.0)))
+    terms = effect.imitators(state.dataset)
+    forms = Counter(map(type, terms))
+    nats = [
+        s.evidence + np.log(len(terms) / forms[type(s.effect)]) for s in imitating(state, left[0], effect)
+    ]
+    return float(max(nats, default=-np.inf)) - (own.evidence if beside else free)

@@ -1,0 +1,43 @@
+"""The rules that limit the confidence in a name where something explains as much that neither the trials nor the score contain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from scalar.data.dataset import Dataset
+from scalar.diagnosis.explained import Explained
+from scalar.diagnosis.held_out.outer_split import OuterSplit
+from scalar.diagnosis.naming.base_beside_joints import limited_beside_joints
+from scalar.diagnosis.naming.errors_of_assembly import limited_by_assembly
+from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.naming.many_orders import limited_by_many_orders
+from scalar.diagnosis.naming.one_joint_moves import limited_by_one_joint
+from scalar.diagnosis.naming.orders_between import limited_by_orders_between
+from scalar.diagnosis.naming.rounded_record import limited_by_rounding
+from scalar.diagnosis.naming.step_at_boundary import limited_by_boundaries
+from scalar.diagnosis.naming.two_halves import limited_by_halves
+from scalar.diagnosis.naming.unstated_order import limited_by_order
+
+
+def limited_names(
+    found: Sequence[Finding], run: Explained, halves: OuterSplit | None, given: Dataset
+) -> tuple[Finding, ...]:
+    """Return the findings, each with the confidence that all rules allow.
+
+    Args:
+        found: All findings.
+        run: The run that found them.
+        halves: The answers of the two halves of the poses, or None.
+        given: The dataset as read.
+    """
+    settings, dataset = run.after.settings, run.cleaned.dataset
+    least, n_poses = settings.naming.least_confidence, dataset.n_poses
+    found = limited_by_halves(found, halves, least)
+    found = limited_by_rounding(found, run.before, least)
+    found = limited_by_many_orders(found, n_poses, settings.spectrum.many_orders, least)
+    found = limited_by_orders_between(found, run.after, least)
+    found = limited_by_order(found, given, least)
+    found = limited_beside_joints(found, n_poses, least)
+    found = limited_by_one_joint(found, dataset.q, least)
+    found = limited_by_assembly(found, least)
+    return limited_by_boundaries(found, dataset, settings.selection.change_margin, least)
