@@ -36,6 +36,7 @@ class JointCoupling(SingleJointEffect):
 
     name: ClassVar[str] = "joint_coupling"
     imitators_are_as_likely: ClassVar[bool] = True
+    usual_odds: ClassVar[float] = 8.0  # wrong in 3 of 4 with less, in 0 of 799 with more
     kind: ClassVar[str] = "coupling"
     sentence: ClassVar[str] = (
         "when one joint turns, another turns a little as well, as in wrists whose gears are coupled"

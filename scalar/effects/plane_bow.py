@@ -40,6 +40,10 @@ class PlaneBow(PointEffect):
 
     name: ClassVar[str] = "plane_bow"
     in_every_setup: ClassVar[bool] = True  # no plane is quite flat
+    usual_odds: ClassVar[float] = (
+        30.0  # wrong in 7 of 81 with less where only one plane is bowed, in 0 of 528 with more
+    )
+    borne_out_by_others: ClassVar[bool] = True  # with two bowed planes or more, wrong in 3 of 4,000
     kind: ClassVar[str] = "bow"
     sentence: ClassVar[str] = "the target plane is not flat but bowed"
     natural: ClassVar[Mapping[str, float]] = {"1/m": 2e-3}

@@ -47,6 +47,7 @@ class SensorSlip(SensorEffect):
     natural: ClassVar[Mapping[str, float]] = {"m": 5e-4, "rad": 1e-3}
     natural_source: ClassVar[str] = "assumed: the play of a screw in its hole; a knock may be any size"
     acts_by_joint_angles: ClassVar[bool] = False
+    usual_odds: ClassVar[float] = 30.0  # wrong in 4 of 12 with less, in 0 of 827 with more
 
     @property
     def target(self) -> dict[str, Any]:

@@ -8,15 +8,18 @@ from scalar.data.dataset import Dataset
 from scalar.diagnosis.explained import Explained
 from scalar.diagnosis.held_out.outer_split import OuterSplit
 from scalar.diagnosis.naming.base_beside_joints import limited_beside_joints
+from scalar.diagnosis.naming.beside_structure import limited_beside_structure
 from scalar.diagnosis.naming.errors_of_assembly import limited_by_assembly
 from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.naming.many_orders import limited_by_many_orders
 from scalar.diagnosis.naming.one_joint_moves import limited_by_one_joint
 from scalar.diagnosis.naming.orders_between import limited_by_orders_between
 from scalar.diagnosis.naming.rounded_record import limited_by_rounding
+from scalar.diagnosis.naming.several_orders import limited_by_several_orders
 from scalar.diagnosis.naming.step_at_boundary import limited_by_boundaries
 from scalar.diagnosis.naming.two_halves import limited_by_halves
 from scalar.diagnosis.naming.unstated_order import limited_by_order
+from scalar.diagnosis.naming.usual_odds import limited_by_usual_odds
 
 
 def limited_names(
@@ -40,4 +43,7 @@ def limited_names(
     found = limited_beside_joints(found, n_poses, least)
     found = limited_by_one_joint(found, dataset.q, least)
     found = limited_by_assembly(found, least)
-    return limited_by_boundaries(found, dataset, settings.selection.change_margin, least)
+    found = limited_by_boundaries(found, dataset, settings.selection.change_margin, least)
+    found = limited_by_usual_odds(found, least)
+    found = limited_by_several_orders(found, least)
+    return limited_beside_structure(found, n_poses, least)

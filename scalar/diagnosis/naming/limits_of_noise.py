@@ -1,4 +1,4 @@
-"""The largest confidence that rules allow the likeliest variance component, and why: returns, neighbouring poses, and the two halves of the poses."""
+"""The largest confidence that rules allow the likeliest variance component, and why: returns, neighbours among the poses and in time, and halves."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from scalar.diagnosis.fit.variance_components import JITTER, VarianceComponent
 from scalar.diagnosis.held_out.outer_split import OuterSplit
 from scalar.diagnosis.naming.jitter_at_neighbours import excludes_smooth_error
 from scalar.diagnosis.naming.jitter_at_returns import NO_RETURNS, most_confidence_at_returns
+from scalar.diagnosis.naming.scatter_in_time import FOLLOWS_TIME, most_confidence_in_time
 from scalar.diagnosis.naming.two_halves import most_confidence, why_limited
 
 AS_LIKELY = 0.5  # chosen: the cause is the joints or an error of each pose
@@ -25,7 +26,10 @@ def limit_of_noise(
         halves: The answers of the two halves of the poses, or None.
         beside_structure: Whether structure without a name was found besides.
     """
-    limits = [(most_confidence_at_returns(state, component), NO_RETURNS)]
+    limits = [
+        (most_confidence_at_returns(state, component), NO_RETURNS),
+        (most_confidence_in_time(state, component), FOLLOWS_TIME),
+    ]
     if component.name == JITTER and limits[0][0] < 1.0:
         if beside_structure:
             limits.append((AS_LIKELY, MAY_BE_A_REST))

@@ -7,10 +7,11 @@ import pytest
 
 from scalar.diagnosis.fit.background import Background
 from scalar.diagnosis.fit.variance_components import VarianceComponent
-from scalar.diagnosis.naming import jitter_at_neighbours, limits_of_noise
-from scalar.diagnosis.naming.jitter_at_neighbours import excludes_smooth_error, smooth_share
+from scalar.diagnosis.naming import limits_of_noise
+from scalar.diagnosis.naming.jitter_at_neighbours import excludes_smooth_error, share_by_angles
 from scalar.diagnosis.naming.jitter_at_returns import MOST_CONFIDENCE, NO_RETURNS
 from scalar.diagnosis.naming.limits_of_noise import AS_LIKELY, MAY_BE_A_REST, MAY_BE_SMOOTH, limit_of_noise
+from scalar.diagnosis.noise import smooth_share
 
 ROWS, JOINTS, STD = (
     3,
@@ -42,7 +43,7 @@ def campaign(monkeypatch):
         z = rng.normal(size=(poses, ROWS)) + np.einsum("nmk,nk->nm", D, STD * e)
         background = Background.of(z.ravel(), rng.normal(size=(poses * ROWS, 10)), poses, ROWS)
         covariance = np.eye(ROWS) + STD**2 * D @ np.swapaxes(D, 1, 2)
-        monkeypatch.setattr(jitter_at_neighbours, "directions", lambda *_: [("pose_jitter", D)])
+        monkeypatch.setattr(smooth_share, "directions", lambda *_: [("pose_jitter", D)])
         state = SimpleNamespace(
             dataset=SimpleNamespace(q=q),
             residuals=None,
@@ -59,7 +60,7 @@ def test_of_a_random_error_nothing_varies_smoothly(campaign):
     """Over sixty seeds the estimate has mean zero and the stated standard error."""
     ratios = []
     for seed in range(60):
-        share, error = smooth_share(*campaign(80, 0.0, seed))
+        share, error = share_by_angles(*campaign(80, 0.0, seed))
         ratios.append(share / error)
     assert abs(np.mean(ratios)) < 3 / np.sqrt(60)
     assert 0.7 < np.std(ratios) < 1.3
@@ -67,7 +68,7 @@ def test_of_a_random_error_nothing_varies_smoothly(campaign):
 
 def test_of_a_smooth_error_all_does(campaign):
     """Of an error whose correlation falls as assumed, the mean estimate over thirty seeds is all of it, to a quarter."""
-    shares = [smooth_share(*campaign(150, 1.0, seed))[0] for seed in range(30)]
+    shares = [share_by_angles(*campaign(150, 1.0, seed))[0] for seed in range(30)]
     assert np.mean(shares) == pytest.approx(1.0, abs=0.25)
 
 
@@ -88,7 +89,7 @@ def test_poses_of_which_none_is_near_another_exclude_nothing(campaign):
     """Where the joint angles are so far apart that no pair of poses tells anything, the standard error is infinite."""
     state, component = campaign(20, 0.0, 3)
     state.dataset.q = 1e3 * np.arange(20.0)[:, None] * np.ones((1, JOINTS))
-    assert smooth_share(state, component)[1] == np.inf
+    assert share_by_angles(state, component)[1] == np.inf
     assert not excludes_smooth_error(state, component)
 
 
@@ -107,6 +108,7 @@ def test_a_jitter_has_no_name_unless_returns_or_neighbours_bear_it_out(
 ):
     """Without returns, a jitter is as likely as not where neighbours leave a smooth error open, or structure without a name stands beside it."""
     monkeypatch.setattr(limits_of_noise, "most_confidence_at_returns", lambda *_: returns)
+    monkeypatch.setattr(limits_of_noise, "most_confidence_in_time", lambda *_: 1.0)
     monkeypatch.setattr(limits_of_noise, "excludes_smooth_error", lambda *_: excluded)
     component = VarianceComponent("pose_jitter", STD, 1e-5, 50.0, 1e-9, np.eye(ROWS)[None])
     assert limit_of_noise(None, component, None, beside_structure=beside) == expected

@@ -82,6 +82,7 @@ def test_only_returns_to_the_same_angles_make_a_jitter_sure(settings, sure):
 def test_a_confidence_that_is_lowered_states_the_rule(monkeypatch):
     """Without returns a jitter's limit states that none bear it out; if neither half shows it either, the lower limit and its reason are stated."""
     monkeypatch.setattr(limits_of_noise, "excludes_smooth_error", lambda *_: True)
+    monkeypatch.setattr(limits_of_noise, "most_confidence_in_time", lambda *_: 1.0)
     state, component = campaign(200, 1, 0.0, 7)
     assert limit_of_noise(state, component, None, beside_structure=False) == (MOST_CONFIDENCE, NO_RETURNS)
     halves: Any = SimpleNamespace(answers=[1, 2], noise_selected_in=lambda name: 0.0)

@@ -1,0 +1,42 @@
+"""Lower the confidence in an effect of the arm's weight where structure without a name was found as well.
+
+What gives way under the weight of the arm varies slowly with the posture, and so does the slow part of many errors for which there is no name: of a
+floor that gives way, a loose mount, or a vibration that has not died away. The rest of such an error is then found as structure without a name. In
+nine simulated exams there was such structure together with 109 of these names with a confidence of 0.8 or more, from fewer than 100 poses or with log
+odds of less than 20 nats; 20 of them were wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from scalar.diagnosis.naming.base_beside_joints import FEW_POSES
+from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.naming.rival_sets import CLEAR_ODDS
+from scalar.effects.effect import WEIGHT
+
+MOST_CONFIDENCE = 0.75  # chosen: below that of a sure name, and about the share of those that were right
+A_PART_OF_IT = (
+    "structure without a name was found as well, and this may be the part of it that follows the arm's weight"
+)
+
+
+def limited_beside_structure(
+    found: Sequence[Finding], n_poses: int, least_confidence: float
+) -> tuple[Finding, ...]:
+    """Return the findings, with the confidence limited in what gives way under the weight if a finding has no name, unless the data are clear.
+
+    Args:
+        found: All findings.
+        n_poses: Number of poses that were fitted.
+        least_confidence: A name with less confidence is doubtful, between 0 and 1.
+    """
+    if all(finding.has_name for finding in found):
+        return tuple(found)
+    few = n_poses < FEW_POSES
+
+    def applies(finding: Finding) -> bool:
+        of_weight = finding.effect.load == WEIGHT and not finding.effect.flexible
+        return of_weight and (few or finding.grounds.log_odds < CLEAR_ODDS)
+
+    return limited_where(found, applies, MOST_CONFIDENCE, least_confidence, A_PART_OF_IT)

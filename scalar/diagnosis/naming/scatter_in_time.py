@@ -1,0 +1,75 @@
+"""Lower the confidence in a scatter from reading to reading of which a part is the same in readings that follow each other.
+
+A variance component describes an error that is another at each reading. A laser whose zero wanders, or a mount that is loose and rests on one side
+for a while, errs alike in readings that follow each other, whatever the joint angles are (``smooth_share``, with the distance in the order of
+acquisition). So does an error with a name, if the poses were measured one near the other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.diagnosis.fit.fitted_state import FittedState
+from scalar.diagnosis.fit.variance_components import VarianceComponent
+from scalar.diagnosis.noise.smooth_share import MOST_POSES, smooth_share
+from scalar.estimation.design_effect import standstills
+from scalar.geometry.se3 import Array
+
+RUN = 30  # chosen: of many readings, runs of so many that follow each other are looked at
+READINGS_ALIKE = (
+    3.0,
+    10.0,
+)  # chosen: over so many readings the correlation falls to 0.6; a short memory and a long one
+STANDARD_ERRORS = 2.0  # by which the share has to exceed zero
+SMALL_SHARE = 0.1  # chosen: a smaller share is no objection, however significant it is
+FOLLOWS_TIME = "readings that follow each other err alike, which a random error does not"
+LARGER_PART = 0.5  # chosen: with a larger share, most of it is no scatter
+MOST_OF_A_PART = 0.65  # chosen: below that of a sure name
+MOST_OF_THE_LARGER_PART = 0.5  # chosen: it is as probably no scatter
+
+
+def most_confidence_in_time(state: FittedState, component: VarianceComponent) -> float:
+    """Return the largest confidence in the name of a variance component: 1 unless readings that follow each other err alike.
+
+    Args:
+        state: The state with all effects that were found.
+        component: The component.
+    """
+    shares = state.once(
+        ("share in time", component),
+        lambda: [share_in_time(state, component, alike) for alike in READINGS_ALIKE],
+    )
+    shown = [share for share, error in shares if share > max(SMALL_SHARE, STANDARD_ERRORS * error)]
+    if not shown:
+        return 1.0
+    return MOST_OF_THE_LARGER_PART if max(shown) > LARGER_PART else MOST_OF_A_PART
+
+
+def share_in_time(state: FittedState, component: VarianceComponent, alike: float) -> tuple[float, float]:
+    """Return the share of a component's variance that varies smoothly in the order of acquisition, and its standard error (``smooth_share``).
+
+    Args:
+        state: The state with all effects that were found.
+        component: The component.
+        alike: Number of readings over which the correlation falls to 0.6.
+    """
+    order = np.asarray(state.dataset.known_poses.order, dtype=float)
+    by_time = np.argsort(order, kind="stable")
+    if len(order) > MOST_POSES:
+        starts = np.linspace(0, len(order) - RUN, MOST_POSES // RUN).astype(int)
+        by_time = by_time[np.unique(starts[:, None] + np.arange(RUN))]
+    stops = standstills(state.dataset.q, order)[by_time]
+    apart = (
+        stops[:, None] != stops[None, :]
+    )  # what several targets show of one stop is one error, of whatever kind
+    return smooth_share(state, component, by_time, apart * _nearness(order[by_time], alike))
+
+
+def _nearness(order: Array, alike: float) -> Array:
+    """Return how nearly alike an error that varies smoothly in time is at two readings ``(N, N)``.
+
+    Args:
+        order: ``(N,)``, the order of acquisition.
+        alike: Number of readings over which the correlation falls to 0.6.
+    """
+    return np.exp(-0.5 * ((order[:, None] - order[None, :]) / alike) ** 2)

@@ -1,0 +1,52 @@
+"""Estimate how much of a scatter between poses is no scatter: an error that is nearly the same at poses that are near one another.
+
+The errors e_i that a variance component describes at pose i have the covariance ``v ((1 - s) d_ij + s k_ij)``, where d_ij is 1 if i = j and else 0,
+k_ij falls with the distance of the poses, and s is the share of the variance that varies smoothly. The estimate of s is one step of scoring on the
+restricted likelihood from s = 0 (as in ``restricted_likelihood``). With ``u_i = D_i' (P r)_i``, ``G_ij = D_i' P_ij D_j`` and the matrix K of k,
+without its diagonal,
+
+    s = (u' K u - tr(K G)) / (v tr(K G K G)),    var(s) = 2 / (v^2 tr(K G K G))    if the errors are random.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scalar.diagnosis.fit.fitted_state import FittedState
+from scalar.diagnosis.fit.variance_components import VarianceComponent, directions
+from scalar.diagnosis.noise.restricted_likelihood import Projection
+from scalar.geometry.se3 import Array
+
+MOST_POSES = 300  # chosen: as many as callers should look at, since the time grows with their third power
+
+
+def smooth_share(
+    state: FittedState, component: VarianceComponent, seen: Array, nearness: Array
+) -> tuple[float, float]:
+    """Return the share of a component's variance that varies smoothly, and its standard error, infinite if no poses are near one another.
+
+    The share is an estimate without bounds: of a random error it scatters about zero.
+
+    Args:
+        state: The state with all effects that were found.
+        component: The component.
+        seen: ``(n,)``, the indices of the poses that are looked at.
+        nearness: ``(n, n)``, how nearly alike a smooth error is at two of them, from 0 to 1. Its diagonal is not used.
+    """
+    background = state.background_within_scans()
+    about = Projection.of(background, np.linalg.inv(component.covariance))
+    by_error = dict(directions(state.residuals, state.model))[component.name]
+    N, m = background.residual.shape
+    D, W = by_error[seen], about.W[seen]
+    u = np.einsum("nmk,nm->nk", D, about.residual.reshape(N, m)[seen])
+    explained = np.einsum("pnm,nmk->pnk", about.half.reshape(-1, N, m)[:, seen], D)
+    G = -np.einsum("pik,pjl->ikjl", explained, explained)
+    each = np.arange(len(seen))
+    G[each, :, each, :] += np.einsum("nmk,nmo,nol->nkl", D, W, D)
+    K = nearness * (1.0 - np.eye(len(seen)))
+    KG = np.einsum("ij,jkol->ikol", K, G, optimize=True)
+    information = component.std**2 * float(np.einsum("ikjl,jlik->", KG, KG, optimize=True))
+    if information <= 0.0:
+        return 0.0, np.inf
+    score = float(np.einsum("ik,ij,jk->", u, K, u, optimize=True) - np.einsum("ikik->", KG))
+    return score / information, float(np.sqrt(2.0 / information) / component.std)
