@@ -31,7 +31,7 @@ def limited_beside_structure(
         n_poses: Number of poses that were fitted.
         least_confidence: A name with less confidence is doubtful, between 0 and 1.
     """
-    if all(finding.has_name for finding in found):
+    if not has_structure(found):
         return tuple(found)
     few = n_poses < FEW_POSES
 
@@ -40,3 +40,8 @@ def limited_beside_structure(
         return of_weight and (few or finding.grounds.log_odds < CLEAR_ODDS)
 
     return limited_where(found, applies, MOST_CONFIDENCE, least_confidence, A_PART_OF_IT)
+
+
+def has_structure(found: Sequence[Finding]) -> bool:
+    """Return whether a finding has no name, and is no error of the measuring instrument."""
+    return any(not finding.has_name and not finding.effect.of_instrument for finding in found)

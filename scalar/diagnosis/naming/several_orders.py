@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from scalar.diagnosis.naming.beside_structure import has_structure
 from scalar.diagnosis.naming.finding import Finding, limited_where
 from scalar.diagnosis.selection.harmonic_spectrum import is_shrunk
 from scalar.effects import Effect
@@ -31,7 +32,7 @@ def limited_by_several_orders(found: Sequence[Finding], least_confidence: float)
         found: All findings.
         least_confidence: A name with less confidence is doubtful, between 0 and 1.
     """
-    structure = not all(finding.has_name for finding in found)
+    structure = has_structure(found)
     weight = any(finding.effect.load == WEIGHT for finding in found)
 
     def applies(finding: Finding) -> bool:

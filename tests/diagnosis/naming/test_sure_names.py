@@ -12,6 +12,7 @@ from scalar.diagnosis.naming.beside_structure import limited_beside_structure
 from scalar.diagnosis.naming.several_orders import limited_by_several_orders
 from scalar.diagnosis.naming.usual_odds import limited_by_usual_odds
 from scalar.effects.base_compliance import BaseCompliance
+from scalar.effects.flexible.measured_space import UnattributedSpace
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_coupling import JointCoupling
 from scalar.effects.joint_harmonic import JointHarmonic
@@ -34,6 +35,7 @@ def gear(*orders):
 
 
 JOINTS, BASE, SCALE = JointCompliance(((2, 2),)), BaseCompliance((2, 3), True), JointScale(4)
+SPACE = UnattributedSpace("strain")
 NAMELESS = found(SCALE, doubtful=True)
 SHRUNK = gear(1, 2, 3).with_term_std([1e-5] * 3)
 
@@ -47,8 +49,17 @@ SHRUNK = gear(1, 2, 3).with_term_std([1e-5] * 3)
         (JOINTS, 30.0, [NAMELESS], MANY, False),
         (JOINTS, 10.0, [found(SCALE)], FEW, False),
         (SCALE, 10.0, [NAMELESS], FEW, False),
+        (BASE, 10.0, [found(SPACE)], FEW, False),
     ],
-    ids=["unclear", "base", "few poses", "clear", "only names beside", "not of the weight"],
+    ids=[
+        "unclear",
+        "base",
+        "few poses",
+        "clear",
+        "only names beside",
+        "not of the weight",
+        "of the instrument",
+    ],
 )
 def test_what_gives_way_is_not_sure_beside_structure_without_a_name(
     effect, log_odds, others, n_poses, limited
