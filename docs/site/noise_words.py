@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from scalar.diagnosis.naming.jitter_at_returns import MOST_CONFIDENCE
+from scalar.diagnosis.naming.most_confidence import NOT_SURE
 from scalar.report.noise_card import COMPARE_WITH_DATA_SHEET, REPEAT_POSES, SEVERAL_SCANS, SURE, WAIT
 
 
@@ -49,7 +49,7 @@ NOISE_WORDS = {
             "0.00002 rad (0.0011°) is no finding, because any arm has one of that size."
         ),
         how_sure=(
-            f"{_COMMON_RULE} Its confidence is at most {MOST_CONFIDENCE:g} unless the arm came back to some of the poses and erred otherwise there: "
+            f"{_COMMON_RULE} Its confidence is at most {NOT_SURE:g} unless the arm came back to some of the poses and erred otherwise there: "
             "over poses that all differ, the pull of a hose or a loose mount scatters as a jitter does. Without such returns it keeps its name only "
             "if neighbouring poses show that most of the scatter does not vary smoothly with the joint angles, which takes some hundred poses or "
             "more, and if no structure without a name was found beside it; else it is reported as structure without a name, most like a jitter. "

@@ -82,7 +82,6 @@ def correct(
     from scalar.cli.corrected_targets import correct_targets
     from scalar.cli.targets import read_targets
     from scalar.cli.write_corrected import write_corrected
-    from scalar.data.io.semicolons import form_of_file
     from scalar.data.table_units import units_named
     from scalar.estimation.result import load_calibration
 
@@ -105,14 +104,16 @@ def correct(
         say(line)
     failed = bool(corrected.refused) and not leave_out
     n_corrected = int(corrected.found.reached.sum())
-    semicolons = form_of_file(targets).in_words
     imported = calibrated.summary.get(IMPORTED, {})
     for line in lines_on_convention(
         convention, _tables(wanted, output), imported, calibrated.model.nominal.name
     ):
         say(line)
     say_written(
-        output, n_written, "pose", (f", {n_corrected} of them corrected" if failed else "") + semicolons
+        output,
+        n_written,
+        "pose",
+        (f", {n_corrected} of them corrected" if failed else "") + wanted.text_form.in_words,
     )
     if failed:
         raise InvalidInput(faults_of(corrected.refused, str(targets)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -192,13 +193,14 @@ def _of_joints_and_frame(columns: Sequence[str]) -> tuple[list[int], list[int]]:
 
 def _mixed_rows(path: Path, columns: Sequence[str]) -> list[Fault]:
     """Return a fault for the rows without any joint angle, and one for those without any number of a frame, if the table has columns of both."""
+    from scalar.data.io.semicolons import text_with_commas
+
     joints, frame = _of_joints_and_frame(columns)
     if not joints or not frame:
         return []
-    with path.open(encoding="utf-8-sig", errors="replace", newline="") as text:
-        reader = csv.reader(text)
-        next(reader, None)
-        rows = [(reader.line_num, cells) for cells in reader if any(cell.strip() for cell in cells)]
+    reader = csv.reader(io.StringIO(text_with_commas(path), newline=""))
+    next(reader, None)
+    rows = [(reader.line_num, cells) for cells in reader if any(cell.strip() for cell in cells)]
 
     def without(these: list[int], others: list[int]) -> list[int]:
         """Return the lines that have no cell in one set of columns, and all in the other."""

@@ -17,6 +17,7 @@ from scalar.cli.kinds_of_targets import (
 )
 from scalar.cli.options import advice_on_units
 from scalar.cli.pose_lines import lines_on_small_degrees, lines_on_small_travels
+from scalar.data.io.semicolons import TextForm, form_of_file
 from scalar.data.joint_convention import JointConvention
 from scalar.data.moves import joint_angles
 from scalar.data.pose_tables import read_pose_table
@@ -44,6 +45,7 @@ class Targets:
         frames_wanted: Whether the rows state wanted frames of the sensor. If not, the frames of the nominal arm at the joint angles are wanted.
         joints_given: Whether the rows state joint angles, at which the nominal arm takes the frame or near which a posture is chosen.
         units: Units in which the corrected table is written.
+        text_form: How its cells are separated and its numbers written; the corrected table is written so too.
         doubts: Lines on units that the numbers make doubtful.
         convention: How the controller counts the joints of the tables that are read and written; None if they count as those of the dataset.
     """
@@ -53,6 +55,7 @@ class Targets:
     frames_wanted: bool
     joints_given: bool
     units: TableUnits
+    text_form: TextForm
     doubts: tuple[str, ...]
     convention: JointConvention | None = None
 
@@ -117,7 +120,8 @@ def read_targets(
         table = with_rotation_vectors(table, orientation, path.name)
         refuse_far_places(robot, frames_of(table), path.name)
     units_written = written_in.sliding(robot.prismatic)
-    return Targets(path, table, frames_wanted, joints_given, units_written, tuple(doubts), convention)
+    form = form_of_file(path)
+    return Targets(path, table, frames_wanted, joints_given, units_written, form, tuple(doubts), convention)
 
 
 def frames_of(table: pd.DataFrame) -> Array:

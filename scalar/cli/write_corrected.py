@@ -12,7 +12,7 @@ import pandas as pd
 from scalar.cli.correct_words import is_near_singular
 from scalar.cli.corrected_targets import CorrectedTargets
 from scalar.data.io.atomic import atomic_write
-from scalar.data.io.semicolons import cells_as_written, form_of_file
+from scalar.data.io.semicolons import cells_as_written
 from scalar.data.table_units import TableUnits
 from scalar.estimation.frame_tables import ORIENTATIONS, is_frame_column
 from scalar.geometry.se3 import Array
@@ -40,7 +40,7 @@ def write_corrected(path: Path, corrected: CorrectedTargets, leave_out: bool) ->
     others = _other_columns(targets.path, table, {"pose", *_joint_names(corrected), *how})
     columns = {"pose": table["pose"].to_numpy()} | joints | others | how
     with atomic_write(path) as temporary:
-        form_of_file(targets.path).write(pd.DataFrame(columns), temporary, "%.15g")
+        targets.text_form.write(pd.DataFrame(columns), temporary, "%.15g")
     return len(table)
 
 

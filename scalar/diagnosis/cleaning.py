@@ -11,9 +11,9 @@ from scalar.diagnosis.settings import Settings
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, clean_given_effects
 from scalar.estimation.ran_away import ran_away
+from scalar.estimation.setup.explain import MOST_LEFT
 from scalar.estimation.setup.known_planes import refuse_contradicted_planes
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
-from scalar.estimation.setup.suspicion import MOST_LEFT
 from scalar.estimation.sufficiency import TooManyUnknowns
 
 

@@ -32,10 +32,11 @@ from scalar.estimation.prepare import prepare
 from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorSettings
 from scalar.estimation.setup.exchanged_names import names_exchanged_in_words
+from scalar.estimation.setup.explain import MOST_LEFT
 from scalar.estimation.setup.known_planes import KnownPlaneContradicted, refuse_contradicted_planes
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
-from scalar.estimation.setup.suspicion import MOST_LEFT, Suspicion
+from scalar.estimation.setup.suspicion import Suspicion
 from scalar.estimation.setup.unstated_session import unstated_session
 from scalar.estimation.sufficiency import FitFailed, TooManyUnknowns
 from scalar.geometry.se3 import Array

@@ -224,7 +224,7 @@ def test_frames_where_joint_angles_belong_are_one_fault(program):
 
 
 def test_rows_of_both_kinds_are_counted_and_not_listed_cell_by_cell(program):
-    """A table in which some rows have joint angles alone and some frames alone is refused in a line for each kind.
+    """A table in which some rows have joint angles alone and some frames alone is refused in a line for each kind, also with semicolons.
 
     Single empty cells are named as everywhere.
     """
@@ -233,14 +233,14 @@ def test_rows_of_both_kinds_are_counted_and_not_listed_cell_by_cell(program):
     mixed = table.copy()
     mixed.loc[:3, FRAME] = np.nan
     mixed.loc[10:, JOINTS] = np.nan
-    mixed.to_csv(program / "mixed.csv", index=False)
-    status, said = run(
-        "correct", program / "calibration.json", program / "mixed.csv", "-o", program / "out.csv"
-    )
-    assert status == 2
-    first, second = said.splitlines()
-    assert "row 12: 20 rows have a wanted frame and no joint angles, the last in row 31" in first
-    assert "row 2: 4 rows have joint angles and no wanted frame, the last in row 5" in second
+    mixed.to_csv(program / "commas.csv", index=False)
+    mixed.to_csv(program / "semicolons.csv", index=False, sep=";", decimal=",")
+    for name in ("commas.csv", "semicolons.csv"):
+        status, said = run("correct", program / "calibration.json", program / name, "-o", program / "out.csv")
+        assert status == 2
+        first, second = said.splitlines()
+        assert "row 12: 20 rows have a wanted frame and no joint angles, the last in row 31" in first
+        assert "row 2: 4 rows have joint angles and no wanted frame, the last in row 5" in second
     table.loc[4, "q3"] = np.nan
     table.to_csv(program / "hole.csv", index=False)
     status, said = run(

@@ -14,7 +14,7 @@ from docs.site.catalogue import CATALOGUE, NOISES, ROOT, SCENE
 from docs.site.effect_pages import write_noise_pages
 from docs.site.noise_words import NOISE_WORDS
 from scalar.data.io.plain_yaml import load_yaml
-from scalar.diagnosis.naming.jitter_at_returns import MOST_CONFIDENCE
+from scalar.diagnosis.naming.most_confidence import NOT_SURE
 from scalar.effects.registry import BUILT_IN
 from scalar.report.words import COMPONENTS
 from scalar.simulation.config import complete_config
@@ -94,7 +94,7 @@ def test_the_page_of_a_jitter_says_what_limits_its_confidence(tmp_path):
     """Whoever reads the page of a jitter learns that only returns to the same poses make its name sure, and which causes look alike."""
     write_noise_pages(tmp_path)
     page = (tmp_path / "pose_jitter.md").read_text(encoding="utf-8")
-    assert f"at most {MOST_CONFIDENCE:g} unless the arm came back to some of the poses" in page
+    assert f"at most {NOT_SURE:g} unless the arm came back to some of the poses" in page
     assert "the pull of a hose or a loose mount scatters" in page
 
 

@@ -13,7 +13,7 @@ from scalar.errors import NotConverged
 from scalar.estimation import joint_fit, least_squares
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.least_squares import covariance_and_step, fit
-from scalar.estimation.setup import suspicion
+from scalar.estimation.setup import explain as search
 from tests.random_scene import make_scene
 
 
@@ -85,7 +85,7 @@ def test_a_run_that_is_cut_short_is_not_converged(monkeypatch):
     assert not fit(Misra1a(), Curve(np.array([500.0, 1e-4])), np.array([True, True])).converged
     monkeypatch.setattr(least_squares, "MAX_EVALUATIONS", 1)
     monkeypatch.setattr(joint_fit, "_ROUNDS", 1)
-    monkeypatch.setattr(suspicion, "other_arms", lambda _: ())  # the true arm is one of the library
+    monkeypatch.setattr(search, "other_arms", lambda _: ())  # the true arm is one of the library
     scene = make_scene(points_per_scan=10, plane_tilt=0.3, length_error=0.01, angle_error=np.deg2rad(5.0))
     with pytest.raises(NotConverged, match="did not converge") as refusal:
         calibrate(scene.dataset)

@@ -11,7 +11,7 @@ import pytest
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.calibrate import calibrate
-from scalar.estimation.setup import suspicion
+from scalar.estimation.setup import explain as search
 from scalar.estimation.setup.alternatives import Alternative, with_robot, with_sign_changed
 from scalar.estimation.setup.trial import Look
 from scalar.geometry.robot import GEOMETRY
@@ -75,10 +75,10 @@ def test_of_readings_that_turn_nothing_those_that_explain_most_are_fitted(monkey
     """
     residuals = [1.5, 1.6, 1.4, 1.7, 0.3, 1.8]  # [mm], of readings in the order of the list; 2.5 as described
     fitted: list[int] = []
-    monkeypatch.setattr(suspicion, "first_look", lambda index: Look(residuals[index] * MM, 0.0, 0.1))
-    monkeypatch.setattr(suspicion, "full_fit", fitted.append)
+    monkeypatch.setattr(search, "first_look", lambda index: Look(residuals[index] * MM, 0.0, 0.1))
+    monkeypatch.setattr(search, "full_fit", fitted.append)
     tried: Any = [Alternative("", "", "", "", "", cast("Any", index)) for index in range(len(residuals))]
-    suspicion._explaining(tried, Look(2.5 * MM, 0.0, 0.1), None)
+    search._explaining(tried, Look(2.5 * MM, 0.0, 0.1), None)
     assert fitted[0] == 4 and len(fitted) < len(residuals)
 
 
@@ -86,10 +86,10 @@ def test_readings_that_say_the_same_stay_in_the_order_of_the_list(monkeypatch):
     """A wrong sign of joint 1 and a zero of joint 2 that is half a turn off leave almost the same residual; the sign is first."""
     residuals = [0.301, 0.30, 0.302]  # [mm]
     fitted: list[int] = []
-    monkeypatch.setattr(suspicion, "first_look", lambda index: Look(residuals[index] * MM, 0.0, 0.1))
-    monkeypatch.setattr(suspicion, "full_fit", fitted.append)
+    monkeypatch.setattr(search, "first_look", lambda index: Look(residuals[index] * MM, 0.0, 0.1))
+    monkeypatch.setattr(search, "full_fit", fitted.append)
     tried: Any = [Alternative("", "", "", "", "", cast("Any", index)) for index in range(len(residuals))]
-    suspicion._explaining(tried, Look(2.5 * MM, 0.0, 0.1), None)
+    search._explaining(tried, Look(2.5 * MM, 0.0, 0.1), None)
     assert fitted == [0, 1, 2]
 
 
@@ -103,7 +103,7 @@ def test_a_reading_under_which_a_link_is_far_off_is_doubted(like, by, is_said):
     reading = with_robot(
         like, robot, "joint_sign", "joint 4", "joint 4 counts the other way", "with its sign changed"
     )
-    said = suspicion._suspicion(reading, 60 * MM, trial, one_of=1)
+    said = search._suspicion(reading, 60 * MM, trial, one_of=1)
     assert ("a_3 comes out 400 mm from the table of joints even then" in said.sentence) == is_said
     assert (said.robot is None) == is_said
 

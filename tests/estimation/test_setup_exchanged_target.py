@@ -40,6 +40,7 @@ def test_an_exchanged_target_is_named_with_pose_and_distance(scene, k):
         calibrate(dataset)
     (suspicion,) = refused.value.suspicions
     assert suspicion.what == "exchanged_target" and suspicion.where == f"pose {dataset.pose_ids[k]}"
+    assert suspicion.file_at_fault == "points.csv"
     assert "30 mm from where it sat" in suspicion.sentence
     assert "a column target into points.csv" in suspicion.sentence
     assert suspicion.rms_after is not None and suspicion.rms_after < 0.5 * MM

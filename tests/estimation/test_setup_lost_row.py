@@ -71,6 +71,7 @@ def test_a_row_lost_and_another_doubled_are_named_with_both_poses(tracked):
     suspicion = refused_with(with_angles_of(tracked, np.where((rows < 20) | (rows >= 50), rows, rows + 1)))
     first, last = tracked.pose_ids[[21, 49]]  # the angles of the measurement at row 20 are lost
     assert suspicion.what == "lost_row" and suspicion.where == f"from pose {first} to pose {last}"
+    assert suspicion.file_at_fault == "poses.csv"
 
 
 @pytest.mark.slow

@@ -37,6 +37,7 @@ def named_pose(dataset: Dataset) -> int:
         calibrate(dataset)
     (suspicion,) = refused.value.suspicions
     assert suspicion.what == "moved_target" and suspicion.robot is None
+    assert suspicion.file_at_fault == "poses.csv"
     assert "the residual falls from" in suspicion.sentence and "column session" in suspicion.sentence
     assert suspicion.rms_after is not None and suspicion.rms_after < 0.5 * MM
     return int(re.search(r"from pose (\d+) on", suspicion.sentence)[1])

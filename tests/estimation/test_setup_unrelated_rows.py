@@ -86,6 +86,7 @@ def test_exchanged_columns_of_one_target_are_named(two_targets, matrix, says):
     points[b] = points[b] @ np.array(matrix, dtype=float).T
     suspicion, _ = refused(replace(two_targets, points=points))
     assert suspicion.what == "exchanged_columns" and suspicion.where == "target b"
+    assert suspicion.file_at_fault == "points.csv"
     assert f"{says} in the rows of target 'b' in points.csv" in suspicion.sentence
 
 

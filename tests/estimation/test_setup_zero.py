@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 
 from scalar.data.dataset import Dataset
-from scalar.estimation.setup import suspicion
-from scalar.estimation.setup.suspicion import explain
+from scalar.estimation.setup import explain as search
+from scalar.estimation.setup.explain import explain
 from scalar.estimation.setup.trial import full_fit
 from scalar.units import DEG
 from tests.random_scene import make_scene
@@ -26,8 +26,8 @@ def test_a_zero_that_a_fit_finds_where_it_is_described_is_not_wrong(tracked, mon
     """
     sound = full_fit(tracked)
     assert sound is not None
-    monkeypatch.setattr(suspicion, "full_fit", lambda dataset: None if dataset is tracked else sound)
-    monkeypatch.setattr(suspicion, "_better", lambda look, alternative, as_it_is: bool(alternative.zeros))
+    monkeypatch.setattr(search, "full_fit", lambda dataset: None if dataset is tracked else sound)
+    monkeypatch.setattr(search, "_better", lambda look, alternative, as_it_is: bool(alternative.zeros))
     assert not explain(tracked)
 
 

@@ -92,6 +92,15 @@ def form_of_file(path: Path) -> TextForm:
     return form_of(read_regular_file(path, MAX_TABLE_BYTES))
 
 
+def text_with_commas(path: Path) -> str:
+    """Return the text of a CSV file with commas between its cells and decimal points, a line for each of its lines.
+
+    Raises:
+        InvalidInput: The file cannot be read.
+    """
+    return with_commas(read_regular_file(path, MAX_TABLE_BYTES)).decode("utf-8-sig", "replace")
+
+
 def cells_as_written(path: Path) -> dict[str, list[str]]:
     """Return the cells of each column of a CSV file that has been read without a fault, row by row, without the blanks around them."""
     raw = read_regular_file(path, MAX_TABLE_BYTES)

@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.diagnosis.naming.rival_sets import CLEAR_ODDS
 from scalar.effects import BaseEffect
 from scalar.effects.effect import WEIGHT
 
-MOST_CONFIDENCE = 0.5  # chosen: the cause is the base or the joints
 FEW_POSES = 100  # chosen, between the 60 and the 120 poses of the exams
 SAME_WEIGHT = "joints that give way were found too, under the same weight, and so few poses hardly distinguish a base that does from them"
 
@@ -34,7 +34,7 @@ def limited_beside_joints(
     )
     if not joints or n_poses >= FEW_POSES:
         return tuple(found)
-    return limited_where(found, _is_unclear_base, MOST_CONFIDENCE, least_confidence, SAME_WEIGHT)
+    return limited_where(found, _is_unclear_base, ONE_OF_TWO, least_confidence, SAME_WEIGHT)
 
 
 def _is_unclear_base(finding: Finding) -> bool:

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 
 from scalar.diagnosis.naming.base_beside_joints import FEW_POSES
 from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.naming.most_confidence import NEARLY_SURE
 from scalar.diagnosis.naming.rival_sets import CLEAR_ODDS
 from scalar.effects.effect import WEIGHT
 
-MOST_CONFIDENCE = 0.75  # chosen: below that of a sure name, and about the share of those that were right
 A_PART_OF_IT = (
     "structure without a name was found as well, and this may be the part of it that follows the arm's weight"
 )
@@ -39,7 +39,7 @@ def limited_beside_structure(
         of_weight = finding.effect.load == WEIGHT and not finding.effect.flexible
         return of_weight and (few or finding.grounds.log_odds < CLEAR_ODDS)
 
-    return limited_where(found, applies, MOST_CONFIDENCE, least_confidence, A_PART_OF_IT)
+    return limited_where(found, applies, NEARLY_SURE, least_confidence, A_PART_OF_IT)
 
 
 def has_structure(found: Sequence[Finding]) -> bool:

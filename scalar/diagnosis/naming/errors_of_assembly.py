@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.naming.most_confidence import NOT_SURE
 
-MOST_CONFIDENCE = 0.65  # chosen: below that of a sure name; the tilt is named beside it
 TILT_EXPLAINS_AS_MUCH = "a tilt of an axis explains about as much, and no arm is assembled without such tilts"
 
 
@@ -24,7 +24,7 @@ def limited_by_assembly(found: Sequence[Finding], least_confidence: float) -> tu
         found: All findings.
         least_confidence: A name with less confidence is doubtful, between 0 and 1.
     """
-    return limited_where(found, _may_be_a_tilt, MOST_CONFIDENCE, least_confidence, TILT_EXPLAINS_AS_MUCH)
+    return limited_where(found, _may_be_a_tilt, NOT_SURE, least_confidence, TILT_EXPLAINS_AS_MUCH)
 
 
 def _may_be_a_tilt(finding: Finding) -> bool:

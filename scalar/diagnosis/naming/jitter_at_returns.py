@@ -12,13 +12,11 @@ import numpy as np
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.fit.variance_components import JITTER, VarianceComponent
 from scalar.diagnosis.held_out.hold_out import first_of_repetitions
+from scalar.diagnosis.naming.most_confidence import NOT_SURE
 from scalar.diagnosis.noise.repeated_poses import SAME_ANGLES
 from scalar.estimation.design_effect import standstills
 from scalar.geometry.se3 import Array
 
-# Of 53 jitters with a confidence of 0.8 or more, 34 were right: the trials to which the confidence was fitted, and three later exams, none of whose
-# arms had a jitter. None of these sets has returns.
-MOST_CONFIDENCE = 0.65
 NO_RETURNS = "no returns to the same poses bear it out, and the pull of a hose or a loose mount scatters poses that all differ alike"
 MOST_SHARE = 0.5  # chosen: of the variance that returns may have in common; with more, the larger part is an error of the angles
 STANDARD_ERRORS = 2.0  # by which that share has to be exceeded, or not reached
@@ -34,7 +32,7 @@ def most_confidence_at_returns(state: FittedState, component: VarianceComponent)
     if component.name != JITTER:
         return 1.0
     share, error = share_in_common(state, component)
-    return 1.0 if share + STANDARD_ERRORS * error < MOST_SHARE else MOST_CONFIDENCE
+    return 1.0 if share + STANDARD_ERRORS * error < MOST_SHARE else NOT_SURE
 
 
 def share_in_common(state: FittedState, component: VarianceComponent) -> tuple[float, float]:

@@ -7,10 +7,10 @@ from scalar.diagnosis.fit.variance_components import JITTER, VarianceComponent
 from scalar.diagnosis.held_out.outer_split import OuterSplit
 from scalar.diagnosis.naming.jitter_at_neighbours import excludes_smooth_error
 from scalar.diagnosis.naming.jitter_at_returns import NO_RETURNS, most_confidence_at_returns
+from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.diagnosis.naming.scatter_in_time import FOLLOWS_TIME, most_confidence_in_time
 from scalar.diagnosis.naming.two_halves import most_confidence, why_limited
 
-AS_LIKELY = 0.5  # chosen: the cause is the joints or an error of each pose
 MAY_BE_SMOOTH = "an error that varies smoothly with the joint angles, as that of a hose or a floor does, would scatter these poses alike"
 MAY_BE_A_REST = "structure without a name was found as well, of which this scatter may be the rest"
 
@@ -32,9 +32,9 @@ def limit_of_noise(
     ]
     if component.name == JITTER and limits[0][0] < 1.0:
         if beside_structure:
-            limits.append((AS_LIKELY, MAY_BE_A_REST))
+            limits.append((ONE_OF_TWO, MAY_BE_A_REST))
         elif not excludes_smooth_error(state, component):
-            limits.append((AS_LIKELY, MAY_BE_SMOOTH))
+            limits.append((ONE_OF_TWO, MAY_BE_SMOOTH))
     if halves is not None:
         share = halves.noise_selected_in(component.name)
         limits.append((most_confidence(share, halves), why_limited(share)))

@@ -14,11 +14,11 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from scalar.diagnosis.naming.finding import Finding
+from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.diagnosis.selection.harmonic_spectrum import is_shrunk
 from scalar.effects import Effect
 from scalar.effects.series import Series
 
-MOST_CONFIDENCE = 0.5  # chosen: the cause is the gear or a random error of the joint
 TOO_FEW_POSES = "its orders were found one by one from fewer than eight poses each, and a joint that errs at random has as many that fit"
 STANDS_FOR_AN_ORDER = "the same joint errs in many orders, and this may stand for one of them"
 POSES_PER_ORDER = 8.0  # with fewer, the best orders explain more than half of a random error
@@ -49,9 +49,9 @@ def limited_by_many_orders(
     result = []
     for f in found:
         if are_few(f.effect, n_poses):
-            f = f.limited(MOST_CONFIDENCE, least_confidence, TOO_FEW_POSES)
+            f = f.limited(ONE_OF_TWO, least_confidence, TOO_FEW_POSES)
         elif _stands_for_an_order(f.effect, irregular):
-            f = f.limited(MOST_CONFIDENCE, least_confidence, STANDS_FOR_AN_ORDER)
+            f = f.limited(ONE_OF_TWO, least_confidence, STANDS_FOR_AN_ORDER)
         result.append(f)
     return tuple(result)
 

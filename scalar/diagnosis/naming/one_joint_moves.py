@@ -12,12 +12,12 @@ from collections.abc import Sequence
 
 from scalar.data.motion import still_joints
 from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.effects import Effect
 from scalar.effects.effect import WEIGHT
 from scalar.effects.series import Series
 from scalar.geometry.se3 import Array
 
-MOST_CONFIDENCE = 0.5  # chosen: the cause is the weight or the gear
 ALIKE = "one joint alone moved, and over its angle a deflection under the weight and an error of order 1 look the same, in this joint and in others"
 
 
@@ -32,9 +32,7 @@ def limited_by_one_joint(found: Sequence[Finding], q: Array, least_confidence: f
     still = still_joints(q)
     if q.shape[1] - len(still) != 1:
         return tuple(found)
-    return limited_where(
-        found, lambda f: _is_ambiguous(f.effect, still), MOST_CONFIDENCE, least_confidence, ALIKE
-    )
+    return limited_where(found, lambda f: _is_ambiguous(f.effect, still), ONE_OF_TWO, least_confidence, ALIKE)
 
 
 def _is_ambiguous(effect: Effect, still: Sequence[int]) -> bool:

@@ -15,12 +15,12 @@ import numpy as np
 from scalar.diagnosis.fit.fitted_state import FittedState, whitened
 from scalar.diagnosis.fit.variance_components import columns_by_place
 from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.diagnosis.scoring.score_test import Projected, p_value
 from scalar.diagnosis.selection.harmonic_spectrum import is_shrunk
 from scalar.effects import Effect
 from scalar.effects.series import Series
 
-MOST_CONFIDENCE = 0.5  # chosen: the cause is a gear on the joint, or what turns a number of times in its turn that is not whole
 LEAST_CHANCE = 0.02  # chosen: with a smaller p-value, the orders are not whole
 IN_A_ROW = 3  # chosen: so many neighbouring orders make a wave between them, unless the first are among them, which many gears have together
 NOT_WHOLE = "the numbers of its periods in a turn appear not to be whole, as those of a belt or of a gear before the last one need not be"
@@ -37,7 +37,7 @@ def limited_by_orders_between(
         least_confidence: A name with less confidence is doubtful, between 0 and 1.
     """
     return limited_where(
-        found, lambda f: _lie_between(f.effect, state), MOST_CONFIDENCE, least_confidence, NOT_WHOLE
+        found, lambda f: _lie_between(f.effect, state), ONE_OF_TWO, least_confidence, NOT_WHOLE
     )
 
 

@@ -14,9 +14,9 @@ import numpy as np
 from scalar.data.rounding import rounded_angles
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.geometry.se3 import Array
 
-MOST_CONFIDENCE = 0.5  # chosen: the cause is the effect or the rounding
 ROUNDED = "the joint angles were rounded and recur, and their rounding explains the residual as well"
 RECUR = 0.5  # different angles of a joint over the number of poses: with a smaller share, half of the poses repeat an angle
 
@@ -33,7 +33,7 @@ def limited_by_rounding(
     """
     if not found or not _explained_by_rounding(before):
         return tuple(found)
-    return limited_where(found, lambda f: not f.effect.flexible, MOST_CONFIDENCE, least_confidence, ROUNDED)
+    return limited_where(found, lambda f: not f.effect.flexible, ONE_OF_TWO, least_confidence, ROUNDED)
 
 
 def _explained_by_rounding(before: FittedState) -> bool:

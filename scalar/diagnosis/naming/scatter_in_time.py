@@ -11,6 +11,7 @@ import numpy as np
 
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.fit.variance_components import VarianceComponent
+from scalar.diagnosis.naming.most_confidence import NOT_SURE, ONE_OF_TWO
 from scalar.diagnosis.noise.smooth_share import MOST_POSES, smooth_share
 from scalar.estimation.design_effect import standstills
 from scalar.geometry.se3 import Array
@@ -24,8 +25,6 @@ STANDARD_ERRORS = 2.0  # by which the share has to exceed zero
 SMALL_SHARE = 0.1  # chosen: a smaller share is no objection, however significant it is
 FOLLOWS_TIME = "readings that follow each other err alike, which a random error does not"
 LARGER_PART = 0.5  # chosen: with a larger share, most of it is no scatter
-MOST_OF_A_PART = 0.65  # chosen: below that of a sure name
-MOST_OF_THE_LARGER_PART = 0.5  # chosen: it is as probably no scatter
 
 
 def most_confidence_in_time(state: FittedState, component: VarianceComponent) -> float:
@@ -42,7 +41,7 @@ def most_confidence_in_time(state: FittedState, component: VarianceComponent) ->
     shown = [share for share, error in shares if share > max(SMALL_SHARE, STANDARD_ERRORS * error)]
     if not shown:
         return 1.0
-    return MOST_OF_THE_LARGER_PART if max(shown) > LARGER_PART else MOST_OF_A_PART
+    return ONE_OF_TWO if max(shown) > LARGER_PART else NOT_SURE
 
 
 def share_in_time(state: FittedState, component: VarianceComponent, alike: float) -> tuple[float, float]:

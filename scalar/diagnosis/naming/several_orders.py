@@ -11,12 +11,12 @@ from collections.abc import Sequence
 
 from scalar.diagnosis.naming.beside_structure import has_structure
 from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.naming.most_confidence import NEARLY_SURE
 from scalar.diagnosis.selection.harmonic_spectrum import is_shrunk
 from scalar.effects import Effect
 from scalar.effects.effect import WEIGHT
 from scalar.effects.series import Series
 
-MOST_CONFIDENCE = 0.75  # chosen: below that of a sure name
 MANY = 3  # chosen: so many orders, chosen one by one, also describe an error of another form
 ANOTHER_FORM = (
     "several orders together also describe an error of another form, as that of a belt or of a worn tooth"
@@ -39,7 +39,7 @@ def limited_by_several_orders(found: Sequence[Finding], least_confidence: float)
         orders = _chosen_one_by_one(finding.effect)
         return len(orders) >= MANY or (len(orders) > 1 and (structure or (weight and 1 in orders)))
 
-    return limited_where(found, applies, MOST_CONFIDENCE, least_confidence, ANOTHER_FORM)
+    return limited_where(found, applies, NEARLY_SURE, least_confidence, ANOTHER_FORM)
 
 
 def _chosen_one_by_one(effect: Effect) -> tuple[int, ...]:

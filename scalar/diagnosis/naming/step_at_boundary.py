@@ -13,9 +13,9 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.effects import BaseEffect, Effect
 
-MOST_CONFIDENCE = 0.5  # chosen: the cause is the step, or an error of these poses
 FEW_POSES = (
     "only a few poses beside a boundary of sessions show the step, and they may as well err by themselves"
 )
@@ -35,7 +35,7 @@ def limited_by_boundaries(
     return limited_where(
         found,
         lambda f: _at_boundary(f.effect, dataset, max(margin, len(f.effect.coefficients))),
-        MOST_CONFIDENCE,
+        ONE_OF_TWO,
         least_confidence,
         FEW_POSES,
     )

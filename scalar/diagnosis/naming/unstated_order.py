@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from scalar.data.dataset import Dataset
 from scalar.data.formats import NOT_STATED
 from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.effects import Effect
 from scalar.estimation.setup.suspicion import Suspicion
 
-MOST_CONFIDENCE = 0.5  # chosen: the cause is the effect or the order of the table
 NOT_KNOWN = "nothing stated the order of the poses when they were imported, and a table in another order imitates what follows the order"
 ORDER = "order"  # as a suspicion names an order that was assumed
 
@@ -47,7 +47,7 @@ def limited_by_order(
     return limited_where(
         found,
         lambda f: rests_on_order(f.effect, dataset) and not f.effect.flexible,
-        MOST_CONFIDENCE,
+        ONE_OF_TWO,
         least_confidence,
         NOT_KNOWN,
     )
@@ -65,7 +65,7 @@ def unstated_order(dataset: Dataset, effects: Sequence[Effect]) -> list[Suspicio
     sentence = (
         "something was found that follows the order of the poses, and nothing stated this order when the tables were imported: that of the rows is "
         f"assumed, and a table that was sorted or averaged imitates a drift or a slip. No such name has a confidence of more than "
-        f"{100 * MOST_CONFIDENCE:.0f} %. If the rows are in the order of acquisition, write rows_in_order: true under poses in the mapping, import "
+        f"{100 * ONE_OF_TWO:.0f} %. If the rows are in the order of acquisition, write rows_in_order: true under poses in the mapping, import "
         "again, and diagnose again"
     )
     return [Suspicion(ORDER, "poses.csv", sentence)]

@@ -11,8 +11,8 @@ from collections import Counter
 from collections.abc import Sequence
 
 from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.naming.most_confidence import NEARLY_SURE
 
-MOST_CONFIDENCE = 0.75  # chosen: below that of a sure name
 LEADS_BY_LITTLE = "the data favour it over other explanations by less than is usual where this is the cause"
 
 
@@ -30,4 +30,4 @@ def limited_by_usual_odds(found: Sequence[Finding], least_confidence: float) -> 
         borne_out = effect.borne_out_by_others and number_of_kind[type(effect)] > 1
         return not borne_out and finding.grounds.log_odds < effect.usual_odds
 
-    return limited_where(found, applies, MOST_CONFIDENCE, least_confidence, LEADS_BY_LITTLE)
+    return limited_where(found, applies, NEARLY_SURE, least_confidence, LEADS_BY_LITTLE)

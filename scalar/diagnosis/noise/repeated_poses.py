@@ -62,21 +62,13 @@ def repeated_poses(dataset: Dataset, model: Model | None = None) -> RepeatedPose
     if dataset.planes or dataset.points.shape[1:] != (_COORDINATES,) or not len(dataset.points):
         return None
     pose_of_point = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
-    known = dataset.known_poses
-    standstill = standstills(dataset.q, known.order)
-    # A pose is the same only in the same session, since the tracker may stand elsewhere in another, and with the same load.
-    session = np.zeros(dataset.n_poses) if dataset.session is None else dataset.session
-    load = known.columns.get(PAYLOAD[0], np.zeros(dataset.n_poses))
-    others = np.column_stack([session, np.nan_to_num(np.asarray(load, dtype=float), nan=-1.0)])
-    place = first_of_repetitions(np.column_stack([dataset.q, others]), SAME_ANGLES)
-    target = dataset.point_columns.get("target", np.zeros(len(dataset.points)))
-    # One mean for each target at each standstill, and the place of each of these means.
-    keys = np.column_stack([place[pose_of_point], target, standstill[pose_of_point]])
-    read, index = np.unique(keys, axis=0, return_inverse=True)
     points = dataset.points
     if model is not None and kind_of(dataset).measures_positions:
         points = points - _expected(dataset, model, pose_of_point)
-    means = _means(points, index.ravel(), len(read))
+    # One mean for each target at each standstill, and the place of each of these means.
+    read, of_mean = np.unique(_read_at(dataset, pose_of_point), axis=0, return_inverse=True)
+    of_mean, readings = of_mean.ravel(), len(read)
+    means = _means(points, of_mean, readings)
     places, of_place = np.unique(read[:, :2], axis=0, return_inverse=True)
     of_place = of_place.ravel()
     off = means - _means(means, of_place, len(places))[of_place]
@@ -88,15 +80,31 @@ def repeated_poses(dataset: Dataset, model: Model | None = None) -> RepeatedPose
     if returns < LEAST_RETURNS or freedom < LEAST_RETURNS:
         return None
     scatter = float(np.sqrt(np.sum(off**2) / freedom))
-    noise = _stated_noise(dataset)
     by_noise = None
-    if noise is not None:
-        of_means = _means(noise[:, None] ** 2, index.ravel(), len(read))[:, 0] / np.bincount(index.ravel())
-        left = (
-            1.0 - 1.0 / count[of_place]
-        )  # of the variance of a reading, after the mean of its place is subtracted
-        by_noise = float(np.sqrt(_COORDINATES * np.sum(of_means * left) / freedom))
+    if (noise := _stated_noise(dataset)) is not None:
+        variances = _means(noise[:, None] ** 2, of_mean, readings)[:, 0] / np.bincount(of_mean)
+        left = 1.0 - 1.0 / count[of_place]  # of a mean's variance, after the mean of its place is subtracted
+        by_noise = float(np.sqrt(_COORDINATES * np.sum(variances * left) / freedom))
     return RepeatedPoses(scatter, returns, int(np.sum(at_place > 1)), freedom, by_noise)
+
+
+def _read_at(dataset: Dataset, pose_of_point: Array) -> Array:
+    """Return for each of P points ``(P, 3)`` the place of its pose, its target, and the standstill at which it was read.
+
+    Poses have the same place if they have the same joint angles, session (the tracker may stand elsewhere in another) and load.
+
+    Args:
+        dataset: What was measured.
+        pose_of_point: ``(P,)``, index of the pose of each point.
+    """
+    known = dataset.known_poses
+    standstill = standstills(dataset.q, known.order)
+    session = np.zeros(dataset.n_poses) if dataset.session is None else dataset.session
+    load = known.columns.get(PAYLOAD[0], np.zeros(dataset.n_poses))
+    others = np.column_stack([session, np.nan_to_num(np.asarray(load, dtype=float), nan=-1.0)])
+    place = first_of_repetitions(np.column_stack([dataset.q, others]), SAME_ANGLES)
+    target = dataset.point_columns.get("target", np.zeros(len(dataset.points)))
+    return np.column_stack([place[pose_of_point], target, standstill[pose_of_point]])
 
 
 def _expected(dataset: Dataset, model: Model, pose_of_point: Array) -> Array:

@@ -50,6 +50,7 @@ class Alternative:
         changed: Under which change the residual was computed, for the message: ``with its sign changed``.
         remedy: What to do.
         dataset: The measurements under this reading.
+        file: The file that has to be corrected, as in ``Suspicion``.
         corrects_robot: Whether ``dataset.robot`` is all that differs.
         zeros: The joints, from 1, that have another zero in this reading, each with what was added to its theta [rad].
         counts_back: Whether those joints count the other way as well.
@@ -64,6 +65,7 @@ class Alternative:
     changed: str
     remedy: str
     dataset: Dataset
+    file: str = ""
     corrects_robot: bool = False
     zeros: tuple[tuple[int, float], ...] = ()
     counts_back: bool = False
@@ -96,6 +98,7 @@ def alternatives(dataset: Dataset) -> Iterator[Alternative]:
             with_angles(dataset, swapped_columns(dataset.q, i, j)),
             what="swapped_joints",
             where=f"joints {i + 1} and {j + 1}",
+            file="poses.csv",
             says=f"the columns q{i + 1} and q{j + 1} of poses.csv are swapped",
             changed="with the two columns exchanged",
             remedy="exchange the two columns in poses.csv; where 'scalar import' made it, exchange them in the mapping, and import again",
@@ -186,6 +189,7 @@ def _planes_swapped(dataset: Dataset) -> Iterator[Alternative]:
             f"exchange '{a}' and '{b}' in the column plane of poses.csv; where 'scalar import' made it, look at column and names of the plane in the "
             "mapping",
             replace(dataset, poses=dataset.poses.assign(plane=exchanged)),
+            file="poses.csv",
         )
 
 

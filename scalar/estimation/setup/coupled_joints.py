@@ -42,4 +42,5 @@ def coupled_joints(dataset: Dataset) -> Iterator[Alternative]:
                 f"with {this} {remedy} {last} in place of {this}",
                 f"write {this} {remedy} {last} into the column {this} of poses.csv{where}, and into every table for this calibration",
                 replace(dataset, poses=dataset.poses.assign(**{this: angles})),
+                file="poses.csv",
             )

@@ -53,6 +53,7 @@ def exchanged_columns(dataset: Dataset) -> Iterator[Alternative]:
                 changed,
                 f"correct these columns of {file}, for this target alone",
                 replace(dataset, points=points),
+                file=file,
             )
 
 

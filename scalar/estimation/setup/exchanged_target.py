@@ -71,6 +71,7 @@ def _other_place(dataset: Dataset, k: int, shift: float, changed: Dataset) -> Al
         f"write a column target into {table} with another name from pose {pose} on (another reflector, or the same at another place), or calibrate "
         "the two parts one by one",
         changed,
+        file=table,
     )
 
 

@@ -52,6 +52,7 @@ def lost_rows(dataset: Dataset) -> Iterator[Alternative]:
             "with the joint angles moved by one row there",
             f"look for a row that was lost or doubled near pose {dataset.pose_ids[changes[0]]}",
             shifted(dataset, _without(shifts, alone), labels_go_along),
+            file="poses.csv",
         )
 
 

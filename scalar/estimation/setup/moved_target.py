@@ -33,6 +33,7 @@ def moved_targets(dataset: Dataset) -> Iterator[Alternative]:
         "with a session of its own from there on",
         _remedy(dataset, k),
         _with_break(dataset, k),
+        file="poses.csv",
     )
 
 

@@ -19,8 +19,9 @@ from scipy.spatial.transform import Rotation
 
 from scalar.data.dataset import Dataset
 from scalar.errors import Fault, InvalidInput
+from scalar.estimation.setup.explain import AS_GOOD, FALLS_TO, MOST_LEFT, SINGLE, explain
 from scalar.estimation.setup.plausibility import DISAGREEMENT
-from scalar.estimation.setup.suspicion import AS_GOOD, FALLS_TO, MOST_LEFT, SINGLE, WrongSetup, explain
+from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.estimation.setup.trial import full_fit, quick_fit, thinned
 from scalar.geometry.se3 import Array, exp_so3, log_so3, nearest_rotation, rotation_angle
 from scalar.sensors import measure

@@ -11,7 +11,8 @@ from scalar.data.motion import still_clause
 from scalar.data.rounding import rounded_angles
 from scalar.errors import Undetermined
 from scalar.estimation.settings import DEFAULTS, EstimationSettings
-from scalar.estimation.setup.suspicion import WrongSetup, explain
+from scalar.estimation.setup.explain import explain
+from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.se3 import Array
 from scalar.units import MM
 

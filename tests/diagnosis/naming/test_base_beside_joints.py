@@ -8,10 +8,10 @@ import pytest
 
 from scalar.diagnosis.naming.base_beside_joints import (
     FEW_POSES,
-    MOST_CONFIDENCE,
     SAME_WEIGHT,
     limited_beside_joints,
 )
+from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_scale import JointScale
@@ -43,6 +43,6 @@ def test_only_an_unclear_base_beside_joints_is_limited(beside, log_odds, n_poses
     """The base alone is limited, and only where few poses show joints that give way as well and nothing shows it clearly."""
     base = found(BaseCompliance((2, 3), True), log_odds)
     answer, *others = limited_beside_joints([base, *beside], n_poses, LEAST)
-    assert (answer.confidence, answer.limit) == ((MOST_CONFIDENCE, SAME_WEIGHT) if limited else (0.95, ""))
+    assert (answer.confidence, answer.limit) == ((ONE_OF_TWO, SAME_WEIGHT) if limited else (0.95, ""))
     assert answer.doubtful == limited
     assert others == beside

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.naming.errors_of_assembly import (
-    MOST_CONFIDENCE,
     TILT_EXPLAINS_AS_MUCH,
     limited_by_assembly,
 )
+from scalar.diagnosis.naming.most_confidence import NOT_SURE
 from scalar.effects.axis_nonparallel import AxisNonparallel
 from scalar.effects.joint_coupling import JointCoupling
 from scalar.effects.joint_scale import JointScale
@@ -35,6 +35,4 @@ def test_a_name_beside_an_indistinguishable_tilt_is_not_sure(effect, rivals, lim
     """The tilt itself keeps its confidence: it is there in any case. A limited name is still given, with the tilt beside it."""
     (found,) = limited_by_assembly([replace(finding_of(effect, 0.97), confounded_with=rivals)], LEAST)
     assert not found.doubtful
-    assert (found.confidence, found.limit) == (
-        (MOST_CONFIDENCE, TILT_EXPLAINS_AS_MUCH) if limited else (0.97, "")
-    )
+    assert (found.confidence, found.limit) == ((NOT_SURE, TILT_EXPLAINS_AS_MUCH) if limited else (0.97, ""))

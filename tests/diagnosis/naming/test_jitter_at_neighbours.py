@@ -9,8 +9,9 @@ from scalar.diagnosis.fit.background import Background
 from scalar.diagnosis.fit.variance_components import VarianceComponent
 from scalar.diagnosis.naming import limits_of_noise
 from scalar.diagnosis.naming.jitter_at_neighbours import excludes_smooth_error, share_by_angles
-from scalar.diagnosis.naming.jitter_at_returns import MOST_CONFIDENCE, NO_RETURNS
-from scalar.diagnosis.naming.limits_of_noise import AS_LIKELY, MAY_BE_A_REST, MAY_BE_SMOOTH, limit_of_noise
+from scalar.diagnosis.naming.jitter_at_returns import NO_RETURNS
+from scalar.diagnosis.naming.limits_of_noise import MAY_BE_A_REST, MAY_BE_SMOOTH, limit_of_noise
+from scalar.diagnosis.naming.most_confidence import NOT_SURE, ONE_OF_TWO
 from scalar.diagnosis.noise import smooth_share
 
 ROWS, JOINTS, STD = (
@@ -96,9 +97,9 @@ def test_poses_of_which_none_is_near_another_exclude_nothing(campaign):
 @pytest.mark.parametrize(
     ("excluded", "beside", "returns", "expected"),
     [
-        (True, False, MOST_CONFIDENCE, (MOST_CONFIDENCE, NO_RETURNS)),
-        (False, False, MOST_CONFIDENCE, (AS_LIKELY, MAY_BE_SMOOTH)),
-        (True, True, MOST_CONFIDENCE, (AS_LIKELY, MAY_BE_A_REST)),
+        (True, False, NOT_SURE, (NOT_SURE, NO_RETURNS)),
+        (False, False, NOT_SURE, (ONE_OF_TWO, MAY_BE_SMOOTH)),
+        (True, True, NOT_SURE, (ONE_OF_TWO, MAY_BE_A_REST)),
         (False, True, 1.0, (1.0, NO_RETURNS)),
     ],
     ids=["random", "may be smooth", "beside structure", "returns show it"],

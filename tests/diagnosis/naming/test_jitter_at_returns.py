@@ -9,12 +9,12 @@ import pytest
 from scalar.diagnosis.fit.variance_components import VarianceComponent
 from scalar.diagnosis.naming import limits_of_noise
 from scalar.diagnosis.naming.jitter_at_returns import (
-    MOST_CONFIDENCE,
     NO_RETURNS,
     most_confidence_at_returns,
     share_in_common,
 )
 from scalar.diagnosis.naming.limits_of_noise import limit_of_noise
+from scalar.diagnosis.naming.most_confidence import NOT_SURE
 
 ROWS, STD = 2, 2e-4  # rows of a pose, and the jitter in each joint [rad]
 
@@ -76,7 +76,7 @@ def test_the_share_is_that_which_belongs_to_the_pose(of_pose):
 def test_only_returns_to_the_same_angles_make_a_jitter_sure(settings, sure):
     """Random errors at 60 poses, each visited twice, are a jitter; the same errors at both visits are not, and without returns it is open."""
     most = most_confidence_at_returns(*campaign(**{"poses": 60, "visits": 2, "seed": 7} | settings))
-    assert most == (1.0 if sure else MOST_CONFIDENCE)
+    assert most == (1.0 if sure else NOT_SURE)
 
 
 def test_a_confidence_that_is_lowered_states_the_rule(monkeypatch):
@@ -84,7 +84,7 @@ def test_a_confidence_that_is_lowered_states_the_rule(monkeypatch):
     monkeypatch.setattr(limits_of_noise, "excludes_smooth_error", lambda *_: True)
     monkeypatch.setattr(limits_of_noise, "most_confidence_in_time", lambda *_: 1.0)
     state, component = campaign(200, 1, 0.0, 7)
-    assert limit_of_noise(state, component, None, beside_structure=False) == (MOST_CONFIDENCE, NO_RETURNS)
+    assert limit_of_noise(state, component, None, beside_structure=False) == (NOT_SURE, NO_RETURNS)
     halves: Any = SimpleNamespace(answers=[1, 2], noise_selected_in=lambda name: 0.0)
     most, reason = limit_of_noise(state, component, halves, beside_structure=False)
     assert most == 0.25 and reason.startswith("neither half of the poses shows it")

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.naming.many_orders import (
-    MOST_CONFIDENCE,
     POSES_PER_ORDER,
     TOO_FEW_POSES,
     limited_by_many_orders,
 )
+from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from tests.diagnosis.stand_ins import finding_of
@@ -37,7 +37,7 @@ def test_many_orders_of_few_poses_are_doubtful(effect, n_poses, doubtful):
     """A name is limited by the number of its orders; all orders at once have priors, and other names have no orders."""
     (found,) = limited_by_many_orders([finding_of(effect, 0.9)], n_poses, MANY, LEAST)
     assert found.doubtful == doubtful
-    assert found.confidence == (MOST_CONFIDENCE if doubtful else 0.9)
+    assert found.confidence == (ONE_OF_TWO if doubtful else 0.9)
     assert found.limit == (TOO_FEW_POSES if doubtful else "")
 
 
@@ -60,7 +60,7 @@ def test_a_scale_beside_many_orders_of_its_joint_may_be_one_of_them(orders, join
     found = [finding_of(with_orders(orders), 0.96), finding_of(JointScale(joint), 0.7)]
     gear, scale = limited_by_many_orders(found, 60, MANY, LEAST)
     assert gear.confidence == 0.96 and not gear.doubtful
-    assert scale.doubtful == doubtful and scale.confidence == (MOST_CONFIDENCE if doubtful else 0.7)
+    assert scale.doubtful == doubtful and scale.confidence == (ONE_OF_TWO if doubtful else 0.7)
 
 
 @pytest.mark.parametrize(("times", "more_than_half"), [(0.9, True), (2.0, False)])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.naming import orders_between
+from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.diagnosis.naming.orders_between import (
     LEAST_CHANCE,
-    MOST_CONFIDENCE,
     NOT_WHOLE,
     chance_of_whole_orders,
     limited_by_orders_between,
@@ -64,4 +64,4 @@ def test_only_harmonics_that_may_not_be_whole_are_limited(monkeypatch, effect, c
     """A harmonic is limited if a test refuses whole orders, or if three high orders stand in a row."""
     monkeypatch.setattr(orders_between, "chance_of_whole_orders", lambda *_: chance)
     (found,) = limited_by_orders_between([finding_of(effect, 0.95)], SimpleNamespace(), LEAST)
-    assert (found.confidence, found.limit) == ((MOST_CONFIDENCE, NOT_WHOLE) if limited else (0.95, ""))
+    assert (found.confidence, found.limit) == ((ONE_OF_TWO, NOT_WHOLE) if limited else (0.95, ""))

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.naming.finding import Finding
-from scalar.diagnosis.naming.rounded_record import MOST_CONFIDENCE, limited_by_rounding, recur
+from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
+from scalar.diagnosis.naming.rounded_record import limited_by_rounding, recur
 from scalar.units import DEG, MM
 from tests.diagnosis.stand_ins import finding_of
 from tests.random_scene import make_scene
@@ -43,7 +44,7 @@ def limited(q: np.ndarray, residual: float) -> tuple[Finding, ...]:
 def test_a_name_that_rounding_may_explain_is_doubtful():
     """Rounded angles that recur leave a twentieth of a millimetre: the name is doubtful, and a term without a name stays as it is."""
     name, term = limited(one_joint_at_a_time(STEP), 0.05 * MM)
-    assert name.confidence == MOST_CONFIDENCE and name.doubtful
+    assert name.confidence == ONE_OF_TWO and name.doubtful
     assert term.confidence == 0.98 and not term.doubtful
 
 

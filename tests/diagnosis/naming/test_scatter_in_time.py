@@ -7,9 +7,8 @@ import pytest
 
 from scalar.diagnosis.fit.background import Background
 from scalar.diagnosis.fit.variance_components import VarianceComponent
+from scalar.diagnosis.naming.most_confidence import NOT_SURE, ONE_OF_TWO
 from scalar.diagnosis.naming.scatter_in_time import (
-    MOST_OF_A_PART,
-    MOST_OF_THE_LARGER_PART,
     READINGS_ALIKE,
     most_confidence_in_time,
     share_in_time,
@@ -68,8 +67,8 @@ def test_of_a_random_error_nothing_follows_time(campaign):
 def test_an_error_that_follows_time_is_as_probably_no_scatter(campaign, in_order):
     """It is found by the order of acquisition, in whatever order the rows stand."""
     answers = [most_confidence_in_time(*campaign(120, 1.0, seed, in_order)) for seed in range(10)]
-    assert sum(answer <= MOST_OF_A_PART for answer in answers) >= 9
-    assert MOST_OF_THE_LARGER_PART in answers
+    assert sum(answer <= NOT_SURE for answer in answers) >= 9
+    assert ONE_OF_TWO in answers
 
 
 @pytest.mark.parametrize("readings", [40, 300, 900])

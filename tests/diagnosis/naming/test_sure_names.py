@@ -9,6 +9,7 @@ import pytest
 
 from scalar.diagnosis.naming import beside_structure, several_orders, usual_odds
 from scalar.diagnosis.naming.beside_structure import limited_beside_structure
+from scalar.diagnosis.naming.most_confidence import NEARLY_SURE
 from scalar.diagnosis.naming.several_orders import limited_by_several_orders
 from scalar.diagnosis.naming.usual_odds import limited_by_usual_odds
 from scalar.effects.base_compliance import BaseCompliance
@@ -66,7 +67,7 @@ def test_what_gives_way_is_not_sure_beside_structure_without_a_name(
 ):
     """It keeps its name, with a confidence below that of a sure one, unless many poses show it clearly; the others keep theirs."""
     answer, *rest = limited_beside_structure([found(effect, log_odds), *others], n_poses, LEAST)
-    expected = (beside_structure.MOST_CONFIDENCE, beside_structure.A_PART_OF_IT) if limited else (SURE, "")
+    expected = (NEARLY_SURE, beside_structure.A_PART_OF_IT) if limited else (SURE, "")
     assert (answer.confidence, answer.limit, answer.doubtful) == (*expected, False)
     assert rest == others
 
@@ -97,7 +98,7 @@ def test_what_gives_way_is_not_sure_beside_structure_without_a_name(
 def test_several_orders_are_not_sure(effect, others, limited):
     """Three orders chosen one by one are never sure; two are not beside structure without a name, or with the first beside what gives way."""
     answer, *rest = limited_by_several_orders([found(effect), *others], LEAST)
-    expected = (several_orders.MOST_CONFIDENCE, several_orders.ANOTHER_FORM) if limited else (SURE, "")
+    expected = (NEARLY_SURE, several_orders.ANOTHER_FORM) if limited else (SURE, "")
     assert (answer.confidence, answer.limit, answer.doubtful) == (*expected, False)
     assert rest == others
 
@@ -122,6 +123,6 @@ def bow(plane):
 def test_a_name_with_unusually_small_odds_is_not_sure(effect, log_odds, others, limited):
     """Below the odds that are usual for its kind a name is not sure, unless a fellow bears it out where its kind allows that."""
     answer, *rest = limited_by_usual_odds([found(effect, log_odds), *others], LEAST)
-    expected = (usual_odds.MOST_CONFIDENCE, usual_odds.LEADS_BY_LITTLE) if limited else (SURE, "")
+    expected = (NEARLY_SURE, usual_odds.LEADS_BY_LITTLE) if limited else (SURE, "")
     assert (answer.confidence, answer.limit, answer.doubtful) == (*expected, False)
     assert rest == others

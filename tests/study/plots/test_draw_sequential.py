@@ -52,6 +52,17 @@ def test_every_way_and_case_has_its_name(most):
         assert word in text
 
 
+def test_the_labels_of_the_rows_stand_nearer_to_their_own_panel():
+    """Between the left panel and the labels of the rows of the right one, twice the size of the letters stays free."""
+    errors = table(5)
+    figure = draw_sequential(errors, summarise_sequential(errors))
+    figure.draw_without_rendering()
+    left, right = figure.axes
+    for label in right.get_yticklabels():
+        letters = label.get_fontsize() / 72 * figure.dpi
+        assert label.get_window_extent().x0 - left.get_window_extent().x1 > 2 * letters
+
+
 def test_the_initial_model_looks_as_in_the_other_figures():
     """The initial model has its own marker and colour, in both panels, and no way of calibration has them too."""
     errors = table(5)

@@ -11,7 +11,8 @@ import pandas as pd
 
 from scalar.baseline import fit as baseline
 from scalar.baseline.parameterisation import DH_KINDS, SENSOR
-from scalar.diagnosis.naming import jitter_at_neighbours, jitter_at_returns, many_orders
+from scalar.diagnosis.naming import jitter_at_neighbours, many_orders
+from scalar.diagnosis.naming.most_confidence import NOT_SURE, ONE_OF_TWO
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.flexible.unattributed import Unattributed
 from scalar.effects.joint_harmonic import MAX_ORDER, MAX_RIPPLE_ORDER
@@ -116,9 +117,9 @@ def settings() -> dict[str, Any]:
         "variance_component_alpha": DEFAULTS.selection.alpha_unnamed,
         "unattributed_alpha": DEFAULTS.selection.alpha_unnamed,
         "least_confidence": DEFAULTS.naming.least_confidence,
-        "most_confidence_jitter": jitter_at_returns.MOST_CONFIDENCE,
+        "most_confidence_jitter": NOT_SURE,
         "correlation_length_of_scatter": jitter_at_neighbours.CORRELATION_LENGTH,
-        "most_confidence_of_two": many_orders.MOST_CONFIDENCE,
+        "most_confidence_of_two": ONE_OF_TWO,
         "poses_per_order": many_orders.POSES_PER_ORDER,
         "worth_correcting": DEFAULTS.shipped_fit.worth_correcting,
         "most_extrapolated": DEFAULTS.shipped_fit.most_extrapolated,

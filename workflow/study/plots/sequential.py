@@ -24,6 +24,8 @@ _QUANTITY = "position_mean_mm"
 _BAND = (0.05, 0.95)
 _FROM_MIDDLE = 0.26
 """Share of a row's height by which the first and the last way are drawn above and below its middle."""
+_BETWEEN_PANELS = 0.08
+"""Room left of the labels of the right panel's rows, as a share of a panel's width: closer to the left panel, they read as its labels."""
 
 
 def draw_sequential(errors: pd.DataFrame, summary: pd.DataFrame) -> Figure:
@@ -36,11 +38,12 @@ def draw_sequential(errors: pd.DataFrame, summary: pd.DataFrame) -> Figure:
     raw: Any = errors[(errors["alignment"] == "raw") & errors[_QUANTITY].notna()]
     with styled():
         figure = new_figure(9.2, 4.6)
-        left, right = figure.subplots(1, 2, width_ratios=[1, 1.15])
+        left, right = figure.subplots(1, 2, width_ratios=[1, 1.15], gridspec_kw={"wspace": _BETWEEN_PANELS})
         alternating: Any = summary[summary["stage"] == "alternating"]
         case = alternating["case"].iloc[0] if len(alternating) else raw["case"].iloc[0]
         _by_passes(left, raw[raw["case"] == case])
-        left.set_title(f"{_words(summary, case)}", fontsize=9)
+        poses, off, by = _words(summary, case)
+        left.set_title(f"{poses}\n{off} {by}", fontsize=9)
         _single_passes(right, raw, summary)
         handles, labels = left.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=3)
@@ -103,7 +106,7 @@ def _single_passes(ax: Axes, raw: Any, summary: pd.DataFrame) -> None:
     ax.axvline(1, color=_AT_ONCE.colour, linewidth=1.8)
     ax.set_xscale("log")
     ax.set_yticks(
-        [-i for i in range(len(cases))], [_words(summary, case, "\n") for case in cases], fontsize=8
+        [-i for i in range(len(cases))], ["\n".join(_words(summary, case)) for case in cases], fontsize=8
     )
     ax.set_ylim(-len(cases) + 0.42, 0.45)
     ax.grid(visible=False, axis="y")
@@ -122,11 +125,12 @@ def _plain_numbers(axis: Axis, labelled: tuple[float, ...]) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _words(summary: pd.DataFrame, case: str, separator: str = ", ") -> str:
-    """Return a case as a label: its poses, its noise, and the errors of its initial model."""
+def _words(summary: pd.DataFrame, case: str) -> tuple[str, str, str]:
+    """Return the lines of a case's label: its poses and noise, and in two lines the errors of its initial model."""
     row: Any = summary[summary["case"] == case].iloc[0]
     lengths, angles = numeral(row["length_error_mm"]), numeral(row["angle_error_deg"])
     return (
-        f"{row['poses']} poses, noise {numeral(row['noise_mm'])} mm{separator}"
-        f"initial model off by {lengths} mm, {angles}°"
+        f"{row['poses']} poses, noise {numeral(row['noise_mm'])} mm",
+        "initial model off",
+        f"by {lengths} mm, {angles}°",
     )
