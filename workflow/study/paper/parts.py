@@ -12,7 +12,7 @@ import pandas as pd
 from scalar.baseline import fit as baseline
 from scalar.baseline.parameterisation import DH_KINDS, SENSOR
 from scalar.diagnosis.naming import jitter_at_neighbours, many_orders
-from scalar.diagnosis.naming.most_confidence import NOT_SURE, ONE_OF_TWO
+from scalar.diagnosis.naming.most_confidence import NEARLY_SURE, NOT_SURE, ONE_OF_TWO
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.flexible.unattributed import Unattributed
 from scalar.effects.joint_harmonic import MAX_ORDER, MAX_RIPPLE_ORDER
@@ -120,6 +120,7 @@ def settings() -> dict[str, Any]:
         "most_confidence_jitter": NOT_SURE,
         "correlation_length_of_scatter": jitter_at_neighbours.CORRELATION_LENGTH,
         "most_confidence_of_two": ONE_OF_TWO,
+        "most_confidence_nearly_sure": NEARLY_SURE,
         "poses_per_order": many_orders.POSES_PER_ORDER,
         "worth_correcting": DEFAULTS.shipped_fit.worth_correcting,
         "most_extrapolated": DEFAULTS.shipped_fit.most_extrapolated,
