@@ -101,9 +101,16 @@ def test_a_minor_effect_is_dropped(monkeypatch, plausible):
         background_within_scans=lambda: None,
         refitted=lambda effects: kept.extend(effects) or smaller,
     )
+    monkeypatch.setattr(dropped_effects, "held_out_errors", lambda state: SimpleNamespace(rms=1.0))
     found: Any = dropped_effects.without_minor_effects(given)  # type: ignore[arg-type]
     assert kept == [kinds[0], kinds[2]]
     assert found is (smaller if plausible else given)
+    # An effect without which held-out poses are predicted much worse is no part of what the flexible term describes.
+    grown = {id(given): 1.0, id(smaller): 1.5}
+    monkeypatch.setattr(
+        dropped_effects, "held_out_errors", lambda state: SimpleNamespace(rms=grown[id(state)])
+    )
+    assert dropped_effects.without_minor_effects(given) is given  # type: ignore[arg-type]
 
 
 def test_two_more_shapes_may_imitate_a_name(monkeypatch):

@@ -7,8 +7,11 @@ from collections.abc import Sequence
 from scalar.data.poses import is_joint
 from scalar.diagnosis.fit.background import Background
 from scalar.diagnosis.fit.fitted_state import FittedState, plausibly_refitted
+from scalar.diagnosis.held_out.hold_out import held_out_errors
 from scalar.diagnosis.noise.autocorrelation import depends_on
 from scalar.diagnosis.scoring.conditional_scores import columns_of_effects, without_columns
+
+MOST_GROWTH = 1.2  # chosen: of the held-out error, by which effects may be needed that are dropped
 
 
 def without_effects_of_same_curve(state: FittedState) -> FittedState:
@@ -34,7 +37,8 @@ def without_minor_effects(state: FittedState) -> FittedState:
 
     The unmodelled structure is what the flexible terms explain and, if residuals are autocorrelated, what remains beyond the noise within scans. If
     it depends on anything but joints (time, a recorded column, gravity, the place on a plane), a change in time has to explain more than all of it.
-    Any other named effect has to explain more than the share ``minor_share`` of it.
+    Any other named effect has to explain more than the share ``minor_share`` of it. None is dropped if held-out poses are then predicted much worse
+    (``MOST_GROWTH``): what the flexible terms cannot stand for is no part of the structure that they describe, however large that is.
     """
     plain, settings = state.background_within_scans(), state.settings.flexible_terms
     flexible_terms = [i for i, effect in enumerate(state.effects) if effect.flexible]
@@ -53,7 +57,8 @@ def without_minor_effects(state: FittedState) -> FittedState:
     ]
     if not minor:
         return state
-    return plausibly_refitted(state, [effect for i, effect in enumerate(state.effects) if i not in minor])
+    smaller = plausibly_refitted(state, [effect for i, effect in enumerate(state.effects) if i not in minor])
+    return state if held_out_errors(smaller).rms > MOST_GROWTH * held_out_errors(state).rms else smaller
 
 
 def _explained(state: FittedState, plain: Background, indices: Sequence[int]) -> float:

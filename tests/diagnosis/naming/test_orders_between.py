@@ -9,6 +9,7 @@ from scalar.diagnosis.naming import orders_between
 from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.diagnosis.naming.orders_between import (
     LEAST_CHANCE,
+    LEAST_DISTANCE,
     NOT_WHOLE,
     chance_of_whole_orders,
     limited_by_orders_between,
@@ -22,8 +23,11 @@ from tests.diagnosis.test_noise_within_scans import before
 LEAST = 0.6
 
 
-def chance(order: float, seed: int) -> float:
-    """Return the p-value of whole orders where joint 3 errs with ``order`` periods a turn over 1.5 rad to either side, and order 6 is fitted."""
+def chance(order: float, seed: int) -> tuple[float, float]:
+    """Return the p-value of whole orders, and the distance of the true one.
+
+    Joint 3 errs with ``order`` periods a turn over 1.5 rad to either side, and order 6 is fitted.
+    """
     state = before(tracked(seed, lambda angle: 3e-4 * np.sin(order * angle + 0.4), most=1.5))
     fitted = state.refitted([JointHarmonic(3, (6,))])
     (effect,) = fitted.effects
@@ -33,8 +37,14 @@ def chance(order: float, seed: int) -> float:
 
 def test_orders_between_whole_ones_are_seen():
     """Six periods a turn are whole in at least four of five campaigns; six and a third are not in any."""
-    assert sum(chance(6.0, seed) >= LEAST_CHANCE for seed in range(5)) >= 4
-    assert all(chance(6.33, seed) < LEAST_CHANCE for seed in range(5))
+    assert sum(chance(6.0, seed)[0] >= LEAST_CHANCE for seed in range(5)) >= 4
+    assert all(chance(6.33, seed)[0] < LEAST_CHANCE for seed in range(5))
+
+
+def test_the_distance_is_that_of_the_true_order():
+    """Six and a fifth periods a turn are 0.2 from whole in the median of five campaigns, to the derivative's first order, and six are whole."""
+    assert np.median([chance(6.2, seed)[1] for seed in range(5)]) == pytest.approx(0.2, rel=0.25)
+    assert np.median([chance(6.0, seed)[1] for seed in range(5)]) < LEAST_DISTANCE
 
 
 def test_the_change_with_the_order_is_its_derivative():
@@ -51,14 +61,23 @@ def test_the_change_with_the_order_is_its_derivative():
 @pytest.mark.parametrize(
     ("effect", "chance", "limited"),
     [
-        (JointHarmonic(3, (6,), coefficients=np.ones(2)), 0.001, True),
-        (JointHarmonic(3, (6,), coefficients=np.ones(2)), 0.3, False),
-        (JointHarmonic(3, (6, 7, 8), coefficients=np.ones(6)), 0.3, True),
-        (JointHarmonic(3, (1, 2, 3), coefficients=np.ones(6)), 0.3, False),
-        (JointHarmonic(3, (6, 7, 12), coefficients=np.ones(6)), 0.3, False),
-        (JointScale(3), 0.001, False),
+        (JointHarmonic(3, (6,), coefficients=np.ones(2)), (0.001, 0.3), True),
+        (JointHarmonic(3, (6,), coefficients=np.ones(2)), (0.001, 0.02), False),
+        (JointHarmonic(3, (6,), coefficients=np.ones(2)), (0.3, 0.3), False),
+        (JointHarmonic(3, (6, 7, 8), coefficients=np.ones(6)), (0.3, 0.0), True),
+        (JointHarmonic(3, (1, 2, 3), coefficients=np.ones(6)), (0.3, 0.0), False),
+        (JointHarmonic(3, (6, 7, 12), coefficients=np.ones(6)), (0.3, 0.0), False),
+        (JointScale(3), (0.001, 0.3), False),
     ],
-    ids=["not whole", "whole", "high orders in a row", "low orders in a row", "two in a row", "a scale"],
+    ids=[
+        "not whole",
+        "nearly whole",
+        "whole",
+        "high orders in a row",
+        "low orders in a row",
+        "two in a row",
+        "a scale",
+    ],
 )
 def test_only_harmonics_that_may_not_be_whole_are_limited(monkeypatch, effect, chance, limited):
     """A harmonic is limited if a test refuses whole orders, or if three high orders stand in a row."""
