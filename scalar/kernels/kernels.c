@@ -7,12 +7,13 @@ The sums are written in a fixed order, and no flag lets the compiler change it: 
 architecture. */
 
 #include "contacts.h"
-#include "gains.h"
+#include "extension_gains.h"
 #include "levenberg_marquardt.h"
 #include "likelihood.h"
 #include "linear_start.h"
 #include "published_model.h"
 #include "scans.h"
+#include "set_gains.h"
 
 #ifndef SOURCE_CHECKSUM
 #define SOURCE_CHECKSUM 0
