@@ -78,8 +78,8 @@ x (P,) is where it starts and ends, *cost the sum of squares there, *evaluations
 (1 to 8), or -1 where the normal equations have too few digits, or there is no memory, so that the caller should solve by orthogonal factors. */
 WIDE int fit(const Problem *p, const Free *v, double tolerance, double factor, int64_t most, double *x, double *cost, int64_t *evaluations) {
     int64_t F = v->F, P = 5 * p->n + 6 + 3 * p->K;
-    size_t room = column_room(F), f = (size_t)F, size = (size_t)work_size(p);
-    double *memory = malloc((2 * f * f + 4 * f + room + (size_t)P + FOUR * size + 1) * sizeof(double)), norm = NAN;
+    size_t room = column_room(F), columns = (size_t)F, size = (size_t)work_size(p);
+    double *memory = malloc((2 * columns * columns + 4 * columns + room + (size_t)P + FOUR * size + 1) * sizeof(double)), norm = NAN;
     State s;
     int info = -1;
     if (state_begin(p, &s) || !memory) goto end;
