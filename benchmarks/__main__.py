@@ -9,24 +9,22 @@ from dataclasses import replace
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
-import numpy as np  # noqa: E402
 
 from benchmarks.contestants import Contest, Result  # noqa: E402
 from benchmarks.correction import correction  # noqa: E402
 from benchmarks.growth import growth  # noqa: E402
 from benchmarks.large import large  # noqa: E402
 from benchmarks.limit import limits  # noqa: E402
-from benchmarks.other_solvers import other_solvers  # noqa: E402
+from benchmarks.other_solvers import OURS, YARDSTICK, distance, other_solvers  # noqa: E402
 from benchmarks.scenes import paper_scene, repeated  # noqa: E402
 from benchmarks.seeds import seeds_of_one_configuration  # noqa: E402
 from benchmarks.simulation import simulation  # noqa: E402
 from benchmarks.start_up import start_up  # noqa: E402
-from benchmarks.timing import Times, interleaved, ratio  # noqa: E402
+from benchmarks.timing import Times, interleaved, line, ratio  # noqa: E402
 from scalar.estimation.calibrate import calibrate  # noqa: E402
 from scalar.units import MS  # noqa: E402
 
-YARDSTICK = "lmfit, finite differences, all points"
-PROPOSED, THROUGH_LMFIT = "scalar: compressed, analytic", "scalar through lmfit, its report written"
+THROUGH_LMFIT = "scalar through lmfit, its report written"
 FIT = "  of which the fit"
 WHOLE, WHOLE_IN_NUMPY = "scalar calibrate: guess, SVD, reweighting, fit", "  the same without a C compiler"
 TARGETS = {FIT: 300.0, THROUGH_LMFIT: 30.0}  # times faster than the yardstick
@@ -37,14 +35,8 @@ LARGE = 100  # times 120 poses
 
 def row(name: str, times: Times, yardstick: Times, result: Result, best: Result) -> str:
     """Return a line of the table: times, how many times faster, evaluations, distance from our optimum."""
-    off = np.max(np.abs(result.values - best.values) / best.std)
     faster = ratio(yardstick, times)
-    return f"{line(name, times)}{faster:9.1f}{result.evaluations:8d}{off:12.1e}"
-
-
-def line(name: str, times: Times) -> str:
-    """Return a name with its median and least time [ms]."""
-    return f"{name:48s}{times.median / MS:9.1f}{times.least / MS:9.1f}"
+    return f"{line(name, times)}{faster:9.1f}{result.evaluations:8d}{distance(result, best):12.1e}"
 
 
 def headline(rounds: int) -> None:
@@ -60,7 +52,7 @@ def headline(rounds: int) -> None:
         "published, 43 parameters, clip, all points": contest.published,
         THROUGH_LMFIT: contest.proposed_through_lmfit,
         "scalar: the same without a C compiler": contest.proposed_in_numpy,
-        PROPOSED: contest.proposed,
+        OURS: contest.proposed,
         FIT: lambda: contest.fit_proposed(residuals),
     }
     # A new dataset each time: nothing that a dataset remembers of an earlier call helps.

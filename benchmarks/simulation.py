@@ -9,13 +9,12 @@ import numpy as np
 import pybullet
 
 from benchmarks.scenes import CONFIG
-from benchmarks.timing import Times, interleaved, ratio
+from benchmarks.timing import interleaved, line, ratio
 from scalar.simulation import load_config, simulate
 from scalar.simulation.plan import plan_poses
 from scalar.simulation.scanner import BEYOND, cast_fan
 from scalar.simulation.scene import SimulatedScene
 from scalar.simulation.world import RAYS_PER_BATCH, World
-from scalar.units import MS
 
 LEAST_RATE = 0.8  # of the bare call's rays a second: the goal
 MOST_SHARE = 0.5  # of a simulation from nothing: above it, finding poses would be the bottleneck
@@ -62,8 +61,8 @@ def _points_a_scan(points: int, rounds: int, config_file: Path) -> None:
         times = interleaved(ways, rounds)
     bare, _, fan, known, finding = times.values()  # the smaller calls are the faster ones
     for name, each in list(times.items())[:4]:
-        print(f"{_line(name, each)}{len(starts) / each.median:10.0f}{ratio(bare, each):9.2f}")
-    print(_line(list(times)[4], finding))
+        print(f"{line(name, each)}{len(starts) / each.median:10.0f}{ratio(bare, each):9.2f}")
+    print(line(list(times)[4], finding))
     print(f"  casting a fan: {ratio(bare, fan):.2f} of the bare rate (at least {LEAST_RATE})")
     share = float(np.median(finding.seconds / (finding.seconds + known.seconds)))
     print(f"  finding poses: {share:.2f} of a simulation from nothing (below {MOST_SHARE})", flush=True)
@@ -87,8 +86,3 @@ def rays_of(scene: SimulatedScene, length: float) -> tuple[np.ndarray, np.ndarra
     rays = np.einsum("nij,nmj->nmi", scene.T_base_sensor[:, :3, :3], u) * length
     starts = np.broadcast_to(scene.T_base_sensor[:, None, :3, 3], rays.shape)
     return starts.reshape(-1, 3), (starts + rays).reshape(-1, 3)
-
-
-def _line(name: str, times: Times) -> str:
-    """Return a name with its median and least time [ms]."""
-    return f"{name:48s}{times.median / MS:9.1f}{times.least / MS:9.1f}"

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from scalar.units import MS
+
 
 @dataclass(frozen=True, eq=False)
 class Times:
@@ -25,6 +27,11 @@ class Times:
     def least(self) -> float:
         """Return the least [s], which other work on the machine disturbs least."""
         return float(np.min(self.seconds))
+
+
+def line(name: str, times: Times) -> str:
+    """Return a name with its median and least time [ms]."""
+    return f"{name:48s}{times.median / MS:9.1f}{times.least / MS:9.1f}"
 
 
 def interleaved(

@@ -68,9 +68,8 @@ def import_dataset(
     several = mapping.several_points
     poses, points, nests = _read_blocks(mapping, chosen, faults, left_out)
     if faults or poses is None:
-        raise InvalidInput(
-            list(dict.fromkeys(faults))
-        )  # a column that is added to a second one is read twice
+        # A column that is added to a second one is read twice.
+        raise InvalidInput(list(dict.fromkeys(faults)))
     if points is not None:
         poses, points = _matched(mapping.points, poses, points, left_out)
     unstated = _number_in_order(mapping.poses, poses)
@@ -232,6 +231,20 @@ def _write(
     dataset_dir: str | os.PathLike[str],
     force: bool,
 ) -> None:
+    """Write the dataset folder.
+
+    Args:
+        mapping: The mapping.
+        file: Name of the mapping's file, which the description of the dataset records.
+        poses: The table of poses.
+        points: The table of what the sensor measured, or None.
+        nests: The table of the points fixed to the base, or None.
+        dataset_dir: The folder.
+        force: Whether a dataset that is there is replaced.
+
+    Raises:
+        InvalidInput: The folder cannot be written.
+    """
     n = mapping.description.n_joints
     joints = [f"q{i + 1}" for i in range(n)]
     approach = [f"approach{i + 1}" for i in range(n)]

@@ -73,14 +73,15 @@ class RawTable:
                 Fault(self.file, f"its columns have no names; write a number for {reference!r}")
             )
         reference = unicodedata.normalize("NFC", reference)
-        count = self.names.count(reference)
-        if count != 1:
+        if (count := self.names.count(reference)) == 1:
+            return self.names.index(reference)
+        if count:
+            message = f"{count} columns are called so; give its number"
+        else:
             named = ", ".join(repr(name) for name in dict.fromkeys(self.names))
             hint = did_you_mean(reference, list(self.names))
-            what = f"{count} columns are called so; give its number" if count else f"no such column; {hint}"
-            message = f"{what}the file has {shorten(named, 300)[1:-1]}" if not count else what
-            raise InvalidInput(Fault(self.file, message, column=self.label(reference)))
-        return self.names.index(reference)
+            message = f"no such column; {hint}the file has {shorten(named, 300)[1:-1]}"
+        raise InvalidInput(Fault(self.file, message, column=self.label(reference)))
 
     def label(self, reference: Reference) -> str:
         """Return how a fault names a column: with the word ``column``, which faults of .csv and .parquet files add themselves."""

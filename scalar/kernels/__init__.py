@@ -112,6 +112,9 @@ def load(library: Path = _FOLDER / "kernels.so", source: Path = _FOLDER) -> ctyp
 
 LIBRARY = load()
 
+NOT_POSITIVE, NO_MEMORY = -1, -2
+"""What functions of the library return where a matrix has lost so many digits that it is not positive definite, and without memory."""
+
 
 def contiguous(values: NDArray[np.generic]) -> Array:
     """Return an array as the library reads it: float64, row by row."""

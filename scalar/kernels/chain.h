@@ -4,10 +4,12 @@
 
 #include "vectors.h"
 
+/* A joint's parameters a, d [m] and theta [rad], and the cosines (c) and sines (s) of alpha (a), beta (b) and theta (t). */
 typedef struct {
     double ca, sa, cb, sb, a, d, theta, ct, st;
 } Link;
 
+/* Joint i of n, from geometry (5, n): rows a, alpha, d, theta, beta. */
 static void link_of(const double *geometry, int64_t n, int64_t i, Link *link) {
     link->a = geometry[i];
     link->ca = cos(geometry[n + i]), link->sa = sin(geometry[n + i]);
@@ -16,17 +18,22 @@ static void link_of(const double *geometry, int64_t n, int64_t i, Link *link) {
     link->ct = cos(link->theta), link->st = sin(link->theta);
 }
 
-/* R (3 x 3) and o (3) become those of the next frame: Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d); c and s are of q + theta. */
+/* L (3, 4), the first three rows of Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d); c and s are of q + theta. */
+static ALWAYS void link_matrix(const Link *k, double c, double s, double *L) {
+    L[0] = k->cb * c, L[1] = -k->cb * s, L[2] = k->sb;
+    L[4] = k->sa * k->sb * c + k->ca * s, L[5] = k->ca * c - k->sa * k->sb * s, L[6] = -k->sa * k->cb;
+    L[8] = k->sa * s - k->ca * k->sb * c, L[9] = k->ca * k->sb * s + k->sa * c, L[10] = k->ca * k->cb;
+    L[3] = L[2] * k->d + k->a, L[7] = L[6] * k->d, L[11] = L[10] * k->d;
+}
+
+/* R (3 x 3) and o (3) become those of the next frame, by link_matrix. */
 static ALWAYS void step(const Link *k, double c, double s, double *R, double *o) {
-    double next[9];
-    double L[9] = {k->cb * c, -k->cb * s, k->sb,
-                   k->sa * k->sb * c + k->ca * s, k->ca * c - k->sa * k->sb * s, -k->sa * k->cb,
-                   k->sa * s - k->ca * k->sb * c, k->ca * k->sb * s + k->sa * c, k->ca * k->cb};
-    double t[3] = {k->a + L[2] * k->d, L[5] * k->d, L[8] * k->d};
+    double next[9], L[12];
+    link_matrix(k, c, s, L);
     for (int r = 0; r < 3; r++) {
-        o[r] += R[3 * r] * t[0] + R[3 * r + 1] * t[1] + R[3 * r + 2] * t[2];
+        o[r] += R[3 * r] * L[3] + R[3 * r + 1] * L[7] + R[3 * r + 2] * L[11];
         for (int j = 0; j < 3; j++)
-            next[3 * r + j] = R[3 * r] * L[j] + R[3 * r + 1] * L[3 + j] + R[3 * r + 2] * L[6 + j];
+            next[3 * r + j] = R[3 * r] * L[j] + R[3 * r + 1] * L[4 + j] + R[3 * r + 2] * L[8 + j];
     }
     memcpy(R, next, sizeof next);
 }
@@ -49,7 +56,7 @@ static void read_frame(const double *T, double *R, double *o) {
 /* frames (N, n + 1, 4, 4) from q (N, n), geometry (5, n), or (N, 5, n) where it is that of each pose, T_base_0 (4, 4). */
 int frames(int64_t N, int64_t n, const double *q, const double *geometry, int of_each_pose, const double *T_base_0, double *out) {
     Link *links = malloc((size_t)(n + 1) * sizeof(Link));
-    if (!links) return -1;
+    if (!links) return NO_MEMORY;
     for (int64_t p = 0; p < N; p++) {
         double R[9], o[3];
         for (int64_t i = 0; i < n && (p == 0 || of_each_pose); i++) link_of(geometry + 5 * n * p, n, i, links + i);
@@ -75,7 +82,7 @@ void turned(int64_t count, const double *q, double *out) {
 T_n_end (4, 4) its pose in the last frame. */
 int ends(int64_t N, int64_t n, const double *turned, const double *geometry, const double *T_base_0, const double *T_n_end, double *out) {
     Link *links = malloc((size_t)(n + 1) * sizeof(Link));
-    if (!links) return -1;
+    if (!links) return NO_MEMORY;
     double E[9], e[3], S[9], s[3];
     read_frame(T_n_end, E, e);
     for (int64_t i = 0; i < n; i++) link_of(geometry, n, i, links + i);

@@ -41,8 +41,9 @@ and a turn R (0, -c_z, c_x) of the line.
 
 R (N, m, k), of k functions of the points, the first three those of a flat plane; c (N, 3); full (N, k); out (N,). */
 int scatter(int64_t N, int64_t m, int64_t k, const double *R, const double *c, const double *full, double *out) {
-    double *f = malloc((size_t)(3 * m + 1) * sizeof(double)), *shift = f + m, *turn = shift + m;
-    if (!f) return -1;
+    double *f = malloc((size_t)(3 * m + 1) * sizeof(double));
+    if (!f) return NO_MEMORY;
+    double *shift = f + m, *turn = shift + m;
     for (int64_t s = 0; s < N; s++, R += m * k, c += 3) {
         const double *by = full ? full + s * k : c;
         for (int64_t i = 0; i < m; i++) {

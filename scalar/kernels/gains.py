@@ -11,11 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scalar import kernels
-from scalar.kernels import Array, address, checked, contiguous
+from scalar.kernels import NOT_POSITIVE, Array, address, checked, contiguous
 
 IntArray = NDArray[np.int64]
-
-_NOT_POSITIVE = -1  # status: a matrix has lost so many digits that it is not positive definite
 
 
 def shrunk_gains(grams: Array, projections: Array) -> tuple[Array, IntArray] | None:
@@ -142,7 +140,7 @@ def best_extensions(
 
 def _failed(status: int) -> bool:
     """Return whether the library lost too many digits; any other failure raises an error."""
-    if status == _NOT_POSITIVE:
+    if status == NOT_POSITIVE:
         return True
     checked(status)
     return False

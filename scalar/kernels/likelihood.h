@@ -6,14 +6,14 @@
 
 /* For S scans of m points, of unit variance and correlated, the sum of all log |C| / 2 and log |X' C^-1 X| / 2, and the squares y' P y (S,), P as
 `within_scan_noise/restricted_likelihood.py` defines it. pairs (S, m (m - 1) / 2), correlation of points i < j, row by row; bordering (S, 3, m), the two
-columns X of each line and the heights y; nugget, added to the diagonal. -1 where a correlation is not positive, -2 without memory.
+columns X of each line and the heights y; nugget, added to the diagonal. NOT_POSITIVE where a correlation is not, NO_MEMORY without memory.
 
 Rows are eliminated from all rows below, so that the inner loops run along rows: U (m, m + 3) becomes L' and L^-1 [X y]. */
 WIDE int restricted_likelihood(int64_t S, int64_t m, const double *pairs, const double *bordering, double nugget, double *determinants,
                                double *squares) {
     int64_t n = m + 3, status = 0;
     double *U = malloc((size_t)(m * n + 1) * sizeof(double));
-    if (!U) return -2;
+    if (!U) return NO_MEMORY;
     *determinants = 0.0;
     for (int64_t s = 0; s < S && !status; s++, bordering += 3 * m) {
         for (int64_t i = 0; i < m; i++) {
@@ -25,7 +25,7 @@ WIDE int restricted_likelihood(int64_t S, int64_t m, const double *pairs, const 
         double G[6] = {0};
         for (int64_t k = 0; k < m && !status; k++) {
             double *row = U + k * n, pivot = row[k];
-            if (!(pivot > 0.0)) status = -1;
+            if (!(pivot > 0.0)) status = NOT_POSITIVE;
             *determinants += 0.5 * log(pivot);
             double factor = 1.0 / sqrt(pivot);
             for (int64_t j = k; j < n; j++) row[j] *= factor;

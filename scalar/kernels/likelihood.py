@@ -7,9 +7,7 @@ import ctypes
 import numpy as np
 
 from scalar import kernels
-from scalar.kernels import Array, address, contiguous
-
-_NO_MEMORY = -2  # status
+from scalar.kernels import NOT_POSITIVE, Array, address, checked, contiguous
 
 
 def restricted_likelihood(pairs: Array, bordering: Array, nugget: float) -> tuple[float, Array] | None:
@@ -30,6 +28,7 @@ def restricted_likelihood(pairs: Array, bordering: Array, nugget: float) -> tupl
     status = kernels.LIBRARY.restricted_likelihood(
         S, m, address(pairs), address(bordering), nugget, ctypes.byref(determinants), address(squares)
     )
-    if status == _NO_MEMORY:
-        raise MemoryError
-    return (determinants.value, squares) if status == 0 else None
+    if status == NOT_POSITIVE:
+        return None
+    checked(status)
+    return determinants.value, squares

@@ -8,6 +8,7 @@
 #define UNKNOWNS 9        /* the scanner's origin and its axes X and Z on the flange */
 #define CLEAR_RANK 1e-8   /* one over a condition number: NumPy decides on the rank of a worse conditioned problem */
 
+/* N scans of K planes, of m rows each. */
 typedef struct {
     int64_t N, K, m;
     const double *R;             /* (N, m, 3), whitened factors of the scans */
@@ -123,10 +124,10 @@ static void fitted_planes(const Start *s, const double *T, double *sums, double 
 }
 
 /* first (3, 4), the guess with the planes as given, and last (3, 4), the one after some rounds of fitting planes and guessing anew. Returns 1, 0
-where the rank of a guess is not clear, so that the caller should decide on it by singular values, or -1 without memory. */
+where the rank of a guess is not clear, so that the caller should decide on it by singular values, or NO_MEMORY. */
 WIDE int linear_start(const Start *s, int64_t rounds, double *first, double *last) {
     double *memory = malloc((size_t)((UNKNOWNS + 1) * s->N * s->m + 17 * s->K + 1) * sizeof(double));
-    if (!memory) return -1;
+    if (!memory) return NO_MEMORY;
     double *planes = memory + (UNKNOWNS + 1) * s->N * s->m, *sums = planes + 4 * s->K;
     for (int64_t k = 0; k < s->K; k++) memcpy(planes + 4 * k, s->normals + 3 * k, 3 * sizeof(double)), planes[4 * k + 3] = s->distances[k];
     int status = guessed(s, planes, 0, memory, first);

@@ -7,6 +7,7 @@
 #define BLOCK 120 /* rows that are multiplied at once: a multiple of LANES, and of 3 * FOUR */
 #define TILE 3   /* columns that are multiplied with as many others at once, so that the sums stay in registers */
 
+/* Which coordinates are free, with their priors. */
 typedef struct {
     int64_t F;
     const int64_t *free;   /* (F,), indices of the free coordinates */
@@ -14,6 +15,7 @@ typedef struct {
     const double *weight;  /* (F,), of priors; 0 where there is none */
 } Free;
 
+/* The sum of the squared deviations of the free coordinates from the means of their priors, in standard deviations. */
 static ALWAYS double prior_cost(const Free *v, const double *x) {
     double sum = 0.0;
     for (int64_t f = 0; f < v->F; f++) {
@@ -26,6 +28,7 @@ static ALWAYS double prior_cost(const Free *v, const double *x) {
 /* Numbers that the columns (F, BLOCK) of a block take, with room for whole tiles. */
 static size_t column_room(int64_t F) { return (size_t)(F + TILE) * BLOCK; }
 
+/* The sum of squares at x (P,), priors included. */
 static ALWAYS double cost_at(const Problem *p, const Free *v, State *s, const double *x) {
     four sum = {0}, c[3], w[3], row;
     Group group;
@@ -129,5 +132,5 @@ WIDE int normals(const Problem *p, const Free *v, const double *x, double *H, do
     for (int64_t i = 0; i < F && !failed; i++)
         for (int64_t j = 0; j < i; j++) H[j * F + i] = H[i * F + j];
     state_end(&s), free(memory);
-    return failed ? -1 : 0;
+    return failed ? NO_MEMORY : 0;
 }

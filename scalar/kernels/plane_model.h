@@ -4,7 +4,7 @@
 
 #include "chain.h"
 
-/* Coordinates x (P,): geometry (5, n), the sensor's translation and rotation vector, (u, v, d) of every plane. */
+/* A model of arm, sensor and planes. Coordinates x (P,): geometry (5, n), the sensor's translation and rotation vector, (u, v, d) of every plane. */
 typedef struct {
     int64_t N, n, K, m;       /* poses, joints, planes, rows a pose */
     const double *turned;     /* (N, n, 2): cosine and sine of the joint angles, which no coordinate changes */
@@ -17,6 +17,7 @@ typedef struct {
     const double *tangents;   /* (K, 2, 3) */
 } Problem;
 
+/* What follows from the coordinates x once for all poses. */
 typedef struct {
     Link *links;
     double flange_R[9], flange_o[3]; /* of the flange in the last joint's frame */
@@ -26,6 +27,7 @@ typedef struct {
     four *flanges;                   /* (groups, 12): rotation and origin of the flange in the base frame; NULL where the arm may change */
 } State;
 
+/* R (3 x 3) of a rotation vector r (3) [rad], and its left Jacobian (3 x 3). */
 static void rotation(const double *r, double *R, double *left) {
     double angle = sqrt(dot3(r, r)), a, b, c;
     if (angle < 1e-4)
@@ -47,7 +49,7 @@ static int state_begin(const Problem *p, State *s) {
     s->links = malloc((size_t)(p->n + 1) * sizeof(Link));
     s->planes = malloc((size_t)(p->K + 1) * 10 * sizeof(double));
     s->flanges = NULL;
-    if (!(s->links && s->planes)) return -1;
+    if (!(s->links && s->planes)) return NO_MEMORY;
     read_frame(p->T_n_flange, s->flange_R, s->flange_o);
     return 0;
 }
@@ -136,7 +138,7 @@ static int arm_stays(const Problem *p, State *s) {
     four R[9], o[3], y[3];
     Group group;
     s->flanges = malloc((size_t)(12 * groups(p) + 1) * sizeof(four));
-    if (!s->flanges) return -1;
+    if (!s->flanges) return NO_MEMORY;
     for (int64_t g = 0; g < groups(p); g++) {
         group_at(p, g, &group);
         base_frame(p, R, o);
@@ -253,7 +255,7 @@ WIDE int linearise(const Problem *p, const double *x, double *residual, double *
     four *work = malloc((size_t)work_size(p) * sizeof(four)), c[3], by_plane[9], w[3], row;
     if (state_begin(p, &s) || !work) {
         state_end(&s), free(work);
-        return -1;
+        return NO_MEMORY;
     }
     state_at(p, x, &s);
     memset(work, 0, (size_t)work_size(p) * sizeof(four));

@@ -17,6 +17,7 @@ typedef struct {
     const double *T_n_flange; /* (4, 4) */
 } Published;
 
+/* The third component of a unit vector, from the first two. */
 static double third(const Published *p, const double *two) {
     double rest = 1.0 - two[0] * two[0] - two[1] * two[1];
     if (rest < 0.0 && p->reading) rest = p->reading == 1 ? -rest : 0.0;
@@ -29,14 +30,6 @@ static void sensor_columns(const double *sensor, double *S) {
     for (int r = 0; r < 3; r++) turn[r] = sensor[r] / length * sensor[3];
     rotation(turn, R, left);
     for (int r = 0; r < 3; r++) S[3 * r] = sensor[4 + r], S[3 * r + 1] = R[3 * r], S[3 * r + 2] = R[3 * r + 2];
-}
-
-/* Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d), the first three rows. */
-static ALWAYS void link_matrix(const Link *k, double c, double s, double *L) {
-    L[0] = k->cb * c, L[1] = -k->cb * s, L[2] = k->sb;
-    L[4] = k->sa * k->sb * c + k->ca * s, L[5] = k->ca * c - k->sa * k->sb * s, L[6] = -k->sa * k->cb;
-    L[8] = k->sa * s - k->ca * k->sb * c, L[9] = k->ca * k->sb * s + k->sa * c, L[10] = k->ca * k->cb;
-    L[3] = L[2] * k->d + k->a, L[7] = L[6] * k->d, L[11] = L[10] * k->d;
 }
 
 /* L (3 x 4) times the columns origin, X and Z (3 x 3): the origin alone is moved. */
@@ -147,7 +140,7 @@ WIDE int published(const Published *p, const double *x, const double *steps, dou
     s.links = malloc((size_t)(5 * n + 1) * sizeof(Link));
     s.planes = malloc((size_t)(16 * p->K + 1) * sizeof(double));
     s.work = malloc((size_t)(27 * n + 13 + 3 * P) * sizeof(double));
-    int status = s.links && s.planes && s.work ? 0 : -1;
+    int status = s.links && s.planes && s.work ? 0 : NO_MEMORY;
     if (!status) steps_of(p, x, steps, &s);
     for (int64_t at = 0; !status && at < p->N; at++) {
         const double *w = p->factors + 9 * at;
@@ -155,8 +148,9 @@ WIDE int published(const Published *p, const double *x, const double *steps, dou
         published_pose(p, x, &s, at, c, by);
         for (int r = 0; r < 3; r++) {
             rows[3 * at + r] = dot3(w + 3 * r, c);
+            if (!by) continue;
             double *out = changes + P * (3 * at + r);
-            for (int64_t f = 0; by && f < P; f++) out[f] = w[3 * r] * by[f] + w[3 * r + 1] * by[P + f] + w[3 * r + 2] * by[2 * P + f];
+            for (int64_t f = 0; f < P; f++) out[f] = w[3 * r] * by[f] + w[3 * r + 1] * by[P + f] + w[3 * r + 2] * by[2 * P + f];
         }
     }
     free(s.links), free(s.planes), free(s.work);

@@ -7,12 +7,14 @@
 #define LEAST_INCIDENCE 0.05 /* |n . e|, as in scalar/sensors/profile.py */
 #define RANK_TOLERANCE 1e-13 /* of a column's own norm, as in scalar/sensors/compression.py */
 
+/* A column (n,) loses its part along another of unit length, which is added to *sum. */
 static ALWAYS void orthogonalised(double *column, const double *other, int64_t n, double *sum) {
     double along = dot(other, column, n);
     *sum += along;
     for (int64_t i = 0; i < n; i++) column[i] -= along * other[i];
 }
 
+/* A column (n,) gets unit length; its norm is returned. Where that is lost in the rounding of `size`, the column becomes zero, and 0 is returned. */
 static ALWAYS double normalised(double *column, double size, int64_t n) {
     double norm = sqrt(dot(column, column, n));
     if (!(norm > RANK_TOLERANCE * size)) {
@@ -24,6 +26,7 @@ static ALWAYS double normalised(double *column, double size, int64_t n) {
     return norm;
 }
 
+/* The length of the ray to a point [m], at least so long that one may divide by it. */
 static ALWAYS double reach_of(double x, double z) {
     double reach = sqrt(x * x + z * z);
     return reach > 1e-12 ? reach : 1e-12;
@@ -49,7 +52,7 @@ static int64_t most_points(int64_t N, const int64_t *starts) {
 /* The triangular factors R (N, k, k) of any k functions of the points, basis (P, k), by two sweeps of modified Gram-Schmidt. */
 WIDE int factors(int64_t N, int64_t k, const double *basis, const int64_t *starts, double *R) {
     double *columns = malloc((size_t)(k * most_points(N, starts) + 1) * sizeof(double));
-    if (!columns) return -1;
+    if (!columns) return NO_MEMORY;
     memset(R, 0, (size_t)(N * k * k) * sizeof(double));
     for (int64_t s = 0; s < N; s++, R += k * k) {
         int64_t M = starts[s + 1] - starts[s];
@@ -72,7 +75,7 @@ contact (N, 3) or NULL: with it, w = 1 / (sigma |n . e|), e the ray, or z where 
 WIDE int compress(int64_t N, const double *points, const int64_t *starts, const double *contact, int along_z, double sigma, double *R) {
     int64_t most = most_points(N, starts);
     double *columns = malloc((size_t)(3 * most + 1) * sizeof(double));
-    if (!columns) return -1;
+    if (!columns) return NO_MEMORY;
     double *one = columns, *x = columns + most, *z = columns + 2 * most;
     for (int64_t s = 0; s < N; s++, R += 9) {
         int64_t M = starts[s + 1] - starts[s];
@@ -105,7 +108,7 @@ WIDE int profiles(int64_t N, const double *points, const int64_t *starts, const 
                   int64_t k, const int64_t *codes, double *found) {
     int64_t most = most_points(N, starts);
     double *scratch = malloc((size_t)(9 * most + 1) * sizeof(double));
-    if (!scratch) return -1;
+    if (!scratch) return NO_MEMORY;
     double *q[3] = {scratch, scratch + most, scratch + 2 * most};
     double *weight = scratch + 3 * most, *reach = scratch + 4 * most, *t = scratch + 5 * most, *value = scratch + 6 * most;
     double *u[2] = {scratch + 7 * most, scratch + 8 * most};

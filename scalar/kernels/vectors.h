@@ -23,6 +23,9 @@
 
 #define LANES 8
 
+/* What functions return where they fail; else 0, or what their comment says. */
+enum { NOT_POSITIVE = -1, NO_MEMORY = -2 };
+
 static ALWAYS double dot3(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 static ALWAYS void cross3(const double *a, const double *b, double *out) {

@@ -105,9 +105,9 @@ def brought_near(
     settings = settings or CorrectionSettings()
     left = np.flatnonzero(~found.reached)
     part, wanted = _picked(poses, left), found.T_wanted[left]
-    standing = twist_to(kinematics_at(model, part).T_base_sensor, wanted)
+    uncorrected = twist_to(kinematics_at(model, part).T_base_sensor, wanted)
     near = nearest_by_small_changes(model, part, wanted, settings)
-    return _with_rows(model, found, left, *near), _with_rows(model, found, left, part.q, standing)
+    return _with_rows(model, found, left, *near), _with_rows(model, found, left, part.q, uncorrected)
 
 
 def nearest_to_frames(
@@ -187,10 +187,10 @@ def correct_frames(
     settings = settings or CorrectionSettings()
 
     def solver(part: Poses) -> Inverse:
-        def standing(q: Array, index: Array) -> Kinematics:
+        def kinematics_of(q: Array, index: Array) -> Kinematics:
             return kinematics_at(model, replace(_picked(part, index), q=q))
 
-        return Inverse(standing, model.nominal, settings)
+        return Inverse(kinematics_of, model.nominal, settings)
 
     chunks = [slice(at, at + settings.chunk) for at in range(0, len(poses), settings.chunk)]
     parts = [solver(_picked(poses, rows)).fast(poses.q[rows], T_wanted[rows]) for rows in chunks]
@@ -220,5 +220,6 @@ def _errors_of(twist: Array) -> tuple[Array, Array]:
 
 
 def _picked(poses: Poses, index: Array | slice) -> Poses:
+    """Return some of the poses."""
     columns = {name: column[index] for name, column in poses.columns.items()}
     return Poses(poses.q[index], poses.order[index], columns)

@@ -8,6 +8,7 @@ joint does not stay a turn away from the middle of its limits.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,9 +28,9 @@ the same one. With fewer joints most starts end where the orientation is missed.
 _SEED = 0
 _AS_WELL = 1e-3  # rad; postures whose orientations differ by less take a frame as well as each other
 _TURN = 2 * np.pi
-_A_MOVE = np.pi / 2
+_LARGE_MOVE = np.pi / 2
 """[rad] A joint that turns further has no path to continue, and takes the turn in the middle of its limits."""
-_A_STEP = 0.2
+_NEAR_PREVIOUS = 0.2
 """[rad] If every solution found so far turns a joint further than this from the previous pose, the frame is solved from that pose too. Chosen: the
 random starts miss the posture of the row before in one of six to sixty rows, and a solution as near as this is in that posture."""
 
@@ -52,39 +53,39 @@ def postures_for(
     low, high = model.robot.limits.T
     middle = (low + high) / 2
     reference = middle if first is None else np.asarray(first, dtype=float)
+    turn = np.where(model.robot.slides, 0.0, _TURN)
     found = np.full((len(T_wanted), len(low)), np.nan)
     there = np.zeros(len(T_wanted), dtype=bool)
-    turn = np.where(model.robot.slides, 0.0, _TURN)
-    whole = takes_whole_poses(model.robot.n_joints)
-    n_starts = STARTS if whole else STARTS_OF_FEW_JOINTS
     for at in range(0, len(T_wanted), settings.chunk):
-        rows = slice(at, at + settings.chunk)
-        wanted = T_wanted[rows]
-        starts = _nearest(rigid, wanted, n_starts)
-        of_starts, q = np.repeat(wanted, n_starts, axis=0), starts.reshape(-1, len(low))
-        if not whole:
-            # First place and orientation alike, which finds the posture in which the arm takes both if there is one.
-            q = _solved(rigid, of_starts, q, replace(settings, orientation_weight=1.0)).q
-        solved = _solved(rigid, of_starts, q, settings)
-        q = solved.q.reshape(len(wanted), n_starts, -1)
-        reached = solved.reached.reshape(len(wanted), n_starts)
-        misses = _misses(solved, settings).reshape(len(wanted), n_starts)
-        turned_by = solved.orientation_error.reshape(len(wanted), n_starts)
-        for i in range(len(wanted)):
-            row = _Solutions(q[i], reached[i], misses[i], turned_by[i])
-            best, takes_it = row.nearest_to(reference, low, high, turn)
-            if takes_it and np.abs(best - reference).max() > _A_STEP:
+        wanted = T_wanted[at : at + settings.chunk]
+        for i, solutions in enumerate(_from_random_starts(rigid, wanted, settings)):
+            best, takes_it = solutions.nearest_to(reference, low, high, turn)
+            if takes_it and np.abs(best - reference).max() > _NEAR_PREVIOUS:
                 continued = _solved(rigid, wanted[i : i + 1], reference[None], settings)
-                row = row.joined_by(continued, settings)
-                best, _ = row.nearest_to(reference, low, high, turn)
+                solutions = solutions.joined_by(_Solutions.of(continued, settings))
+                best, _ = solutions.nearest_to(reference, low, high, turn)
             if best is None:
                 continue
             if takes_it:
-                far = np.abs(best - reference) > _A_MOVE
+                far = np.abs(best - reference) > _LARGE_MOVE
                 best = np.where(far, best - turn * np.round((best - middle) / _TURN), best)
                 reference = best
             found[at + i], there[at + i] = best, takes_it
     return found, there
+
+
+def _from_random_starts(model: Model, T_wanted: Array, settings: CorrectionSettings) -> Iterator[_Solutions]:
+    """Yield for each wanted frame ``(N, 4, 4)`` where the searches from its starts end; the model has no effects."""
+    whole = takes_whole_poses(model.robot.n_joints)
+    n_starts = STARTS if whole else STARTS_OF_FEW_JOINTS
+    of_starts = np.repeat(T_wanted, n_starts, axis=0)
+    q = _nearest(model, T_wanted, n_starts).reshape(len(of_starts), -1)
+    if not whole:
+        # First place and orientation alike, which finds the posture in which the arm takes both if there is one.
+        q = _solved(model, of_starts, q, replace(settings, orientation_weight=1.0)).q
+    ends = _Solutions.of(_solved(model, of_starts, q, settings), settings)
+    for k in range(len(T_wanted)):
+        yield ends.of_rows(slice(k * n_starts, (k + 1) * n_starts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,19 +104,37 @@ class _Solutions:
     misses: Array
     turned_by: Array
 
-    def joined_by(self, solved: Correction, settings: CorrectionSettings) -> _Solutions:
-        """Return these solutions and those of another search."""
+    @classmethod
+    def of(cls, solved: Correction, settings: CorrectionSettings) -> _Solutions:
+        """Return the ends of the searches of a correction."""
+        misses = (
+            solved.position_error / settings.near_enough
+            + solved.orientation_error / settings.near_enough_turn
+        )
+        return cls(solved.q, solved.reached, misses, solved.orientation_error)
+
+    def of_rows(self, rows: slice) -> _Solutions:
+        """Return some of these solutions."""
+        return _Solutions(self.q[rows], self.reached[rows], self.misses[rows], self.turned_by[rows])
+
+    def joined_by(self, others: _Solutions) -> _Solutions:
+        """Return these solutions and others for the same frame."""
         return _Solutions(
-            np.concatenate([self.q, solved.q]),
-            np.concatenate([self.reached, solved.reached]),
-            np.concatenate([self.misses, _misses(solved, settings)]),
-            np.concatenate([self.turned_by, solved.orientation_error]),
+            np.concatenate([self.q, others.q]),
+            np.concatenate([self.reached, others.reached]),
+            np.concatenate([self.misses, others.misses]),
+            np.concatenate([self.turned_by, others.turned_by]),
         )
 
     def nearest_to(self, reference: Array, low: Array, high: Array, turn: Array) -> tuple[Array | None, bool]:
         """Return the joint angles ``(n,)`` within the limits that take the frame with the smallest move from the reference, and True.
 
         If none take it, those that come nearest to the frame, and False; None in their place if all are beyond the limits.
+
+        Args:
+            reference: ``(n,)`` [rad; m where a joint slides], the previous pose.
+            low, high: ``(n,)``, the limits.
+            turn: ``(n,)`` [rad], a whole turn of each joint; 0 where it slides.
         """
         turned = self.q - turn * np.round((self.q - reference) / _TURN)
         turned += turn * (turned < low) - turn * (turned > high)
@@ -131,16 +150,13 @@ class _Solutions:
         return None, False
 
 
-def _misses(solved: Correction, settings: CorrectionSettings) -> Array:
-    return solved.position_error / settings.near_enough + solved.orientation_error / settings.near_enough_turn
-
-
 def _solved(model: Model, T_wanted: Array, q: Array, settings: CorrectionSettings) -> Correction:
+    """Return the ends of searches for frames ``(N, 4, 4)`` from joint angles ``(N, n)`` [rad]."""
     return correct_frames(model, Poses.from_arrays(q, {}, q.shape[1]), T_wanted, settings)
 
 
 def _nearest(model: Model, T_wanted: Array, n_starts: int) -> Array:
-    """Return the starts of each frame, ``(N, n_starts, n)`` [rad]."""
+    """Return for each wanted frame ``(N, 4, 4)`` the random joint angles whose sensor is nearest to it, ``(N, n_starts, n)`` [rad]."""
     from scipy.spatial import KDTree
 
     low, high = model.robot.limits.T

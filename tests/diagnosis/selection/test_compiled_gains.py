@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from scalar import kernels
 from scalar.diagnosis.scoring.score_test import Projected, shrunk_gain
 from scalar.diagnosis.selection.beam_search import SearchElements
+from scalar.kernels.gains import chosen_forward, extension_gains, set_gains
+from scalar.kernels.likelihood import restricted_likelihood
 
 needs_library = pytest.mark.skipif(kernels.LIBRARY is None, reason="no compiled kernels here: no C compiler")
 
@@ -126,3 +128,18 @@ def test_sets_that_share_elements_have_the_extensions_that_each_has_alone(seed):
         alone = elements._gains_given([one])
         np.testing.assert_allclose(gains[k, others], alone[0][0, others], rtol=1e-5, atol=1e-7)
         np.testing.assert_array_equal(dofs[k, others], alone[1][0, others])
+
+
+@needs_library
+def test_matrices_that_have_lost_their_digits_are_left_to_numpy():
+    """Where inner products with their priors, or correlations, are not positive definite, the library gives no numbers that are none."""
+    gram, projection = np.diag([4.0, -3.0]), np.ones(2)
+    elements = np.array([0, 1]), np.array([1, 1])
+    assert set_gains(gram, projection, np.array([[1], [0]])) is None
+    assert extension_gains(gram, projection, [np.array([1])], *elements) is None
+    assert set_gains(gram, projection, np.array([[0]])) is not None
+    assert extension_gains(gram, projection, [np.array([0])], *elements) is not None
+    assert chosen_forward(gram, projection, 1, 0.1) == [0]
+    bordering = np.array([[[1.0, 1.0, 1.0], [0.0, 1.0, 2.0], [1.0, 0.0, 1.0]]])
+    assert restricted_likelihood(np.array([[0.5, 1.5, 0.5]]), bordering, 0.0) is None
+    assert restricted_likelihood(np.array([[0.5, 0.2, 0.5]]), bordering, 0.0) is not None

@@ -43,9 +43,8 @@ def take_over(folder: Path) -> bool:
     except OSError:
         os.close(descriptor)
         return False
-    killed = (
-        os.pread(descriptor, 1, 0) != b""
-    )  # an empty file: the last process was not killed, or there was none
+    # An empty file: the last process was not killed, or there was none.
+    killed = os.pread(descriptor, 1, 0) != b""
     os.ftruncate(descriptor, 0)
     os.pwrite(descriptor, f"{os.getpid()}\n".encode(), 0)
     _held.append(descriptor)

@@ -11,6 +11,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
+from study.common.statistics import BAND
 from study.plots.style import COLOURS, GRID, LINE, LOOKS, PROPOSED, Look, new_figure, numeral, styled
 
 _AT_ONCE = Look("all at once", PROPOSED, "o")
@@ -21,7 +22,6 @@ _WAYS = {
 }
 _INITIAL = LOOKS["initial"]
 _QUANTITY = "position_mean_mm"
-_BAND = (0.05, 0.95)
 _FROM_MIDDLE = 0.26
 """Share of a row's height by which the first and the last way are drawn above and below its middle."""
 _BETWEEN_PANELS = 0.08
@@ -55,14 +55,14 @@ def _by_passes(ax: Axes, rows: Any) -> None:
     at_once = rows[rows["way"] == "at_once"][_QUANTITY]
     before = rows[rows["way"] == "initial"][_QUANTITY]
     most = max(int(rows["passes"].max()), 1)
-    low, middle, high = at_once.quantile([_BAND[0], 0.5, _BAND[1]])
+    low, middle, high = at_once.quantile([BAND[0], 0.5, BAND[1]])
     ax.axhspan(low, high, color=_AT_ONCE.colour, alpha=0.25, linewidth=0)
     ax.axhline(middle, color=_AT_ONCE.colour, linewidth=1.8, label=f"{_AT_ONCE.label}: {numeral(middle)} mm")
     for way, look in _WAYS.items():
         own = rows[rows["way"] == way]
         table = own.pivot(index="seed", columns="passes", values=_QUANTITY)
         table = table.reindex(columns=range(1, most + 1)).ffill(axis=1)
-        bands = table.quantile([_BAND[0], 0.5, _BAND[1]]).to_numpy()
+        bands = table.quantile([BAND[0], 0.5, BAND[1]]).to_numpy()
         x = np.arange(1, most + 1)
         ax.fill_between(x, bands[0], bands[2], color=look.colour, alpha=0.15, linewidth=0)
         ax.plot(x, bands[1], color=look.colour, marker=look.marker, markersize=5, label=look.label)
