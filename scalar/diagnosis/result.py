@@ -8,7 +8,7 @@ from typing import Any
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import plain
 from scalar.diagnosis.accuracy.expected_errors import shipped_entry
-from scalar.diagnosis.accuracy.stated_errors import held_out, unseen
+from scalar.diagnosis.accuracy.stated_errors import held_out, unseen, where_unmeasured
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.fit.variance_components import JITTER, VarianceComponent
 from scalar.diagnosis.held_out.hold_out import HeldOutErrors
@@ -98,6 +98,12 @@ class Diagnosis:
             ),
             **unseen(self.outer, 0 if self._ships_geometry_alone else 1, self.calibration_after),
         }
+
+    @property
+    def _at_measured(self) -> float:
+        """Return the larger of the errors that are stated for poses like those that were measured [mm]."""
+        errors = self.errors_after
+        return max(errors["held_out_rms_mm"] or 0.0, errors["unseen_rms_mm"] or 0.0)
 
     @property
     def unobservable_alone(self) -> tuple[Unobservable, ...]:
@@ -221,6 +227,7 @@ class Diagnosis:
                 "after": self.errors_after,
                 "floor_mm": noise_floor(self.after) / MM,
             },
+            "unmeasured": where_unmeasured(self.shipped_state, self.before, self._at_measured),
             "shipped": shipped_entry(self, self.halves),
             "not_confirmed": not_confirmed,
             "outer_split": None if self.outer is None else self.outer.to_mapping(),

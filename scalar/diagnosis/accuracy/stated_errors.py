@@ -1,9 +1,14 @@
-"""The errors that ``diagnosis.json`` states: at training poses, at poses held out from the fit, and at poses that no part of the diagnosis used."""
+"""The errors that ``diagnosis.json`` states: at training poses, at poses held out from the fit, at poses that no part of the diagnosis used, and
+where nothing was measured."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from scalar.diagnosis.fit.fitted_state import FittedState
+from scalar.diagnosis.held_out.halves_left_out import halves_left_out
 from scalar.diagnosis.held_out.hold_out import HeldOutErrors
 from scalar.diagnosis.held_out.outer_split import OuterSplit
 from scalar.estimation.result import Calibration
@@ -57,3 +62,31 @@ def unseen(outer: OuterSplit | None, which: int, shipped: Calibration) -> dict[s
     error = outer.errors[which]
     values = (outer.unseen_rms(which, shipped.residual_rms), error.largest, *outer.std_over_parts(error))
     return {key: value / MM if np.isfinite(value) else None for key, value in zip(keys, values, strict=True)}
+
+
+def where_unmeasured(
+    shipped: FittedState, before: FittedState, at_measured: float | None
+) -> dict[str, Any] | None:
+    """Return the entry of ``diagnosis.json`` on errors where nothing was measured; None with too few poses to halve them.
+
+    Args:
+        shipped: The fit that is shipped.
+        before: The fit without effects.
+        at_measured: The root mean square error [mm] that is stated for poses like those that were measured; the error elsewhere is no smaller.
+    """
+    halves, without = halves_left_out(shipped), halves_left_out(before)
+    if not halves or not without:
+        return None
+    worst = halves[0]
+    return {
+        "rms_mm": max(worst.rms / MM, at_measured or 0.0),
+        "halves": len(halves),
+        "worst_half": {
+            "along": worst.along,
+            "upper": worst.upper,
+            "poses": worst.poses,
+            "rms_mm": worst.rms / MM,
+            "chance_rms_mm": worst.chance / MM,
+        },
+        "without_effects_rms_mm": without[0].rms / MM,
+    }

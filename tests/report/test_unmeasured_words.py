@@ -1,0 +1,47 @@
+"""The sentence on errors where nothing was measured."""
+
+import pytest
+
+from scalar.report.unmeasured_words import unmeasured_sentence
+
+
+def mapping(along: str = "q2", upper: bool = True, chance: float = 0.1, fit: str = "equal_weights") -> dict:
+    half = {"along": along, "upper": upper, "poses": 30, "rms_mm": 1.2, "chance_rms_mm": chance}
+    entry = {"rms_mm": 1.2, "halves": 22, "worst_half": half, "without_effects_rms_mm": 1.9}
+    return {"unmeasured": entry, "shipped": {"fit": fit}, "effects": [{"name": "joint_scale"}]}
+
+
+@pytest.mark.parametrize(
+    ("along", "upper", "words"),
+    [
+        ("q2", True, "that with the larger values of joint 2."),
+        ("q12", False, "that with the smaller values of joint 12."),
+        ("x", False, "that with the smaller x of the flange."),
+        ("z", True, "that with the larger height z of the flange."),
+        ("order", False, "the earlier half."),
+        ("order", True, "the later half."),
+    ],
+)
+def test_the_worst_half_is_named(along, upper, words):
+    """The sentence ends with the half that is predicted worst, and begins with its error."""
+    text = unmeasured_sentence(mapping(along, upper))
+    assert text.startswith("Where nothing was measured, expect up to 1.20 mm RMS")
+    assert "each of 22 halves" in text and text.endswith(words)
+
+
+def test_the_error_without_effects_is_said_if_effects_are_corrected():
+    """Both errors stand there, unless after.json has no effects."""
+    assert "(1.90 mm without effects)" in unmeasured_sentence(mapping())
+    assert "without effects" not in unmeasured_sentence(mapping(fit="before"))
+
+
+@pytest.mark.parametrize(("chance", "is_said"), [(0.5, False), (1.1, True)])
+def test_chance_errors_of_few_poses_are_said_to_be_that(chance, is_said):
+    """Where most of the squared error is expected of the other half's chance errors, the sentence says so."""
+    text = unmeasured_sentence(mapping(chance=chance))
+    assert ("hardly determines" in text) == is_said
+
+
+def test_too_few_poses_are_said_to_be_that():
+    """Without halves no number is stated."""
+    assert "too few" in unmeasured_sentence({"unmeasured": None})
