@@ -100,12 +100,6 @@ class Diagnosis:
         }
 
     @property
-    def _at_measured(self) -> float:
-        """Return the larger of the errors that are stated for poses like those that were measured [mm]."""
-        errors = self.errors_after
-        return max(errors["held_out_rms_mm"] or 0.0, errors["unseen_rms_mm"] or 0.0)
-
-    @property
     def unobservable_alone(self) -> tuple[Unobservable, ...]:
         """Return the unobservable effects but those confounded with a named finding, which already stand there.
 
@@ -204,6 +198,8 @@ class Diagnosis:
         if self.verdict == UNATTRIBUTED:
             effects.append(self._unattributed_entry())
         outliers = [*self.cleaned.outlier_poses, *(pose for pose, _ in self.cleaned.mislabelled_poses)]
+        shipped, after = shipped_entry(self, self.halves), self.errors_after
+        stated, expected = (after["held_out_rms_mm"], after["unseen_rms_mm"]), shipped["expected_error_mm"]
         mapping = {
             "format": FORMAT,
             "verdict": self.verdict,
@@ -224,11 +220,13 @@ class Diagnosis:
             "residual": {
                 "before": held_out(self.calibration_before, self.held_out_before)
                 | unseen(self.outer, 0, self.calibration_before),
-                "after": self.errors_after,
+                "after": after,
                 "floor_mm": noise_floor(self.after) / MM,
             },
-            "unmeasured": where_unmeasured(self.shipped_state, self.before, self._at_measured),
-            "shipped": shipped_entry(self, self.halves),
+            "unmeasured": where_unmeasured(
+                self.shipped_state, self.before, [*stated, expected["as_shipped_within_joint_limits"]]
+            ),
+            "shipped": shipped,
             "not_confirmed": not_confirmed,
             "outer_split": None if self.outer is None else self.outer.to_mapping(),
             "candidates": candidate_entries(self.ranking, self.before.background().sum_of_squares),

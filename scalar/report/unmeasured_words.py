@@ -7,6 +7,7 @@ from typing import Any
 
 from scalar.report.words import number
 
+_BY = "the angle of a joint, by place or by time"
 _PLACES = {"x": "x", "y": "y", "z": "height z"}
 
 
@@ -19,12 +20,24 @@ def unmeasured_sentence(mapping: Mapping[str, Any]) -> str:
     entry = mapping["unmeasured"]
     if entry is None:
         return "These poses are too few to say how far predictions err where nothing was measured."
+    worst, rms = entry["worst_half"], entry["rms_mm"]
+    begin = f"Where nothing was measured, expect up to {number(rms)} mm RMS"
+    if rms > worst["rms_mm"]:
+        limits = mapping["shipped"]["expected_error_mm"]["as_shipped_within_joint_limits"] or 0.0
+        where = (
+            "over the whole of the joint limits"
+            if limits >= rms
+            else "at poses like those that were measured"
+        )
+        return (
+            f"{begin}, as {where}: when each of {entry['halves']} halves of the poses, by {_BY}, is predicted by the same model fitted to the other "
+            f"half, the worst errs by no more than {number(worst['rms_mm'])} mm."
+        )
     effects = mapping["shipped"]["fit"] != "before" and mapping["effects"]
     without = f" ({number(entry['without_effects_rms_mm'])} mm without effects)" if effects else ""
     return (
-        f"Where nothing was measured, expect up to {number(entry['rms_mm'])} mm RMS{without}: each of {entry['halves']} halves of the poses, by the "
-        "angle of a joint, by place or by time, was predicted by the same model fitted to the other half, and the worst is "
-        f"{_half(entry['worst_half'])}{_by_chance(entry['worst_half'])}."
+        f"{begin}{without}: each of {entry['halves']} halves of the poses, by {_BY}, was predicted by the same model fitted to the other half, and "
+        f"the worst is {_half(worst)}{_by_chance(worst)}."
     )
 
 

@@ -8,7 +8,8 @@ from scalar.report.unmeasured_words import unmeasured_sentence
 def mapping(along: str = "q2", upper: bool = True, chance: float = 0.1, fit: str = "equal_weights") -> dict:
     half = {"along": along, "upper": upper, "poses": 30, "rms_mm": 1.2, "chance_rms_mm": chance}
     entry = {"rms_mm": 1.2, "halves": 22, "worst_half": half, "without_effects_rms_mm": 1.9}
-    return {"unmeasured": entry, "shipped": {"fit": fit}, "effects": [{"name": "joint_scale"}]}
+    shipped = {"fit": fit, "expected_error_mm": {"as_shipped_within_joint_limits": 0.8}}
+    return {"unmeasured": entry, "shipped": shipped, "effects": [{"name": "joint_scale"}]}
 
 
 @pytest.mark.parametrize(
@@ -40,6 +41,20 @@ def test_chance_errors_of_few_poses_are_said_to_be_that(chance, is_said):
     """Where most of the squared error is expected of the other half's chance errors, the sentence says so."""
     text = unmeasured_sentence(mapping(chance=chance))
     assert ("hardly determines" in text) == is_said
+
+
+@pytest.mark.parametrize(
+    ("limits", "where"),
+    [(7.5, "over the whole of the joint limits"), (None, "at poses like those that were measured")],
+)
+def test_a_larger_error_that_is_stated_elsewhere_is_said_to_be_that(limits, where):
+    """The sentence says where the error is expected, and what the worst half errs by."""
+    said = mapping()
+    said["unmeasured"]["rms_mm"] = 7.5
+    said["shipped"]["expected_error_mm"]["as_shipped_within_joint_limits"] = limits
+    text = unmeasured_sentence(said)
+    assert text.startswith(f"Where nothing was measured, expect up to 7.50 mm RMS, as {where}: ")
+    assert text.endswith("the worst errs by no more than 1.20 mm.")
 
 
 def test_too_few_poses_are_said_to_be_that():

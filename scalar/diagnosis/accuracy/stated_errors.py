@@ -3,6 +3,7 @@ where nothing was measured."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -65,21 +66,24 @@ def unseen(outer: OuterSplit | None, which: int, shipped: Calibration) -> dict[s
 
 
 def where_unmeasured(
-    shipped: FittedState, before: FittedState, at_measured: float | None
+    shipped: FittedState, before: FittedState, stated: Iterable[float | None]
 ) -> dict[str, Any] | None:
     """Return the entry of ``diagnosis.json`` on errors where nothing was measured; None with too few poses to halve them.
 
     Args:
         shipped: The fit that is shipped.
         before: The fit without effects.
-        at_measured: The root mean square error [mm] that is stated for poses like those that were measured; the error elsewhere is no smaller.
+        stated: Errors that are stated elsewhere [mm], where they are known: root mean square, at poses like those that were measured and over the
+            whole of the joint limits. The error where nothing was measured is no smaller.
     """
     halves, without = halves_left_out(shipped), halves_left_out(before)
     if not halves or not without:
         return None
     worst = halves[0]
     return {
-        "rms_mm": max(worst.rms / MM, at_measured or 0.0),
+        "rms_mm": max(
+            worst.rms / MM, *(error for error in stated if error is not None and np.isfinite(error))
+        ),
         "halves": len(halves),
         "worst_half": {
             "along": worst.along,

@@ -79,7 +79,7 @@ def test_what_a_model_lacks_shows_where_nothing_was_measured(seed):
     squares, counts = Residuals.of(whole, state.model).squared_distances(state.model)
     found = float(np.sqrt(squares[upper].sum() / counts[upper].sum()))
     held_out = held_out_errors(state).rms
-    entry = where_unmeasured(state, state, 1e3 * held_out)
+    entry = where_unmeasured(state, state, [1e3 * held_out])
     assert entry is not None
     assert found > 1.5 * held_out
     assert found < 1e-3 * entry["rms_mm"] < 5 * found
@@ -93,11 +93,12 @@ def test_few_poses_have_no_halves(complete):
     state = refit(few, complete.model, complete.geometry_free, ())
     assert few.n_poses >= 12
     assert not halves_left_out(state)
-    assert where_unmeasured(state, state, 0.1) is None
+    assert where_unmeasured(state, state, [0.1]) is None
 
 
-def test_the_error_elsewhere_is_no_smaller_than_at_the_measured_poses(complete):
-    """If the error stated for poses like those that were measured is larger, it is stated for others too."""
-    entry = where_unmeasured(complete, complete, 9.0)
+@pytest.mark.parametrize("stated", [[9.0, None, 3.0], [0.1, None, 9.0]])
+def test_the_error_elsewhere_is_no_smaller_than_others_that_are_stated(complete, stated):
+    """If the error stated for measured poses, or that over the joint limits, is larger than that of the worst half, it is stated instead."""
+    entry = where_unmeasured(complete, complete, stated)
     assert entry is not None and entry["rms_mm"] == 9.0
     assert entry["worst_half"]["rms_mm"] < 9.0
