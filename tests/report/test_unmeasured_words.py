@@ -7,7 +7,13 @@ from scalar.report.unmeasured_words import unmeasured_sentence
 
 def mapping(along: str = "q2", upper: bool = True, chance: float = 0.1, fit: str = "equal_weights") -> dict:
     half = {"along": along, "upper": upper, "poses": 30, "rms_mm": 1.2, "chance_rms_mm": chance}
-    entry = {"rms_mm": 1.2, "halves": 22, "worst_half": half, "without_effects_rms_mm": 1.9}
+    entry = {
+        "rms_mm": 1.2,
+        "halves": 22,
+        "median_rms_mm": 0.4,
+        "worst_half": half,
+        "without_effects_rms_mm": 1.9,
+    }
     shipped = {"fit": fit, "expected_error_mm": {"as_shipped_within_joint_limits": 0.8}}
     return {"unmeasured": entry, "shipped": shipped, "effects": [{"name": "joint_scale"}]}
 
@@ -15,25 +21,26 @@ def mapping(along: str = "q2", upper: bool = True, chance: float = 0.1, fit: str
 @pytest.mark.parametrize(
     ("along", "upper", "words"),
     [
-        ("q2", True, "that with the larger values of joint 2."),
-        ("q12", False, "that with the smaller values of joint 12."),
-        ("x", False, "that with the smaller x of the flange."),
-        ("z", True, "that with the larger height z of the flange."),
-        ("order", False, "the earlier half."),
-        ("order", True, "the later half."),
+        ("q2", True, "that with the larger values of joint 2"),
+        ("q12", False, "that with the smaller values of joint 12"),
+        ("x", False, "that with the smaller x of the flange"),
+        ("z", True, "that with the larger height z of the flange"),
+        ("order", False, "the earlier one"),
+        ("order", True, "the later one"),
     ],
 )
 def test_the_worst_half_is_named(along, upper, words):
-    """The sentence ends with the half that is predicted worst, and begins with its error."""
-    text = unmeasured_sentence(mapping(along, upper))
-    assert text.startswith("Where nothing was measured, expect up to 1.20 mm RMS")
-    assert "each of 22 halves" in text and text.endswith(words)
+    """The sentence begins with the error of the half that is predicted worst, and names this half."""
+    text = unmeasured_sentence(mapping(along, upper, fit="before"))
+    assert text.startswith("Where nothing was measured, expect up to 1.20 mm RMS: of 22 halves")
+    assert "the median errs by 0.400 mm" in text
+    assert text.endswith(f"and the worst, {words}, by 1.20 mm.")
 
 
 def test_the_error_without_effects_is_said_if_effects_are_corrected():
     """Both errors stand there, unless after.json has no effects."""
-    assert "(1.90 mm without effects)" in unmeasured_sentence(mapping())
-    assert "without effects" not in unmeasured_sentence(mapping(fit="before"))
+    assert "(without effects the worst by 1.90 mm)" in unmeasured_sentence(mapping())
+    assert "without" not in unmeasured_sentence(mapping(fit="before"))
 
 
 @pytest.mark.parametrize(("chance", "is_said"), [(0.5, False), (1.1, True)])
@@ -49,12 +56,12 @@ def test_chance_errors_of_few_poses_are_said_to_be_that(chance, is_said):
 )
 def test_a_larger_error_that_is_stated_elsewhere_is_said_to_be_that(limits, where):
     """The sentence says where the error is expected, and what the worst half errs by."""
-    said = mapping()
+    said = mapping(fit="before")
     said["unmeasured"]["rms_mm"] = 7.5
     said["shipped"]["expected_error_mm"]["as_shipped_within_joint_limits"] = limits
     text = unmeasured_sentence(said)
     assert text.startswith(f"Where nothing was measured, expect up to 7.50 mm RMS, as {where}: ")
-    assert text.endswith("the worst errs by no more than 1.20 mm.")
+    assert text.endswith("by 1.20 mm.")
 
 
 def test_too_few_poses_are_said_to_be_that():

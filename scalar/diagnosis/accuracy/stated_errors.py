@@ -85,6 +85,7 @@ def where_unmeasured(
             worst.rms / MM, *(error for error in stated if error is not None and np.isfinite(error))
         ),
         "halves": len(halves),
+        "median_rms_mm": float(np.median([half.rms for half in halves])) / MM,
         "worst_half": {
             "along": worst.along,
             "upper": worst.upper,

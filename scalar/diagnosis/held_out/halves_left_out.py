@@ -2,7 +2,7 @@
 
 Poses that are held out in blocks of successive poses have fitted poses on all sides. A user who goes beyond the measured poses has them on one side
 only, and what a model lacks may grow there. The poses are therefore halved in every way in which a region may be missing: by the angle of each joint,
-by the place of the flange along each axis of the base, and by the order of acquisition. The worst of the halves is stated.
+by the place of the flange along each axis of the base, and by the order of acquisition. The worst of the halves and their median are stated.
 
 With the normal equations ``G`` of all poses and ``G_b`` of the poses left out, the refit without them is one Gauss-Newton step from the joint optimum
 by ``G - G_b``; effects are fitted anew, and not chosen anew. In coordinates in which ``G`` is the identity, the eigenvalues of ``G - G_b`` are the

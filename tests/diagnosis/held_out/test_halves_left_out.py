@@ -84,6 +84,7 @@ def test_what_a_model_lacks_shows_where_nothing_was_measured(seed):
     assert found > 1.5 * held_out
     assert found < 1e-3 * entry["rms_mm"] < 5 * found
     worst = entry["worst_half"]
+    assert entry["median_rms_mm"] < 0.8 * worst["rms_mm"]
     assert 1e-3 * worst["rms_mm"] > 1.8 * np.hypot(1e-3 * worst["chance_rms_mm"], held_out)
 
 
