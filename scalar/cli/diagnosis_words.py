@@ -19,6 +19,7 @@ from scalar.report.opening import verdict_on_effects
 from scalar.report.pose_numbers import with_pose_numbers
 from scalar.report.scale_words import scale_in_words, scanner_scale_in_words
 from scalar.report.shipped_words import shipped_sentences
+from scalar.report.unmeasured_words import unmeasured_sentence
 from scalar.report.unseen_words import unseen_sentences
 
 _UNOBSERVABLE_SHOWN = 4
@@ -145,6 +146,7 @@ def _lines_on_errors(diagnosis: Diagnosis, entry: Mapping[str, Any]) -> Iterator
         *excess_beside_findings(diagnosis),
         *few_poses(diagnosis),
         *unseen_sentences(diagnosis, entry),
+        unmeasured_sentence(entry),
         *shipped_sentences(diagnosis),
     ]:
         yield f"  {sentence}"

@@ -8,7 +8,7 @@ from typing import Any
 from scalar.data.dataset import Dataset
 from scalar.data.io.atomic import plain
 from scalar.diagnosis.accuracy.expected_errors import shipped_entry
-from scalar.diagnosis.accuracy.stated_errors import held_out, unseen
+from scalar.diagnosis.accuracy.stated_errors import held_out, unseen, where_unmeasured
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.fit.variance_components import JITTER, VarianceComponent
 from scalar.diagnosis.held_out.hold_out import HeldOutErrors
@@ -198,6 +198,8 @@ class Diagnosis:
         if self.verdict == UNATTRIBUTED:
             effects.append(self._unattributed_entry())
         outliers = [*self.cleaned.outlier_poses, *(pose for pose, _ in self.cleaned.mislabelled_poses)]
+        shipped, after = shipped_entry(self, self.halves), self.errors_after
+        stated, expected = (after["held_out_rms_mm"], after["unseen_rms_mm"]), shipped["expected_error_mm"]
         mapping = {
             "format": FORMAT,
             "verdict": self.verdict,
@@ -218,10 +220,13 @@ class Diagnosis:
             "residual": {
                 "before": held_out(self.calibration_before, self.held_out_before)
                 | unseen(self.outer, 0, self.calibration_before),
-                "after": self.errors_after,
+                "after": after,
                 "floor_mm": noise_floor(self.after) / MM,
             },
-            "shipped": shipped_entry(self, self.halves),
+            "unmeasured": where_unmeasured(
+                self.shipped_state, self.before, [*stated, expected["as_shipped_within_joint_limits"]]
+            ),
+            "shipped": shipped,
             "not_confirmed": not_confirmed,
             "outer_split": None if self.outer is None else self.outer.to_mapping(),
             "candidates": candidate_entries(self.ranking, self.before.background().sum_of_squares),

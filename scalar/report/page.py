@@ -11,7 +11,7 @@ from scalar.diagnosis.fit.partial_residuals import FittedView
 from scalar.diagnosis.shipping.shipped_fit import BY_COMPONENT
 from scalar.effects.command_line import named_effects
 from scalar.effects.picture import Map, Profile
-from scalar.report import further_poses, shipped_words, unseen_words, words
+from scalar.report import further_poses, shipped_words, unmeasured_words, unseen_words, words
 from scalar.report.advice import advice
 from scalar.report.diagnosed_workspace import diagnosed_workspace
 from scalar.report.excess_words import excess_beside_findings
@@ -69,7 +69,10 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "opening": opening(diagnosis, mapping, shown),
         "setup": [entry["sentence"] for entry in diagnosis.calibration_before.summary["setup"]],
         "files": _files(diagnosis),
-        "unseen": unseen_words.unseen_sentences(diagnosis, mapping),
+        "unseen": [
+            *unseen_words.unseen_sentences(diagnosis, mapping),
+            unmeasured_words.unmeasured_sentence(mapping),
+        ],
         "shipped": [*excess_beside_findings(diagnosis), *shipped_words.shipped_sentences(diagnosis)],
         "errors": _errors(mapping, bool(diagnosis.findings)),
         "workspace": diagnosed_workspace(diagnosis),

@@ -82,7 +82,7 @@ def _in_other_regions(diagnosis: Diagnosis) -> list[str]:
     return [
         f"When each of {count} regions of the joint space is held out as a whole, its poses are predicted to {effects} mm RMS with the effects, "
         f"and to {without} mm without. Expect such errors, in which the noise of the measurement is included, next to the poses that were measured; "
-        "nothing is known of poses farther away."
+        "farther away they may be larger."
     ]
 
 

@@ -1,9 +1,15 @@
-"""The errors that ``diagnosis.json`` states: at training poses, at poses held out from the fit, and at poses that no part of the diagnosis used."""
+"""The errors that ``diagnosis.json`` states: at training poses, at poses held out from the fit, at poses that no part of the diagnosis used, and
+where nothing was measured."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
 import numpy as np
 
+from scalar.diagnosis.fit.fitted_state import FittedState
+from scalar.diagnosis.held_out.halves_left_out import halves_left_out
 from scalar.diagnosis.held_out.hold_out import HeldOutErrors
 from scalar.diagnosis.held_out.outer_split import OuterSplit
 from scalar.estimation.result import Calibration
@@ -57,3 +63,35 @@ def unseen(outer: OuterSplit | None, which: int, shipped: Calibration) -> dict[s
     error = outer.errors[which]
     values = (outer.unseen_rms(which, shipped.residual_rms), error.largest, *outer.std_over_parts(error))
     return {key: value / MM if np.isfinite(value) else None for key, value in zip(keys, values, strict=True)}
+
+
+def where_unmeasured(
+    shipped: FittedState, before: FittedState, stated: Iterable[float | None]
+) -> dict[str, Any] | None:
+    """Return the entry of ``diagnosis.json`` on errors where nothing was measured; None with too few poses to halve them.
+
+    Args:
+        shipped: The fit that is shipped.
+        before: The fit without effects.
+        stated: Errors that are stated elsewhere [mm], where they are known: root mean square, at poses like those that were measured and over the
+            whole of the joint limits. The error where nothing was measured is no smaller.
+    """
+    halves, without = halves_left_out(shipped), halves_left_out(before)
+    if not halves or not without:
+        return None
+    worst = halves[0]
+    return {
+        "rms_mm": max(
+            worst.rms / MM, *(error for error in stated if error is not None and np.isfinite(error))
+        ),
+        "halves": len(halves),
+        "median_rms_mm": float(np.median([half.rms for half in halves])) / MM,
+        "worst_half": {
+            "along": worst.along,
+            "upper": worst.upper,
+            "poses": worst.poses,
+            "rms_mm": worst.rms / MM,
+            "chance_rms_mm": worst.chance / MM,
+        },
+        "without_effects_rms_mm": without[0].rms / MM,
+    }

@@ -170,7 +170,7 @@ def _held_out_errors(
     """
     residual, J = (whitened(whitening, rows) for rows in state.linearised())
     N, m = state.dataset.n_poses, state.residuals.measurement.rows_per_pose
-    r_metric, J_metric = _in_metres(state)
+    r_metric, J_metric = in_metres(state)
     m_metric = len(r_metric) // N
     scale = np.linalg.norm(J, axis=0)
     scale[scale == 0] = 1.0
@@ -204,8 +204,8 @@ def _held_out_errors(
     _, counts = state.residuals.squared_distances(state.model)
     settings = state.settings.hold_out
     return [
-        HeldOutErrors(of_rows, in_metres / counts, counts, block, settings)
-        for of_rows, in_metres in zip(whitened_squares, squares, strict=True)
+        HeldOutErrors(of_rows, of_points / counts, counts, block, settings)
+        for of_rows, of_points in zip(whitened_squares, squares, strict=True)
     ]
 
 
@@ -220,7 +220,7 @@ def _step(gram: Array, projection: Array) -> Array | None:
     return None
 
 
-def _in_metres(state: FittedState) -> tuple[Array, Array]:
+def in_metres(state: FittedState) -> tuple[Array, Array]:
     """Return the rows of the poses in metres, every point with the same weight, and their derivatives by the free parameters [m]."""
 
     def in_metres() -> tuple[Residuals, float]:
