@@ -66,11 +66,11 @@ def rank(
     table = _ScoreTable()
     for width, members in candidates.by_width.items():
         gain, dof, observability = conditional[width].score()
-        families = candidates.families[width]
-        effects = [candidate for candidate, _ in members]
-        numbers = np.column_stack(
-            [gain, dof, observability, families, np.full(len(members), candidates.total)]
-        )
+        effects, numbers = [candidate for candidate, _ in members], np.empty((len(members), 5))
+        for column, of_each in enumerate(
+            (gain, dof, observability, candidates.families[width], candidates.total)
+        ):
+            numbers[:, column] = of_each
         kept = np.ones(len(members), dtype=bool)
         rest, degrees_of_freedom = remainder(background, gain, dof)
         log_n = np.log(background.degrees_of_freedom)
