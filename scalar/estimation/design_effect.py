@@ -10,10 +10,13 @@ McCaffrey, Survey Methodology 28, 2002).
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.special import chdtrc  # what scipy.stats.chi2.sf calls, without its checks of arrays
 
+from scalar.data.poses import Poses
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS
@@ -23,6 +26,9 @@ from scalar.geometry.se3 import Array
 # 16 or 64 groups the results on measured grids are about the same.
 GROUPS = 32
 LEAST_POSES = 6  # in a group; in smaller groups, similar poses would often be in different groups
+_GROUPS_OF: WeakKeyDictionary[Poses, Array] = (
+    WeakKeyDictionary()
+)  # which a diagnosis asks for at each of its fits
 _LEAST_DIAGONAL = 1e-8  # of a triangular factor, as a share of the largest: with a smaller one, dividing by it loses too many digits
 
 
@@ -45,7 +51,10 @@ def design_effect(
         group: ``(N,)``, the group of each pose, from 0; groups of similar poses if None.
     """
     if group is None:
-        group = similar_poses(residuals.poses.q, GROUPS, LEAST_POSES)
+        poses = residuals.poses
+        if poses not in _GROUPS_OF:
+            _GROUPS_OF[poses] = similar_poses(poses.q, GROUPS, LEAST_POSES)
+        group = _GROUPS_OF[poses]
     n_groups = int(group.max()) + 1
     if n_groups < 2:
         return 1.0

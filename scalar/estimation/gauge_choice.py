@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import qr
+from scipy.linalg.lapack import dpotrf  # pyright: ignore[reportAttributeAccessIssue]  # made by f2py
 
 from scalar.estimation.settings import IdentifiabilitySettings
 from scalar.geometry.parallel_axes import near_parallel
 from scalar.geometry.robot import GEOMETRY, Robot
 from scalar.geometry.se3 import Array
+
+_BEYOND_ROUNDING = 1.01  # factor on a singular value that a Cholesky factor is to prove
 
 
 def preference(robot: Robot, names: tuple[str, ...]) -> list[int]:
@@ -77,10 +80,20 @@ def choose_fixed(
         return revealing
     if set(chosen) == set(revealing):
         return chosen
-    least, best = (_smallest_kept(scaled, fixed) for fixed in (chosen, revealing))
+    preferred, other = (np.delete(scaled, fixed, axis=1) for fixed in (chosen, revealing))
+    # No singular value of columns is below all their lengths, so this much is surely enough.
+    enough = float(np.sqrt(np.einsum("rc,rc->c", other, other).min())) / settings.condition_slack
+    if _surely_longer(preferred, _BEYOND_ROUNDING * enough):
+        return chosen
+    least, best = (float(np.linalg.svd(kept, compute_uv=False)[-1]) for kept in (preferred, other))
     return revealing if least < best / settings.condition_slack else chosen
 
 
-def _smallest_kept(columns: Array, fixed: list[int]) -> float:
-    kept = np.delete(columns, fixed, axis=1)
-    return float(np.linalg.svd(kept, compute_uv=False)[-1])
+def _surely_longer(columns: Array, least: float) -> bool:
+    """Return whether the smallest singular value of columns ``(rows, k)`` exceeds ``least``; a Cholesky factor tells in a tenth of its time.
+
+    Where it does not, or rounding might decide, the answer is no.
+    """
+    gram = columns.T @ columns
+    gram[np.diag_indices_from(gram)] -= least**2
+    return dpotrf(gram)[1] == 0

@@ -46,7 +46,7 @@ class Planes:
     def at(cls, names: Sequence[str], normals: Array, distances: Array | Sequence[float]) -> Planes:
         """Return planes whose references are the given normals ``(K, 3)`` and distances ``(K,)`` [m]."""
         normals = np.asarray(normals, dtype=float)
-        normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = normals / _lengths(normals)
         return cls(
             tuple(names),
             normals,
@@ -59,7 +59,7 @@ class Planes:
     def normals(self) -> Array:
         """Return the unit normals ``(K, 3)``; computed once and therefore read-only."""
         n = self.reference_normals + np.einsum("kt,ktx->kx", self.tangent_coordinates, self.tangents)
-        n /= np.linalg.norm(n, axis=1, keepdims=True)
+        n /= _lengths(n)
         n.setflags(write=False)
         return n
 
@@ -72,7 +72,7 @@ class Planes:
         n = self.normals
         axes = np.where(np.abs(n[:, :1]) > _FACES_X, np.eye(3)[1], np.eye(3)[0])
         u = axes - n * np.sum(axes * n, axis=1, keepdims=True)
-        u /= np.linalg.norm(u, axis=1, keepdims=True)
+        u /= _lengths(u)
         found = np.stack([u, cross(n, u)], axis=1)
         found.setflags(write=False)
         return found
@@ -141,6 +141,11 @@ class Planes:
             raise ValueError("a plane's normal is a right angle or more away from its guess")
         coordinates = np.einsum("kx,ktx->kt", normals, reference.tangents) / along[:, None]
         return replace(reference, tangent_coordinates=coordinates, distances=self.distances.copy())
+
+
+def _lengths(vectors: Array) -> Array:
+    """Return the lengths ``(K, 1)`` of vectors ``(K, 3)``; the same numbers as ``np.linalg.norm``, which takes three times as long for a few."""
+    return np.sqrt(np.add.reduce(vectors * vectors, axis=1, keepdims=True))
 
 
 def tangent_basis(normals: Array) -> Array:

@@ -64,11 +64,10 @@ class OnPlanes(Measurement):
 def plane_targets(dataset: Dataset) -> tuple[Array, Planes]:
     """Return which target each pose measures ``(N,)`` and the targets: every plane that is measured, once for each session."""
     plane = dataset.plane_index
-    session = dataset.session if dataset.session is not None else np.zeros(dataset.n_poses, dtype=int)
-    count = max(len(dataset.planes), 1)
-    codes, index = np.unique(session * count + plane, return_inverse=True)
-    pairs = np.column_stack(np.divmod(codes, count))
-    several = len(np.unique(session)) > 1
+    session, count = dataset.session, max(len(dataset.planes), 1)
+    codes, index = np.unique(plane if session is None else session * count + plane, return_inverse=True)
+    pairs = [divmod(code, count) for code in codes.tolist()]
+    several = session is not None and len(np.unique(session)) > 1
     names = [dataset.planes[k].name + (f"@{s + 1}" if several else "") for s, k in pairs]
     normals = np.array([dataset.planes[k].normal for _, k in pairs])
     distances = np.array([dataset.planes[k].distance for _, k in pairs])

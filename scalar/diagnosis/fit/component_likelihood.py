@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize, minimize_scalar
-from scipy.stats import chi2
+from scipy.special import chdtrc  # what scipy.stats.chi2.sf calls, without its checks of arrays
 
 from scalar.geometry.se3 import Array
 
@@ -47,7 +47,7 @@ class Spectrum:
 def chance_of(gain: float) -> float:
     """Return the probability of at least such a gain of log likelihood [nats] by one more variance if it is zero."""
     # Half of a chi-squared distribution, because a variance cannot be negative (Self and Liang, JASA 82, 1987).
-    return float(0.5 * chi2.sf(2 * gain, 1)) if gain > 0 else 1.0
+    return float(0.5 * chdtrc(1, 2 * gain)) if gain > 0 else 1.0
 
 
 def of_one(rows: Array, spectrum: Spectrum) -> tuple[float, float, float]:

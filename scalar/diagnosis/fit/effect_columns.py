@@ -108,7 +108,7 @@ class EffectColumns:
         found = np.empty(
             (ends[-1], N, m)
         )  # the rows of a column lie together in memory, because sums run over rows
-        columns = np.moveaxis(found, 0, 2)
+        columns = found.transpose(1, 2, 0)
         on_points: list[tuple[PointEffect, slice]] = []
         whole: dict[str, Array] = {}
         for effect, start, stop in zip(effects, ends[:-1], ends[1:], strict=True):
@@ -123,7 +123,7 @@ class EffectColumns:
                 if acting.key not in whole:
                     whole[acting.key] = np.empty((stop - start, N, m))
                     basis = np.asarray(self._basis(acting, Bases()))
-                    self._fill(np.moveaxis(whole[acting.key], 0, 2), acting, basis)
+                    self._fill(whole[acting.key].transpose(1, 2, 0), acting, basis)
                 np.multiply(whole[acting.key], share[:, None], out=found[start:stop])
                 continue
             basis = self._basis(effect, bases)

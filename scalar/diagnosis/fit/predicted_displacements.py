@@ -50,18 +50,6 @@ def poses_measured(state: FittedState, count: int) -> Poses:
     )
 
 
-def displacements(state: FittedState, more: Sequence[Effect], steps: Array, poses: Poses) -> Array:
-    """Return the lengths ``(N,)`` [m] by which predicted positions move, the best rigid motion removed, to first order.
-
-    Args:
-        state: The fitted state, with P parameters.
-        more: Effects that the state does not have; their k coefficients follow those of its model.
-        steps: ``(P + k,)``, changes of all parameters and of those coefficients.
-        poses: The N poses at which positions are predicted.
-    """
-    return np.linalg.norm((displacement_columns(state, poses, more) @ steps).reshape(-1, 3), axis=1)
-
-
 def displacement_columns(state: FittedState, poses: Poses, more: Sequence[Effect] = ()) -> Array:
     """Return the derivatives ``(3 N, P + k)`` of predicted positions [m] by all parameters, the best rigid motion removed from each.
 

@@ -24,7 +24,7 @@ from scalar.diagnosis.naming.grounds import FinalResiduals, Grounds, grounds_of_
 from scalar.diagnosis.naming.refitted_rivals import with_fitted_rivals
 from scalar.diagnosis.naming.repeated_changes import repeated_changes_doubted
 from scalar.diagnosis.naming.rival_sets import CLEAR_ODDS, nearest_set
-from scalar.diagnosis.scoring.candidate_columns import CandidateColumns, CandidateSet
+from scalar.diagnosis.scoring.candidate_columns import CandidateColumns
 from scalar.diagnosis.scoring.conditional_scores import background_without, rivals, rivals_of_strongest_part
 from scalar.diagnosis.scoring.merging import merged
 from scalar.diagnosis.scoring.ranking import Scored, rank
@@ -69,7 +69,7 @@ def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Findin
         if not effect.flexible:
             most, least = float(expit(-leads[i])), after.settings.naming.least_confidence
             found[-1] = found[-1].limited(most, least, _WITHOUT_A_NAME)
-            found[-1] = _against_sets(found[-1], scored, i, candidates)
+            found[-1] = _against_sets(found[-1], scored, i, columns)
         if run.rival is not None and of_instrument[i] > -after.settings.selection.confounded_margin:
             rivals_too = (*found[-1].confounded_with, *errors_of_instrument_in(run.rival))
             found[-1] = replace(found[-1], confounded_with=rivals_too)
@@ -77,7 +77,7 @@ def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Findin
     return repeated_changes_doubted(found, after.settings.naming.least_confidence)
 
 
-def _against_sets(found: Finding, scored: FittedState, i: int, candidates: CandidateSet) -> Finding:
+def _against_sets(found: Finding, scored: FittedState, i: int, columns: CandidateColumns) -> Finding:
     """Return a finding with at most the confidence that the nearest set of other effects leaves; the first effect of a set that
     explains about as much is confounded with it.
 
@@ -85,13 +85,13 @@ def _against_sets(found: Finding, scored: FittedState, i: int, candidates: Candi
         found: The finding for effect i.
         scored: The state with the priors for whitened rows.
         i: Index of the effect.
-        candidates: The candidate set of named effects.
+        columns: The named candidates' columns at ``scored``.
     """
     least = scored.settings.naming.least_confidence
     undecided = found.confidence >= least and found.grounds.log_odds <= CLEAR_ODDS
     if found.doubtful or is_shrunk(scored.effects[i]) or not undecided:
         return found
-    nearest = nearest_set(scored, i, candidates)
+    nearest = nearest_set(scored, i, columns)
     if nearest is None:
         return found
     limited, instead = found.limited(nearest.probability, least, _SETS), nearest.effects[0]

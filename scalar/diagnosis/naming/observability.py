@@ -16,11 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from scalar.data.poses import Poses
 from scalar.diagnosis.fit.background import Background
 from scalar.diagnosis.fit.effect_columns import Bases
 from scalar.diagnosis.fit.fitted_state import FittedState, whitened
-from scalar.diagnosis.fit.predicted_displacements import displacements, random_poses
+from scalar.diagnosis.fit.predicted_displacements import displacement_columns, random_poses
 from scalar.effects import Effect
 from scalar.effects.same_weight import ActsLikeCompliance, consequence_if_unseen
 from scalar.geometry.se3 import Array
@@ -134,8 +133,11 @@ def _unseen_like_the_found(
         ]
         if not unseen:
             continue
-        poses, at_rest = random_poses(state), np.zeros(len(state.free))
-        sizes = [_moved(state, candidate, np.r_[at_rest, part * c], poses) for _, part, c in unseen]
+        columns, at_rest = (
+            displacement_columns(state, random_poses(state), [candidate]),
+            np.zeros(len(state.free)),
+        )
+        sizes = [_moved(columns, np.r_[at_rest, part * c]) for _, part, c in unseen]
         place, part, coefficients = unseen[int(np.argmax(sizes))]
         rows = E @ coefficients
         share = float(np.linalg.norm(_unexplained(background, rows)) / np.linalg.norm(rows))
@@ -162,9 +164,9 @@ def _unseen_part(background: Background, rows: Array, coefficients: Array) -> fl
     return min(1.0, float(np.sqrt(least)) / left) if left > 0 else 1.0
 
 
-def _moved(state: FittedState, effect: Effect, steps: Array, poses: Poses) -> float:
-    """Return how far predicted positions move [m], root mean square over poses; arguments as for ``displacements``."""
-    return float(np.sqrt(np.mean(displacements(state, [effect], steps, poses) ** 2)))
+def _moved(columns: Array, steps: Array) -> float:
+    """Return how far predicted positions move [m], root mean square over poses, with steps of all that ``displacement_columns`` derives them by."""
+    return float(np.sqrt(np.mean(np.linalg.norm((columns @ steps).reshape(-1, 3), axis=1) ** 2)))
 
 
 def prediction_errors(state: FittedState, effect: Effect, rows: Array, coefficients: Array) -> Array:
@@ -180,10 +182,10 @@ def prediction_errors(state: FittedState, effect: Effect, rows: Array, coefficie
     """
     J = whitened(state.whitening, state.linearised()[1])[: len(rows)]
     absorbed = np.linalg.lstsq(J, rows, rcond=_RANK_TOLERANCE)[0]
-    poses, errors = random_poses(state), []
+    columns, errors = displacement_columns(state, random_poses(state), [effect]), []
     for k in range(rows.shape[1]):
         steps = np.zeros(len(state.free) + len(coefficients))
         steps[: len(state.free)][state.free] = absorbed[:, k]
         steps[len(state.free) :] = -coefficients[:, k]
-        errors.append(_moved(state, effect, steps, poses))
+        errors.append(_moved(columns, steps))
     return np.array(errors)

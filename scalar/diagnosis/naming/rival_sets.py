@@ -24,7 +24,7 @@ from scalar.diagnosis.fit.background import Background
 from scalar.diagnosis.fit.fitted_state import FittedState, whitened
 from scalar.diagnosis.fit.plausibility import is_implausible
 from scalar.diagnosis.held_out.hold_out import first_of_repetitions, moving_joints
-from scalar.diagnosis.scoring.candidate_columns import CandidateColumns, CandidateSet
+from scalar.diagnosis.scoring.candidate_columns import CandidateColumns
 from scalar.diagnosis.scoring.conditional_scores import background_without, columns_of_effects, rivals
 from scalar.diagnosis.scoring.ranking import Scored, rank
 from scalar.diagnosis.scoring.score_test import fall
@@ -73,22 +73,22 @@ class _Extended:
     background: Background
 
 
-def nearest_set(state: FittedState, i: int, candidates: CandidateSet) -> RivalSet | None:
+def nearest_set(state: FittedState, i: int, columns: CandidateColumns) -> RivalSet | None:
     """Return the set of effects over which effect i of a state leads least; None if nothing else explains anything in its place.
 
     Args:
         state: The fitted state.
         i: Index of an effect that has a name.
-        candidates: The candidate set of named effects.
+        columns: The columns of the named candidates at the state.
     """
     effect = state.effects[i]
-    own, ranking = rivals(state, i, CandidateColumns.of(state, candidates))
+    own, ranking = rivals(state, i, columns)
     of_effect, _ = columns_of_effects(state, [i])
     own_background = background_without(state, [i])[0]
     own_penalty = _penalty(own_background, own)
     complete = state.once(
-        ("beside all effects", candidates),
-        lambda: _extended(state, candidates, np.zeros_like(of_effect), state.background()),
+        ("beside all effects", columns.candidates),
+        lambda: _extended(state, columns, np.zeros_like(of_effect), state.background()),
     )
     found: list[RivalSet] = []
     for entry in ranking:
@@ -96,7 +96,7 @@ def nearest_set(state: FittedState, i: int, candidates: CandidateSet) -> RivalSe
             break
         if entry.effect.same_answer(effect) or not _is_possible(state, of_effect, [entry.effect]):
             continue
-        instead = _extended(state, candidates, of_effect, own_background, entry, effect)
+        instead = _extended(state, columns, of_effect, own_background, entry, effect)
         with_effect, with_set = complete.background, instead.background
         ratio = np.log(with_set.sum_of_squares / max(with_effect.sum_of_squares, 1e-300))
         lead = 0.5 * with_effect.degrees_of_freedom * ratio - own_penalty - complete.penalty + instead.penalty
@@ -106,7 +106,7 @@ def nearest_set(state: FittedState, i: int, candidates: CandidateSet) -> RivalSe
 
 def _extended(
     state: FittedState,
-    candidates: CandidateSet,
+    columns: CandidateColumns,
     removed: Array,
     background: Background,
     first: Scored | None = None,
@@ -116,7 +116,7 @@ def _extended(
 
     Args:
         state: The state.
-        candidates: The candidate set.
+        columns: The candidates' columns at the state.
         removed: ``(F,)`` bool, which of the state's free columns the model does not have.
         background: The residual of the state without these columns.
         first: The score of the effect that is added first, or None.
@@ -125,7 +125,7 @@ def _extended(
     added: tuple[Effect, ...] = ()
     penalty, entry = 0.0, first
     for _ in range(_FURTHER + (first is not None)):
-        entry = entry or _best(state, candidates, background, removed, added, excluded)
+        entry = entry or _best(state, columns, background, removed, added, excluded)
         if entry is None:
             break
         added, penalty = (*added, entry.effect), penalty + _penalty(background, entry)
@@ -141,15 +141,14 @@ def _penalty(background: Background, entry: Scored) -> float:
 
 def _best(
     state: FittedState,
-    candidates: CandidateSet,
+    columns: CandidateColumns,
     background: Background,
     removed: Array,
     added: tuple[Effect, ...],
     excluded: Effect | None,
 ) -> Scored | None:
     """Return the score of the candidate that explains most given a background, among those that are possible; None if none explains anything."""
-    columns = CandidateColumns(state, candidates, background)
-    ranking = rank(state, background, columns, least=1e-9)
+    ranking = rank(state, background, columns.given(background), least=1e-9)
     scores = [s for s in ranking if excluded is None or not s.effect.same_answer(excluded)]
     return next((s for s in scores[:_TRIED] if _is_possible(state, removed, [*added, s.effect])), None)
 

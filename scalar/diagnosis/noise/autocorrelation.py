@@ -16,7 +16,8 @@ import itertools
 
 import numpy as np
 from scipy.spatial import KDTree
-from scipy.stats import norm, rankdata
+from scipy.special import ndtr
+from scipy.stats import rankdata
 
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.fit.variance_components import NO_DERIVATIVE
@@ -122,7 +123,7 @@ def _p_values(products: Array, pairs: Array, n_poses: int) -> list[float]:
     """
     sums, lengths = products.sum(axis=0), np.sqrt(np.sum(products**2, axis=0))
     seen = lengths > 0
-    found = np.where(seen, norm.sf(sums / np.where(seen, lengths, 1.0)), 1.0)
+    found = np.where(seen, ndtr(-sums / np.where(seen, lengths, 1.0)), 1.0)
     for k in np.flatnonzero(found < _NORMAL_SUFFICES):
         found[k] = upper_tail(products[:, k], pairs, n_poses)
     return [float(chance) for chance in found]
@@ -151,7 +152,9 @@ def neighbours_in_two(values: Array, settings: AutocorrelationSettings = DEFAULT
     ranks = rankdata(values, axis=0)
     found = np.asarray(KDTree(ranks).query(ranks, k=len(LAGS) + 1)[1])[:, 1:]
     pairs = np.column_stack([np.repeat(np.arange(len(values)), len(LAGS)), found.ravel()])
-    return np.unique(np.sort(pairs, axis=1), axis=0)
+    # As one number each: whole rows take ten times as long to sort.
+    found = np.unique(pairs.min(axis=1) * len(values) + pairs.max(axis=1))
+    return np.column_stack(np.divmod(found, len(values)))
 
 
 def components_along(state: FittedState, z: Array) -> Array:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 from scipy.sparse import coo_array
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from scalar.geometry.se3 import Array
 
@@ -32,7 +32,7 @@ def upper_tail(products: Array, pairs: Array, n_poses: int) -> float:
     value = float(products.sum()) / size
     k3, k4 = _cumulants(products / size, pairs, n_poses)
     if value <= 0.0:
-        return float(norm.sf(value))
+        return float(ndtr(-value))
 
     def slope(t: float) -> float:
         """Return the derivative of the cumulant generating function K of the sum of unit variance."""
@@ -44,7 +44,7 @@ def upper_tail(products: Array, pairs: Array, n_poses: int) -> float:
     K = t**2 / 2.0 + k3 * t**3 / 6.0 + k4 * t**4 / 24.0
     r = np.sqrt(2.0 * (t * value - K))
     u = t * np.sqrt(1.0 + k3 * t + k4 * t**2 / 2.0)
-    return float(norm.sf(r + np.log(u / r) / r))
+    return float(ndtr(-(r + np.log(u / r) / r)))
 
 
 def _cumulants(p: Array, pairs: Array, n_poses: int) -> tuple[float, float]:

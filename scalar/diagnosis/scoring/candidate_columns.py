@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import log
@@ -165,26 +166,35 @@ class CandidateColumns:
     Attributes:
         candidates: The candidate set.
         change_margin: Least number of poses before and after the beginning of a change.
-        full: The background of the state with all its effects, or of a model that stands for it.
+        full: The background of the state with all its effects, or of a model that stands for it (``given``).
         products: The e columns of the elements.
         of_changes: ``(N m, c)``, the columns of the changes.
     """
 
-    def __init__(self, state: FittedState, candidates: CandidateSet, full: Background | None = None) -> None:
-        """Compute the columns of a candidate set at a fitted state.
-
-        Args:
-            state: The fitted state.
-            candidates: The candidate set.
-            full: The background of a model with other columns at the state's optimum, which then stands for the state's own; None for this one.
-        """
+    def __init__(self, state: FittedState, candidates: CandidateSet) -> None:
+        """Compute the columns of a candidate set at a fitted state."""
         self.candidates = candidates
         self.change_margin = state.settings.selection.change_margin
-        self.full = state.background() if full is None else full
         groups = candidates.groups.values()
         self.products = state.products_of(candidates.elements, groups, candidates.bases)
         self.of_changes = state.columns_of([effect for effect, _ in candidates.changes], candidates.bases)
-        along = self.products.with_rows(np.column_stack([self.full.Q, self.full.residual.ravel()]))
+        self._own_grams: dict[int, Array] = {}  # of the columns as they are, whatever the background
+        self._condition_on(state.background())
+
+    def given(self, full: Background) -> CandidateColumns:
+        """Return the same columns for another model at the state's optimum, whose background then stands for the state's own.
+
+        Args:
+            full: The background of the model, which may have other columns than the state.
+        """
+        found = copy(self)
+        found._condition_on(full)
+        return found
+
+    def _condition_on(self, full: Background) -> None:
+        """Take a background with all effects, and the products with it from which others follow."""
+        self.full = full
+        along = self.products.with_rows(np.column_stack([full.Q, full.residual.ravel()]))
         self._along, self._projection = along[:, :-1], along[:, -1]
         self._given_all = self.products.squared_lengths - np.einsum("ef,ef->e", self._along, self._along)
         self._change_columns: dict[int, ChangeColumns] = {}
@@ -247,8 +257,10 @@ class CandidateColumns:
         """Return ``E'^T E'`` ``(T, w, w)`` of the candidates with w columns, conditional on the background of the state with all its effects."""
         if width not in self._grams:
             groups = self.candidates.groups[width]
+            if width not in self._own_grams:
+                self._own_grams[width] = self.products.grams(groups)
             along = self._along[groups]
-            self._grams[width] = self.products.grams(groups) - along @ np.swapaxes(along, 1, 2)
+            self._grams[width] = self._own_grams[width] - along @ np.swapaxes(along, 1, 2)
         return self._grams[width]
 
     def changes(self, background: Background) -> list[tuple[Effect, ChangeScores]]:

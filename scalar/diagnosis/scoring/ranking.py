@@ -66,26 +66,26 @@ def rank(
     table = _ScoreTable()
     for width, members in candidates.by_width.items():
         gain, dof, observability = conditional[width].score()
-        families = candidates.families[width]
-        effects = [candidate for candidate, _ in members]
-        numbers = np.column_stack(
-            [gain, dof, observability, families, np.full(len(members), candidates.total)]
-        )
+        effects, numbers = [candidate for candidate, _ in members], np.empty((len(members), 5))
+        for column, of_each in enumerate(
+            (gain, dof, observability, candidates.families[width], candidates.total)
+        ):
+            numbers[:, column] = of_each
         kept = np.ones(len(members), dtype=bool)
+        rest, degrees_of_freedom = remainder(background, gain, dof)
+        log_n = np.log(background.degrees_of_freedom)
         for k in candidates.of_several_terms[width]:
-            candidate = effects[k]
-            rest, degrees_of_freedom = remainder(background, gain[k], dof[k])
-            projected, terms = conditional[width].of(k), np.arange(width).reshape(candidate.n_terms, -1)
+            candidate, projected = effects[k], conditional[width].of(k)
+            n_terms, of_term = candidate.n_terms, width // candidate.n_terms
             # Each term is penalised for its columns and for the number of terms tried, as it would be alone.
-            penalty = np.log(background.degrees_of_freedom) + 2 * np.log(candidate.n_terms) / terms.shape[1]
-            chosen = projected.forward(terms, least_drop=float(penalty * rest / degrees_of_freedom))
+            penalty = log_n + 2 * np.log(n_terms) / of_term
+            chosen = projected.forward(of_term, float(penalty * rest[k] / degrees_of_freedom[k]))
             if not chosen:
                 kept[k] = False
                 continue
-            own = projected.score(terms[sorted(chosen)].reshape(1, -1))
-            choices = comb(candidate.n_terms, len(chosen))
+            numbers[k, :2] = projected.gain_of(chosen, of_term)
+            choices = comb(n_terms, len(chosen))
             effects[k] = candidate.with_terms(chosen)
-            numbers[k, :2] = own[0][0], own[1][0]
             numbers[k, 3] += log(choices)
             numbers[k, 4] = float(candidates.total * choices)
         table.add([effect for effect, keep in zip(effects, kept, strict=True) if keep], numbers[kept])

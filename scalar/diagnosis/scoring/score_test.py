@@ -11,6 +11,7 @@ remain: by an F test, and by the log evidence (half the drop of the Bayesian inf
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,25 +68,29 @@ class Projected:
         gain, dof = shrunk_gain(self.gram[groups[:, :, None], groups[:, None, :]], self.projection[groups])
         return self.variance * gain, dof, np.sqrt(self.share[groups].max(axis=1, initial=0.0))
 
-    def forward(self, groups: Array, least_drop: float) -> list[int]:
-        """Return the indices of the groups that forward selection adds, in the order in which they are added.
+    def gain_of(self, groups: Sequence[int], width: int) -> tuple[float, int]:
+        """Return gain and degrees of freedom of some of the groups of ``width`` columns that follow one another, all of these together."""
+        where = np.array([width * k + i for k in sorted(groups) for i in range(width)])
+        gain, dof = shrunk_gain(self.gram[where[:, None], where][None], self.projection[where][None])
+        return float(self.variance * gain[0]), int(dof[0])
+
+    def forward(self, width: int, least_drop: float) -> list[int]:
+        """Return the indices of the groups of columns that forward selection adds, in the order in which they are added.
 
         The selection ends when no group lowers the squared residual by ``least_drop`` for each of its columns. After each step the remaining columns
         and the residual are made conditional on the group that was added.
 
         Args:
-            groups: ``(T, w)``, the indices of the columns of T groups.
+            width: Number of columns of each group; the groups follow one another.
             least_drop: Least drop of the squared residual for each column.
         """
-        width = groups.shape[1]
-        columns = groups.ravel()
-        G, s = self.gram[np.ix_(columns, columns)], self.projection[columns]
+        G, s = self.gram, self.projection
         compiled = chosen_forward(G, s, width, least_drop * width / self.variance)
         if compiled is not None:
             return compiled
-        local = np.arange(len(columns)).reshape(groups.shape)
+        local = np.arange(len(s)).reshape(-1, width)
         chosen: list[int] = []
-        while len(chosen) < len(groups):
+        while len(chosen) < len(local):
             gain, dof = shrunk_gain(G[local[:, :, None], local[:, None, :]], s[local])
             gain[chosen] = -np.inf
             best = int(np.argmax(gain))

@@ -112,13 +112,16 @@ def _replaced(
         if entry.evidence < settings.flexible_terms.least_share_to_refine * own.evidence / shapes:
             continue
         best = refined_once(state, group.background, entry)
-        trial, better = group.replaced_by(best.effect), best.evidence - own.evidence
+        several, better = None, best.evidence - own.evidence
         if is_first and group.imitated is not None and better <= settings.flexible_terms.replacement_margin:
-            several, evidence = _with_partial_imitators(trial, group.imitated)
+            together, evidence = _with_partial_imitators(group.replaced_by(best.effect), group.imitated)
             if evidence - own.evidence > better:
-                trial, better = several, evidence - own.evidence
+                several, better = together, evidence - own.evidence
         least_gain = _least_gain(best.effect, better, settings)
-        if least_gain is None or _predicts_worse(state, trial, best.effect) or not trial.is_plausible:
+        if least_gain is None:  # as of most terms, which are then not fitted
+            continue
+        trial = group.replaced_by(best.effect) if several is None else several
+        if _predicts_worse(state, trial, best.effect) or not trial.is_plausible:
             continue
         # The scores above compare only the terms that are exchanged, linearised at the model with the named effects. After the refit, the whole
         # model has to explain the data better by the same margin.

@@ -48,7 +48,7 @@ def state_with(effect: Effect, joints: Any) -> FittedState:
 def test_a_true_cause_leads_every_set():
     """A gear error that is there leads the nearest set of other effects by many standard errors."""
     state = state_with(GEAR, second_order)
-    nearest = nearest_set(state, 0, named_candidates(state.dataset))
+    nearest = nearest_set(state, 0, CandidateColumns.of(state, named_candidates(state.dataset)))
     assert nearest is not None and nearest.lead > 3 * nearest.std
     assert nearest.probability > 0.99
     assert not any(effect.same_answer(GEAR) for effect in nearest.effects)
@@ -66,7 +66,7 @@ def test_two_effects_together_come_nearer_than_each_alone():
     own, ranking = rivals(state, 0, CandidateColumns.of(state, candidates))
     single = max(s.evidence for s in ranking if not s.effect.same_answer(best))
     assert own.evidence > single + 5.0  # no single rival is confounded with it
-    nearest = nearest_set(state, 0, candidates)
+    nearest = nearest_set(state, 0, CandidateColumns.of(state, candidates))
     assert nearest is not None and nearest.lead < 2.0 and nearest.probability < 0.8
     orders = [(effect.target["joint"], effect.target["order"]) for effect in nearest.effects]
     assert orders == [(2, 1), (3, 2)]
@@ -122,4 +122,5 @@ def judged(monkeypatch: pytest.MonkeyPatch, nearest: RivalSet, log_odds: float =
     monkeypatch.setattr(judged_effects, "nearest_set", lambda *_: nearest)
     found = finding_of(GEAR, 0.95)
     object.__setattr__(found, "grounds", SimpleNamespace(log_odds=log_odds))
-    return judged_effects._against_sets(found, state, 0, named_candidates(state.dataset))
+    columns = CandidateColumns.of(state, named_candidates(state.dataset))
+    return judged_effects._against_sets(found, state, 0, columns)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scalar.diagnosis.fit.background import Background
 from scalar.diagnosis.fit.column_products import one_joint_each
 from scalar.diagnosis.fit.effect_columns import Bases
 from scalar.diagnosis.fit.fitted_state import refit
@@ -91,6 +92,34 @@ def test_without_an_effect_no_further_pass_over_the_rows_is_needed():
     for (_, short), (_, long) in changes:
         np.testing.assert_allclose(short.gain, long.gain, rtol=1e-7, atol=1e-9)
         np.testing.assert_array_equal(short.dof, long.dof)
+
+
+def test_columns_given_another_model_are_what_it_leaves_of_them():
+    """For a model with one more column at the same optimum, products are those of the columns less what it spans; the state's own stay."""
+    dataset = make_scene(seed=3, poses_per_plane=15).dataset
+    model, prepared = geometry_fit(dataset, effects_follow=True)
+    state = refit(dataset, model, prepared.free, ())
+    pool = CandidateSet.of([JointScale(2), JointScale(3)])
+    columns, own = CandidateColumns.of(state, pool), state.background()
+    before = columns.conditional(own)[1]
+    residual, jacobian = state.linearised()
+    added = np.zeros((len(residual), 1))
+    added[: own.residual.size] = state.columns_of([JointScale(4)])
+    larger = Background.of(
+        residual, np.column_stack([jacobian, added]), *own.residual.shape, state.settings.score_test
+    )
+    instead = columns.given(larger).conditional(larger)[1]
+    E = state.columns_of(pool.elements)
+    left = E - larger.Q @ (larger.Q.T @ E)
+    shares = np.sum(left**2, axis=0) / np.sum(E**2, axis=0)
+    np.testing.assert_allclose(instead.share[:, 0], shares, rtol=1e-9)
+    np.testing.assert_allclose(
+        instead.projections[:, 0] / columns.candidates.prior_std * larger.variance,
+        E.T @ larger.residual.ravel(),
+        rtol=1e-9,
+    )
+    assert np.all(instead.share < before.share)
+    np.testing.assert_array_equal(columns.conditional(own)[1].grams, before.grams)
 
 
 def test_shares_of_an_effect_on_points_are_computed_once_for_all_states(monkeypatch):

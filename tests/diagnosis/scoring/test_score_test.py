@@ -60,6 +60,11 @@ def test_the_gain_is_what_a_refit_would_gain(seed):
         for k, group in enumerate(groups):
             drop = squared_after(r, J) - squared_after(r, J, E[:, group])
             assert gain[k] == pytest.approx(drop, rel=SHRUNK, abs=1e-6)
+    together = squared_after(r, J) - squared_after(r, J, E[:, [2, 3, 6, 7]])
+    assert conditional_on(background, E).gain_of([3, 1], 2) == (
+        pytest.approx(together, rel=SHRUNK, abs=1e-6),
+        4,
+    )
 
 
 @given(seed=st.integers(0, 10**6))
@@ -80,7 +85,7 @@ def test_forward_selection_is_stepwise_refitting(seed):
         if now - left[best] < worth * 2:
             break
         taken, now = [*taken, best], left[best]
-    assert conditional_on(background, E).forward(groups, worth) == taken
+    assert conditional_on(background, E).forward(2, worth) == taken
 
 
 @given(seed=st.integers(0, 10**6), margin=st.integers(1, 10))
