@@ -17,7 +17,7 @@ from scalar.effects import BaseEffect, Effect
 
 MOST_CONFIDENCE = 0.5  # chosen: the cause is the step, or an error of these poses
 FEW_POSES = (
-    "only a few poses beside a boundary of sessions show the step, and they may as well err by themselves"
+    "only a few poses next to a boundary of sessions show the step, and they may as well err by themselves"
 )
 
 
