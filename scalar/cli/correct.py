@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from scalar.cli.targets import Targets
     from scalar.estimation.result import Calibration
 
-_CHOSEN = "  each posture was chosen near that of the row before; to choose another one, give its joint angles q1..qn beside the frames"
+_CHOSEN = "  each posture was chosen near that of the row before; to choose another one, give its joint angles in columns q1..qn, next to the frames"
 
 
 @cli.command()
@@ -63,10 +63,10 @@ def correct(
       pose,q1..qn          nominal joint angles: the real flange goes where the nominal arm has it
       pose,x,y,z,rx,ry,rz  wanted frames of the sensor in the base frame, as `scalar predict` writes them;
                            or with roll,pitch,yaw or qw,qx,qy,qz in place of rx,ry,rz;
-                           q1..qn beside them give the posture
+                           q1..qn in the same row give the posture
 
     Angles are in rad, and lengths in m (see --units). With --mapping, joint angles are those of the controller. Columns that the calibrated effects
-    need (approach1..n, temperature, time, order) stand beside them.
+    need (approach1..n, temperature, time, order) stand in the same table.
 
     Cells may be separated by semicolons, with decimal commas; the output is then written so too.
 

@@ -106,7 +106,7 @@ def _lines_on_effect(entry: Mapping[str, Any], size: str, sign: str, diagnosis: 
         name = words.quoted(words.title(like["name"], like["target"]))
         why = _why_doubtful(diagnosis, like)
         reason = f", no more because {why}" if why else ""
-        yield f"    most like {name}, a name with {like['confidence']:.0%} confidence{reason}"
+        yield f"    it resembles {name}, a name with {like['confidence']:.0%} confidence{reason}"
     if unattributed:
         for description in [f.effect.described_as for f in diagnosis.flexible_terms]:
             yield f"    described by {description}, which proves no cause"

@@ -25,7 +25,7 @@ _FORMS = {
     ".urdf": "a URDF",
     ".yaml": "UR's kinematics.yaml",
     ".csv": "a DH table",
-    ".md": "a DH table for people",
+    ".md": "a DH table in Markdown",
 }
 _WRITES = {
     ".urdf": "Joint origins by scalar",
@@ -85,7 +85,7 @@ def export(
       .urdf  the description given as --urdf, with the calibrated geometry and a link for the sensor
       .yaml  kinematics.yaml of the ROS packages of Universal Robots (a UR arm in the frames base and tool0)
       .csv   DH parameters, one row for each joint [m, rad], standard or modified as in dataset.yaml (see --convention)
-      .md    the same for people [mm, deg], with the transforms of base, flange and sensor
+      .md    the same as text to be read, in Markdown [mm, deg], with the transforms of base, flange and sensor
 
     None of these holds effects that change from pose to pose. They are listed with the distance by which they
     move the sensor at 1000 random poses within the joint limits; `scalar correct` applies them.
@@ -124,7 +124,7 @@ def export(
         say(line)
     if form == ".csv":
         same = f" --convention {convention}" if convention else ""
-        say(f"  the transforms of base, flange and sensor are in the tables for people: -o NAME.md{same}")
+        say(f"  the transforms of base, flange and sensor are in the table in Markdown: -o NAME.md{same}")
     say(f"written: {output}")
 
 

@@ -92,8 +92,8 @@ def import_bag(
     The arm has to stop at every pose for half a second or more. Of each stop the scan in the middle is taken, cut to its longest straight
     piece, and labelled with the plane on which it lies; scans near no plane, or near two, are left out and counted. If more than half
     of the stops would be left out, nothing is written (exit status 3), and the message states the main reason and what to try. Often the reason is
-    that the joints are recorded in another order, or that the scanner's axes have other directions: if one such correction would put nearly all scans
-    on planes, nothing is written either where more than a tenth of the stops lie on none.
+    that the joints are recorded in another order, that the scanner's axes have other directions, or that the guess of a plane is far off: if one such
+    correction would put nearly all scans on planes, nothing is written either where more than a tenth of the stops lie on none.
 
     \b
     Example:

@@ -115,7 +115,7 @@ def plan(
     them, they are those that add most to the measured ones, and the expected error is that of a calibration from all of them. It holds if base,
     sensor and planes or tracker have not moved since. The errors of the measured and of the planned poses alone are stated as well.
 
-    With --after, poses are planned for the arm as calibrated in the after.json that lies beside the diagnosis, or in what --near names.
+    With --after, poses are planned for the arm as calibrated in the after.json that lies in the folder of the diagnosis, or in what --near names.
     The plan consists of the poses that separate effects which the diagnosis could not distinguish. The output
     says for each pair of effects whether the planned poses separate them, or whether more poses would. If the diagnosis leaves
     nothing open, nothing is written. If even all candidates together separate no pair, nothing is written, and the exit status is 3.
@@ -215,7 +215,7 @@ def _lines_on_ends(workcell: Workcell) -> list[str]:
     if not ending:
         return []
     return [
-        f"  beside {' and '.join(ending)} the arm may pass, as extent says; what holds such a plate is not known: check poses and moves near it"
+        f"  the arm may pass next to {' and '.join(ending)}, as extent says; what holds such a plate is not known: check poses and moves near it"
     ]
 
 

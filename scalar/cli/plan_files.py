@@ -118,6 +118,10 @@ def _lines_on_touching(ids: list[int]) -> list[str]:
         return []
     places = ", ".join(map(str, ids[:_TOUCHING_SHOWN]))
     more = f" and {len(ids) - _TOUCHING_SHOWN} more" if len(ids) > _TOUCHING_SHOWN else ""
+    if len(ids) == 1:
+        return [
+            f"  the move from pose {places} to the next, straight in joint angles, touches something: add a pose in between"
+        ]
     return [
-        f"  the move from pose {places}{more} to the next, straight in joint angles, touches something: add a pose in between"
+        f"  the moves from poses {places}{more}, each to the next and straight in joint angles, touch something: add a pose in between"
     ]

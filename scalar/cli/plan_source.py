@@ -149,7 +149,7 @@ def calibration_near(near: Path | None, after: Path | None, arm: Robot) -> Calib
     if path is None:
         return None
     if near is None and not path.exists():
-        message = "no such file; --after takes the calibration that lies beside the diagnosis: put after.json there, or name it with --near"
+        message = "no such file; --after takes the calibration that lies in the folder of the diagnosis: put after.json there, or name it with --near"
         raise InvalidInput(Fault(str(path), message))
     calibration = load_calibration(path)
     if (difference := difference_of_arms(calibration.model.nominal, arm)) is not None:

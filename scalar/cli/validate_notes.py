@@ -89,6 +89,8 @@ def _beyond_limits(
         unit, size = unit_of_joint(slides)
         worst = int(np.argmax(excess))
         check = "the limits in dataset.yaml, and the zero of this joint"
+        if np.all((-q[:, i] > low - _BEYOND) & (-q[:, i] < high + _BEYOND)):
+            check = "whether this joint counts the other way (with the other sign it stays within them), the limits in dataset.yaml, and its zero"
         turned = q[:, i] - 2.0 * np.pi * np.round((q[:, i] - 0.5 * (low + high)) / (2.0 * np.pi))
         if not slides and np.all((turned > low - _BEYOND) & (turned < high + _BEYOND)):
             check = "whether a whole turn was added when the angles were recorded, or the limits in dataset.yaml are too narrow"

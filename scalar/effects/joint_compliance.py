@@ -157,7 +157,7 @@ class JointCompliance(JointEffect):
     def how_to_measure(self) -> str:
         """Return how to see it directly."""
         return (
-            "To see it directly, hang a known weight on the flange of the stretched arm, with a dial gauge beside it, and compare the readings with "
+            "To see it directly, hang a known weight on the flange of the stretched arm, with a dial gauge next to it, and compare the readings with "
             "and without the weight."
         )
 

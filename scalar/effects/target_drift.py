@@ -256,7 +256,7 @@ class TargetDrift(BaseEffect):
     def how_to_measure(self) -> str:
         """Return how to see it directly."""
         return (
-            "To see it directly, measure a nest on the robot's base every few minutes with the arm at rest, with an inclinometer on the base beside "
+            "To see it directly, measure a nest on the robot's base every few minutes with the arm at rest, with an inclinometer on the base next to "
             "it: a tracker that drifts moves the nest, and leaves the inclinometer as it is."
         )
 

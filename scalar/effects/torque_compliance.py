@@ -64,7 +64,7 @@ class TorqueCompliance(KnownTorques):
     def how_to_measure(self) -> str:
         """Return how to see it directly."""
         return (
-            "To see it directly, hang a known weight on the flange of the stretched arm, and compare a dial gauge beside it with the change of the "
+            "To see it directly, hang a known weight on the flange of the stretched arm, and compare a dial gauge next to it with the change of the "
             "recorded torques."
         )
 

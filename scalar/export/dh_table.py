@@ -96,8 +96,13 @@ def dh_markdown(calibration: Calibration, rigid: RigidPart, *, standard: bool = 
     ):
         R = T[:3, :3]
         numbers = [*(T[:3, 3] / MM), *(log_so3(R) / DEG), *(rpy_from_rotation(R) / DEG)]
-        lines.append(_row(start, end, *(f"{x + 0.0:+.9f}" for x in numbers)))
+        lines.append(_row(start, end, *map(_signed, numbers)))
     return "\n".join([*lines, ""])
+
+
+def _signed(number: float) -> str:
+    """Return a number with its sign and nine decimals; one that is zero to these is +0."""
+    return f"{round(float(number), 9) + 0.0:+.9f}"
 
 
 def _joint_rows(cells: Sequence[Sequence[str]]) -> list[str]:

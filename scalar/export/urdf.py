@@ -136,10 +136,15 @@ def _check_same_arm(document: UrdfDocument, chain: Chain, described: Robot, nomi
     off, turned = _difference(described.flange(q), nominal.flange(q))
     if off > SAME_LENGTH or turned > SAME_ANGLE:
         message = (
-            f"from {shorten(chain.base)} to {shorten(chain.tip)} it differs from the nominal arm of the calibration by {off / MM:.3g} mm "
-            f"and {turned / DEG:.3g} deg; {_remedy(described.flange(q), nominal.flange(q))}"
+            f"from {shorten(chain.base)} to {shorten(chain.tip)} it differs from the nominal arm of the calibration by {_in_digits(off / MM)} mm "
+            f"and {_in_digits(turned / DEG)} deg; {_remedy(described.flange(q), nominal.flange(q))}"
         )
         raise InvalidInput(Fault(document.file, message))
+
+
+def _in_digits(number: float) -> str:
+    """Return a number with three digits or all before the decimal point, and no power of ten."""
+    return f"{number:.0f}" if number >= 1000.0 else f"{number:.3g}"
 
 
 def _remedy(described: Array, nominal: Array) -> str:

@@ -26,7 +26,7 @@ from scalar.ingest.mapping_blocks import read_mapping_block
 from scalar.ingest.mapping_columns import check_columns
 from scalar.ingest.named_units import description_to_si, units_of_dataset
 
-_UNITS_PLACE = "stands at the top of the mapping, beside dataset; move it there"
+_UNITS_PLACE = "stands at the top of the mapping, on the level of dataset; move it there"
 _TEXT_PLACE = "stands at the top of the mapping, where it applies to all files; points and nests may have a key text of their own in addition"
 _OF_A_FILE = "remove this key, or write the content of that file under dataset"
 

@@ -13,7 +13,7 @@ from scalar.data.located_table import HEADER_AGAIN, did_you_mean, shorten
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
 from scalar.ingest.pose_names import numbers_of_names, several_kinds
-from scalar.ingest.written_numbers import Written
+from scalar.ingest.written_numbers import MAPPED, Written
 from scalar.ingest.written_times import Unsettled, is_date, read_times
 
 Reference = str | int
@@ -28,6 +28,7 @@ HEAD_NUMBER = "@head_number"
 """The column that holds the number in the header of a profile's column, where each column of a file is a profile."""
 MOST_COLUMNS = 10_000  # of a foreign table: a profile in a row has up to some thousand values
 _MAX_WRONG = 10  # most cells of one column that are listed as not being numbers
+_MANY_ALIKE = 3  # cells that are no numbers above which one line is said for all, if one change of the mapping mends them
 MISSING = frozenset({"", "nan", "na", "n/a", "null"})
 
 
@@ -117,21 +118,42 @@ class RawTable:
                 wrong.append(i)
             else:
                 values[i] = value
-        if len(wrong) > _MAX_WRONG and len(wrong) == np.sum(~missing):
-            shown, of_all = wrong[:1], f"none of the {len(wrong)} cells is a number, the first being "
-        else:
-            shown, of_all = wrong[:_MAX_WRONG], "not a number "
-        for i in shown:
-            if unicodedata.normalize("NFC", str(cells[i])) == reference:
-                faults.append(Fault(self.file, HEADER_AGAIN, int(self.lines[i])))  # once for all columns
-                continue
-            hint = self.written.hint(str(cells[i]), self._texts())
-            message = f"{of_all}({shorten(cells[i])}); {hint}, or add it to text.missing and use drop_without"
-            faults.append(Fault(self.file, message, int(self.lines[i]), self.label(reference)))
-        if len(wrong) > _MAX_WRONG and len(shown) > 1:
-            message = f"{len(wrong) - _MAX_WRONG} more rows with the same fault; look for a common cause"
-            faults.append(Fault(self.file, message, column=self.label(reference)))
+        self._report_no_numbers(reference, cells, wrong, int(np.sum(~missing)), faults)
         return values, missing
+
+    def _report_no_numbers(
+        self, reference: Reference, cells: Array, wrong: list[int], filled: int, faults: list[Fault]
+    ) -> None:
+        """Add faults for cells that are no numbers: one for each, or one for all if no cell is a number, or if one change of the mapping mends many.
+
+        Args:
+            reference: The column.
+            cells: Its cells, ``(N,)``.
+            wrong: The rows whose cells are no numbers.
+            filled: Number of cells that hold something.
+            faults: Is extended.
+        """
+        others = [i for i in wrong if unicodedata.normalize("NFC", str(cells[i])) != reference]
+        faults += [  # once for all columns
+            Fault(self.file, HEADER_AGAIN, int(self.lines[i])) for i in wrong[:_MAX_WRONG] if i not in others
+        ]
+        remedies = [self.written.hint(str(cells[i]), self._texts()) for i in others[:_MAX_WRONG]]
+        none_is = len(others) > _MAX_WRONG and len(others) == filled
+        in_one = none_is or (len(others) > _MANY_ALIKE and len(set(remedies)) == 1 and MAPPED in remedies[0])
+        for i, remedy in zip(others[: 1 if in_one else None], remedies, strict=False):
+            what = f"not a number ({shorten(cells[i])})"
+            if in_one:
+                count = (
+                    f"none of the {filled} cells is a number"
+                    if none_is
+                    else f"{len(others)} cells are no numbers"
+                )
+                what = f"{count}; the first is {shorten(cells[i])}"
+            message = f"{what}: {remedy}; where it means that nothing was measured, add it to text.missing and use drop_without"
+            faults.append(Fault(self.file, message, int(self.lines[i]), self.label(reference)))
+        if len(others) > _MAX_WRONG and not in_one:
+            message = f"{len(others) - _MAX_WRONG} more rows with the same fault; look for a common cause"
+            faults.append(Fault(self.file, message, column=self.label(reference)))
 
     def seconds(self, reference: Reference, faults: list[Fault]) -> tuple[Array, Array, float | None]:
         """Return the column of times [s] as ``numbers`` does, and the midnight after which dates are counted, in seconds of the Unix epoch.

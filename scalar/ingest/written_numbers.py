@@ -13,6 +13,8 @@ _UNIT_BEHIND = re.compile(r"(.*[0-9.,])\s*(°|º|deg|rad|mm|cm|m|in)")
 _PLAIN = str.maketrans({"\N{NO-BREAK SPACE}": " ", "\N{NARROW NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "-"})
 """Signs that programs for text write in place of a blank and of a hyphen."""
 _NAMES = {",": "comma", ".": "point"}
+MAPPED = "under text in the mapping"
+"""What a hint says that a change of the mapping mends, for all cells that are written alike."""
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,6 @@ def better_in_controller(diagnosis: Diagnosis) -> tuple[str, str] | None:
     better, worse = sorted(errors, key=lambda file: errors[file])
     return (
         better,
-        f"it then errs by {length(errors[better])} on average over the joint limits, with that of {worse} by {length(errors[worse])}, base and tool "
+        f"it then errs by {length(errors[better])} on average over the joint limits, with those of {worse} by {length(errors[worse])}, base and tool "
         "taught again",
     )

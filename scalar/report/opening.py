@@ -115,7 +115,7 @@ def _without_a_name(findings: Sequence[Finding]) -> str:
         else f"{words.quoted(kind)} of {joints_in_words(sorted({e.erring_joint or 0 for e in effects}))}"
         for kind, effects in alike.items()
     ]
-    return f"there is structure to which these data give no certain name, most like {words.listed(most_like, 'or')}"
+    return f"there is structure to which these data give no certain name; it resembles {words.listed(most_like, 'or')}"
 
 
 def _largest(findings: Sequence[Finding], pictures: Sequence[Pictures]) -> str:

@@ -185,7 +185,9 @@ def _card(
     effect = finding.effect
     poses = diagnosis.after.dataset.poses["pose"].to_numpy()
     return {
-        "title": f"structure most like {words.quoted(effect.title)}" if finding.doubtful else effect.title,
+        "title": f"structure that resembles {words.quoted(effect.title)}"
+        if finding.doubtful
+        else effect.title,
         "text": DOUBTFUL if finding.doubtful else effect.sentence,
         "is_noise": False,
         "described_as": effect.described_as,

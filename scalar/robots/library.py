@@ -88,10 +88,14 @@ def read_arm(name: str) -> LibraryArm:
     Raises:
         InvalidInput: The library has no arm of this name; the message suggests similar names.
     """
-    own = _own_names().get(_plain(name))
-    if own is None:
+    if not has_arm(name):
         raise InvalidInput(Fault("--robot", _unknown(name)))
-    return _read(own)
+    return _read(_own_names()[_plain(name)])
+
+
+def has_arm(name: str) -> bool:
+    """Return whether the library has an arm of a name, as ``read_arm`` takes it."""
+    return _plain(name) in _own_names()
 
 
 @lru_cache(maxsize=16)  # a calibration asks twice for the name of its arm
@@ -172,8 +176,8 @@ def _plain(name: str) -> str:
     return re.sub(r"[\W_]+", "", name).casefold()
 
 
-def _unknown(name: str) -> str:
-    """Return the message for a name that the library does not have."""
+def similar_names(name: str) -> list[str]:
+    """Return the names in the library that resemble a name which it does not have, the most similar first; few, or none."""
     wanted = _plain(name)
     plain = {own: [_plain(key) for key in keys] for own, keys in _keys().items()}
     similarity = {
@@ -183,6 +187,11 @@ def _unknown(name: str) -> str:
     close = [own for own, keys in plain.items() if any(wanted in key for key in keys)] if wanted else []
     close = close or [own for own, ratio in similarity.items() if ratio >= _LEAST_SIMILARITY]
     close.sort(key=lambda own: (-similarity[own], own))
-    listed = ", ".join(close[:_MOST_SUGGESTIONS])
+    return close[:_MOST_SUGGESTIONS]
+
+
+def _unknown(name: str) -> str:
+    """Return the message for a name that the library does not have."""
+    listed = ", ".join(similar_names(name))
     suggestion = f"did you mean {listed}? " if listed else ""
     return f"{name!r} is no arm of the library; {suggestion}`scalar init --list` lists all arms; describe any other by --urdf or --dh"

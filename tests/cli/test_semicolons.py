@@ -65,6 +65,21 @@ def test_commas_beside_decimal_points_are_refused(program):
     assert not (program / "out.csv").exists()
 
 
+def test_points_between_thousands_are_said_to_be_that(program):
+    """A spreadsheet may write 1.010,5: the message says what the point is, and how the number is read."""
+    targets = pd.read_csv(program / "targets.csv")
+    path = program / as_a_spreadsheet_saves(program, "thousands.csv", targets)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    at = lines[0].split(";").index("q1")
+    cells = lines[1].split(";")
+    cells[at] = "1.010,5"
+    lines[1] = ";".join(cells)
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    status, said = run("correct", program / "calibration.json", path, "-o", program / "out.csv")
+    assert status == 2 and "thousands.csv, row 2, column q1" in said
+    assert "leave out the points between thousands: write 1010.5 (or 1010,5" in said
+
+
 def test_a_table_of_dh_parameters_may_have_semicolons(tmp_path):
     """`scalar init --dh` takes the lengths and angles of such a table as they are meant."""
     (tmp_path / "dh.csv").write_text(

@@ -115,7 +115,10 @@ def test_a_scene_may_name_the_description_of_its_arm(panda, tmp_path):
     [
         ({"urdf": "absent.urdf"}, ("absent.urdf", "no such file")),
         ({"urdf": "arm.urdf", "tip": 3}, ("scene.yaml, robot.tip", "name of a link")),
-        ({"urdf": "arm.urdf", "joints": []}, ("scene.yaml, robot.joints", "base and tip only")),
+        (
+            {"urdf": "arm.urdf", "joints": []},
+            ("scene.yaml, robot.joints", "base and tip are the only other ones"),
+        ),
     ],
 )
 def test_a_description_that_a_scene_names_wrongly_is_refused(tmp_path, robot, words):

@@ -48,6 +48,16 @@ def test_a_joint_beyond_its_limits_is_named(scene, tmp_path):
     assert "in 1 of 60 poses" in line and "whole turn" in line
 
 
+def test_a_joint_that_counts_the_other_way_is_asked_about(scene, tmp_path):
+    """If the positions lie within the limits with the other sign, and beyond them as recorded, the sign is named first."""
+    low, high = scene.dataset.robot.limits[2]
+    assert abs(low + high) > 0.2, "the limits have to tell the signs apart"
+    q = np.linspace(low + 0.01, high - 0.01, scene.dataset.n_poses)
+    (line,) = told(scene, tmp_path / "sign", q3=-q)
+    assert "joint 3 is beyond its limits" in line and "check whether this joint counts the other way" in line
+    assert told(scene, tmp_path / "right", q3=q) == []
+
+
 def test_limits_of_converted_joints_are_said_to_be_those_of_the_dataset(scene, tmp_path):
     """After an import that converted joints, the angle beyond its limit is not the one that the controller shows."""
     over = scene.dataset.poses["q2"].to_numpy().copy()

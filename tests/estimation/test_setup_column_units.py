@@ -12,6 +12,7 @@ from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.column_units import column_units
 from scalar.estimation.setup.suspicion import WrongSetup
 from tests.random_scene import make_scene
+from tests.tracked_targets import drawn_arm
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +26,12 @@ def scanned() -> Dataset:
     [
         ((1000.0, 1.0), "the column x is in millimetres, and z in metres"),
         ((1.0, 1 / 0.0254), "the column z is in inches, and x in metres"),
-        ((1.0, 0.001), "the column z is 1000 times too small beside x"),
+        ((1.0, 0.001), "the column z is 1000 times too small compared with x, as metres are"),
+        (
+            (0.1, 1.0),
+            "the column x is 10 times too small compared with z, as centimetres are that were taken",
+        ),
+        ((1.0, 25.4), "the column z is 25.4 times too large compared with x, as millimetres are that were"),
     ],
 )
 def test_a_column_in_another_unit_is_named(scanned, factors, says):
@@ -41,3 +47,24 @@ def test_a_touch_probe_has_no_columns_to_convert():
     """The tip is the measured point, so there is no table of points."""
     probed = make_scene("vs060", "probe", poses_per_plane=12, noise=1e-4, seed=5).dataset
     assert list(column_units(probed)) == []
+
+
+@pytest.mark.parametrize(
+    ("factors", "says"),
+    [
+        ((1.0, 1.0, 10.0), "the column z of target right is 10 times too large compared with x and y"),
+        ((1.0, 1000.0, 1.0), "the column y of target right is in millimetres, and x and z in metres"),
+        ((1000.0,) * 3, "the columns x, y, z of target right are in millimetres"),
+    ],
+)
+def test_a_unit_of_one_target_is_named(factors, says):
+    """A mapping states the unit of each column of each target: if one is wrong, target and column are named, and nothing else."""
+    rng = np.random.default_rng(3)
+    arm = drawn_arm(rng, ("left", "right"))
+    sound = arm.dataset(arm.poses(50, rng), rng, noise=2e-5)
+    points = sound.points.copy()
+    points[sound.point_columns["target"] == 1] *= np.array(factors)
+    with pytest.raises(WrongSetup) as refused:
+        calibrate(replace(sound, points=points))
+    (suspicion,) = refused.value.suspicions
+    assert says in suspicion.sentence and "of target right in the mapping" in suspicion.sentence

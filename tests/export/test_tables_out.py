@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from scalar.cli import cli
 from scalar.data.io.plain_yaml import load_yaml
 from scalar.effects.axis_nonparallel import AxisNonparallel
+from scalar.export.dh_table import _signed
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import transform_from_rotation_vector
 from scalar.ingest.urdf import robot_from_urdf
@@ -206,6 +207,14 @@ def test_an_arm_declared_in_standard_dh_is_written_in_standard_dh(tmp_path):
     assert "alone has no beta" not in exported(
         calibrated(flat, np.random.default_rng(1), size=0.0), tmp_path, "flat.md"
     )
+
+
+@pytest.mark.parametrize(
+    ("number", "said"), [(-5e-17, "+0.000000000"), (-90.0, "-90.000000000"), (1e-9, "+0.000000001")]
+)
+def test_a_transform_has_no_zero_with_a_minus(number, said):
+    """Rounding of a URDF leaves numbers of 1e-17, which are zero."""
+    assert _signed(number) == said
 
 
 @pytest.mark.parametrize("options", [(), ("--convention", "standard-dh")])

@@ -14,6 +14,7 @@ from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.sensor_slip import SensorSlip
 from scalar.effects.thermal_drift import ThermalDrift
 from scalar.estimation.fixed_parameter import BASE_NOT_SHOWN
+from scalar.export.urdf import _in_digits
 from scalar.geometry.robot import Robot
 from scalar.ingest.urdf import chain_between, read_urdf, robot_from_urdf
 from tests.calibrated_arms import calibrated, rigid
@@ -223,6 +224,12 @@ def test_a_description_that_differs_in_one_frame_is_refused_with_that_frame(join
     )
     assert status == 2 and words in said, said
     assert not output.exists()
+
+
+@pytest.mark.parametrize(("number", "said"), [(1358.2, "1358"), (180.0, "180"), (0.01234, "0.0123")])
+def test_a_difference_is_said_without_powers_of_ten(number, said):
+    """A metre and more in millimetres is no 1.36e+03."""
+    assert _in_digits(number) == said
 
 
 @pytest.mark.parametrize(

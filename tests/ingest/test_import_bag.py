@@ -210,7 +210,7 @@ def test_a_joint_that_counts_the_other_way_is_told_with_its_remedy(joint, workce
     status, said = run("import-bag", tmp_path / "dataset.yaml", bag, "-o", tmp_path / "d")
     assert status == 3 and "direction" in said
     told = said.splitlines()[1]
-    assert f"joint {joint} (joint_{joint}) counted the other way 12 of 12" in told
+    assert f"12 of 12 scans would lie on a plane with joint {joint} (joint_{joint}) counted" in told
     assert f"signs of d and theta of joint {joint}, add 3.141593 to alpha of joint {joint}" in told
     assert f"subtract it from alpha of joint {joint + 1}" in told
     count_otherwise()

@@ -21,6 +21,7 @@ T_FLANGE_SENSOR = np.eye(4)
 T_FLANGE_SENSOR[:3, 3] = 0.03, 0.01, 0.08
 FAN = np.linspace(-0.3, 0.3, 15)
 DIRECTIONS = np.stack([np.sin(FAN), np.cos(FAN)], axis=1)  # x and z of the scanner
+PLANES = ("floor", "wall_x", "wall_y")
 ON_FLOOR, ON_WALLS = 60, 20
 
 
@@ -41,7 +42,7 @@ def pieces() -> Pieces:
             found[seen[0]].append((q, reach[:, seen[0], None] * DIRECTIONS))
     every = [scan for k in found for scan in found[k]]
     q, points = np.array([q for q, _ in every]), [points for _, points in every]
-    return Pieces(ROBOT, T_FLANGE_SENSOR, q, points, NORMALS, DISTANCES)
+    return Pieces(ROBOT, T_FLANGE_SENSOR, q, points, NORMALS, DISTANCES, PLANES)
 
 
 def test_a_wrong_sign_of_joint_1_is_named_though_most_scans_keep_a_plane(pieces: Pieces) -> None:
@@ -51,7 +52,9 @@ def test_a_wrong_sign_of_joint_1_is_named_though_most_scans_keep_a_plane(pieces:
     kept = int(np.count_nonzero(wrong.plane_index() >= 0))
     assert LEAST_KEPT * len(wrong.points) < kept < 0.9 * len(wrong.points)
     said = clearly_better_reading(wrong, NAMES, kept)
-    assert said is not None and f"joint 1 (joint_1) counted the other way {len(wrong.points)} of" in said
+    total = len(wrong.points)
+    assert said is not None and f"{total} of {total} scans" in said
+    assert "with joint 1 (joint_1) counted the other way" in said
 
 
 def test_stops_that_are_lost_in_any_case_name_nothing(pieces: Pieces) -> None:
@@ -67,7 +70,7 @@ def test_stops_that_are_lost_in_any_case_name_nothing(pieces: Pieces) -> None:
 def test_a_wrong_guess_of_a_plane_is_not_taken_for_a_wrong_joint(
     pieces: Pieces, off: float, turn: float
 ) -> None:
-    """If the floor is 0.2 m from its guess, and the scanner is turned from its stated pose, no sign and no zero of a joint is named.
+    """If the floor is 0.2 m from its guess, and the scanner is turned from its stated pose, the guess is named, and no sign and no zero of a joint.
 
     With such readings many scans come within the farthest distance of some plane, but not near it.
     """
@@ -75,4 +78,39 @@ def test_a_wrong_guess_of_a_plane_is_not_taken_for_a_wrong_joint(
     T_flange_sensor[:3, :3] = exp_so3(np.array([0.1, 0.0, turn]))
     wrong = replace(pieces, distances=DISTANCES + np.array([off, 0.0, 0.0]), T_flange_sensor=T_flange_sensor)
     assert np.count_nonzero(wrong.plane_index() >= 0) < LEAST_KEPT * len(wrong.points)
-    assert better_reading(wrong, NAMES) is None
+    said = better_reading(wrong, NAMES)
+    assert said is not None and "with floor at a distance of -0.1" in said and "joint" not in said
+
+
+def some(pieces: Pieces, floor: int, wall_x: int, wall_y: int) -> Pieces:
+    """Return the pieces of a campaign with so many scans of each plane."""
+    first = (0, ON_FLOOR, ON_FLOOR + ON_WALLS)
+    kept = [
+        k for start, n in zip(first, (floor, wall_x, wall_y), strict=True) for k in range(start, start + n)
+    ]
+    return replace(pieces, q=pieces.q[kept], points=[pieces.points[k] for k in kept])
+
+
+@pytest.mark.parametrize("off", [-0.3, 0.3, 0.45])
+@pytest.mark.parametrize(("wall_x", "wall_y", "far"), [(3, 20, 2), (20, 3, 1)])
+def test_a_guess_that_loses_half_of_the_stops_is_named_and_no_zero_of_joint_1(
+    pieces: Pieces, wall_x: int, wall_y: int, far: int, off: float
+) -> None:
+    """With the zero of joint 1 turned by 90 degrees, the scans of the wall with the wrong guess lie on the other wall, which is as far away."""
+    distances = DISTANCES.copy()
+    distances[far] += off
+    wrong = replace(some(pieces, 20, wall_x, wall_y), distances=distances)
+    kept = int(np.count_nonzero(wrong.plane_index() >= 0))
+    assert LEAST_KEPT <= kept / len(wrong.points) < 0.65
+    for said in (better_reading(wrong, NAMES), clearly_better_reading(wrong, NAMES, kept)):
+        assert said is not None and f"{PLANES[far]} at a distance of 0.9" in said and "joint" not in said
+        assert f"{len(wrong.points)} of {len(wrong.points)} scans" in said
+        assert f"in place of {distances[far]:.2f} m: correct the guess" in said
+
+
+@pytest.mark.parametrize("degrees", [90, -90, 180])
+def test_a_wrong_zero_of_joint_1_is_named_before_a_plane(pieces: Pieces, degrees: int) -> None:
+    """If the zero is wrong, all scans of walls lie elsewhere, and no other distance of one wall explains them."""
+    turned = pieces.q + np.radians(degrees) * np.eye(6)[0]
+    said = better_reading(replace(pieces, q=turned), NAMES)
+    assert said is not None and f"{(-degrees + 179) % 360 - 179} degrees added to joint 1" in said

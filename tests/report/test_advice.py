@@ -70,7 +70,7 @@ def test_the_controller_gets_the_geometry_that_errs_less_without_effects(found: 
     """The file that is named is the one whose lengths and angles, effects left out, come nearer to after.json with its effects."""
     (item,) = _in_controller(found)
     named = re.search(
-        r"give it those of (\w+).json: it then errs by (\S+) mm .* that of (\w+).json by (\S+) mm",
+        r"give it those of (\w+).json: it then errs by (\S+) mm .* those of (\w+).json by (\S+) mm",
         item.sentences[0],
     )
     assert named is not None

@@ -79,7 +79,7 @@ def test_a_doubtful_name_is_a_hint():
     )
     doubtful.doubtful, doubtful.confidence, doubtful.confounded_with = True, 0.3, ()
     first, last = clauses([doubtful, certain], [])
-    assert "joint 3" in first and "no certain name, most like “joint 2: backlash”" in last
+    assert "joint 3" in first and "no certain name; it resembles “joint 2: backlash”" in last
     warning = caution(SimpleNamespace(findings=()), doubtful)  # type: ignore[arg-type]
     assert "Look for the cause before anything is repaired" in warning and "30 %" in warning
 
@@ -102,7 +102,7 @@ def test_doubtful_names_of_one_kind_are_said_together():
     for finding in (*gears, other):
         finding.doubtful, finding.confidence, finding.confounded_with = True, 0.3, ()
     (clause,) = clauses([*gears, other], [])
-    assert clause.endswith("most like “harmonic error” of joints 1, 2 and 3 or “joint 4: backlash”")
+    assert clause.endswith("it resembles “harmonic error” of joints 1, 2 and 3 or “joint 4: backlash”")
 
 
 def test_an_unsure_name_is_not_stated_as_a_fact():

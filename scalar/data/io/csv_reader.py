@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.data.io.cells import CellsOfNumbers, CellsOfText, text_column
+from scalar.data.io.grouped_digits import remedy_of_groups
 from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
 from scalar.data.io.semicolons import with_commas
 from scalar.data.located_table import (
@@ -276,6 +277,7 @@ def _check_numeric_cells(
         if name in layout.integers and not _DIGIT_AT_THE_START.match(cells[i]):
             return f"not a whole number ({shorten(cells[i])}); write one that no other pose has"
         hint = "write a decimal point, as in 0.123" if "," in cells[i] else "write it as 0.123"
+        hint = remedy_of_groups(cells[i]) or hint
         if cells[i][0] in "\u2012\u2013\u2014\u2212":
             hint = f"its minus is another character (a dash): write - of the keyboard{', and a decimal point' if ',' in cells[i] else ''}"
         if cells[i] in ("+", "-") and name.startswith("approach"):

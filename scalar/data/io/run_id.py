@@ -59,7 +59,7 @@ def check_run(path: Path) -> None:
         found = _run_named_in(path.with_name(other))
         if run is not None and found is not None and found != run:
             message = (
-                f"is of run {run}, and {other} beside it of run {found}: a run was stopped while it wrote, or files of two were "
+                f"is of run {run}, and {other} in the same folder of run {found}: a run was stopped while it wrote, or files of two were "
                 "put together; diagnose again"
             )
             raise InvalidInput(Fault(str(path), message, None, RUN))
@@ -87,7 +87,7 @@ def check_truth_run(truth: Path, run: object) -> None:
         found = _SOURCE.search(file.read(_HEAD))
         if found is not None and found[1].decode() != run:
             message = (
-                f"is of run {run}, and the dataset beside it of run {found[1].decode()}: a run was stopped while it wrote; "
+                f"is of run {run}, and the dataset in the same folder of run {found[1].decode()}: a run was stopped while it wrote; "
                 "simulate again"
             )
             raise InvalidInput(Fault(str(truth / "truth.json"), message, None, RUN))

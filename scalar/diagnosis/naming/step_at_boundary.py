@@ -17,7 +17,7 @@ from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.effects import BaseEffect, Effect
 
 FEW_POSES = (
-    "only a few poses beside a boundary of sessions show the step, and they may as well err by themselves"
+    "only a few poses next to a boundary of sessions show the step, and they may as well err by themselves"
 )
 
 

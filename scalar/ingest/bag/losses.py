@@ -10,6 +10,7 @@ import numpy as np
 
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
+from scalar.ingest.bag.far_guesses import with_far_guesses
 from scalar.ingest.bag.labels import FARTHEST, Labels, label_scans
 from scalar.units import DEG
 
@@ -90,6 +91,7 @@ class Pieces:
         q: ``(S, n)`` [rad, m], the recorded joint positions of the robot's joints, in the assumed order q1..qn.
         points: S arrays ``(M, 2)`` [m], x and z.
         normals, distances: ``(K, 3)`` and ``(K,)`` [m], guesses of the planes.
+        plane_names: Names of the planes.
     """
 
     robot: Robot
@@ -98,6 +100,7 @@ class Pieces:
     points: Sequence[Array]
     normals: Array
     distances: Array
+    plane_names: Sequence[str]
 
     def plane_index(self) -> Array:
         """Return the index of the plane of each piece, ``(S,)``, -1 where it is not clear."""
@@ -112,13 +115,16 @@ class Pieces:
         """
         if not len(self.points):
             return Labels(np.zeros(0, dtype=int), np.zeros(0))
+        return label_scans(self.scans(q, axes), self.normals, self.distances)
+
+    def scans(self, q: Array | None = None, axes: Array | None = None) -> list[Array]:
+        """Return the points of each piece in the base frame, ``(M, 3)`` [m]; the arguments are those of ``labels``."""
         T = self.robot.flange(self.q if q is None else q) @ self.T_flange_sensor
         turned = self.points if axes is None else [points @ axes.T for points in self.points]
-        scans = [
+        return [
             points[:, :1] * pose[:3, 0] + points[:, 1:] * pose[:3, 2] + pose[:3, 3]
             for pose, points in zip(T, turned, strict=True)
         ]
-        return label_scans(scans, self.normals, self.distances)
 
 
 def clearly_better_reading(pieces: Pieces, names: Sequence[str], kept: int) -> str | None:
@@ -138,7 +144,9 @@ def clearly_better_reading(pieces: Pieces, names: Sequence[str], kept: int) -> s
 
 
 def better_reading(pieces: Pieces, names: Sequence[str], least: float = 0.0) -> str | None:
-    """Return advice if another order, sign or zero of joints, or other axes of the scan, put more pieces on planes, and most of them; else None.
+    """Return advice if another order, sign or zero of joints, other axes of the scan, or a plane elsewhere put most pieces on planes.
+
+    A plane whose guess is too far off is named before another reading that puts no more pieces on planes. None if nothing does.
 
     Args:
         pieces: The pieces of the recording.
@@ -156,13 +164,21 @@ def better_reading(pieces: Pieces, names: Sequence[str], least: float = 0.0) -> 
             and np.median(labels.distance[on_plane]) <= _CLOSE
         ):
             best = found
-            words = f"with {what} {found} of {total} scans would lie on a plane{remedy}"
+            words = f"{found} of {total} scans would lie on a plane with {what}{remedy}"
     return words
 
 
 def _readings(pieces: Pieces, names: Sequence[str]) -> Iterator[tuple[str, str, Labels]]:
     """Yield other readings of the recording, the simplest first: what differs, how to correct it, and the planes of the pieces then."""
     q = pieces.q
+    distances, labels = with_far_guesses(pieces.scans(), pieces.normals, pieces.distances)
+    if len(moved := np.flatnonzero(distances != pieces.distances).tolist()):
+        places = [
+            f"{pieces.plane_names[k]} at a distance of {distances[k]:.2f} m in place of {pieces.distances[k]:.2f} m"
+            for k in moved
+        ]
+        remedy = ": correct the guess under planes, if this is that plane and no other surface"
+        yield " and ".join(places), remedy, labels
     for order in _orders(len(names), names):
         yield f"--joint-names {','.join(names[i] for i in order)}", "", pieces.labels(q[:, list(order)])
     for j in range(q.shape[1]):

@@ -222,6 +222,7 @@ def _pieces(
         [points for _, _, points in pieces],
         np.array([plane.normal for plane in planes]),
         np.array([plane.distance for plane in planes]),
+        [plane.name for plane in planes],
     )
 
 

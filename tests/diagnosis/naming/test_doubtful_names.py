@@ -60,9 +60,9 @@ def test_the_correction_keeps_a_doubtful_effect(scaled):
 def test_report_and_terminal_advise_no_repair_for_a_doubtful_name(scaled):
     """Both say what the structure resembles, and give none of the advice that belongs to the name."""
     page, said = render_report(scaled), describe_diagnosis(scaled)
-    assert "Structure most like “joint 3: " in page
+    assert "Structure that resembles “joint 3: " in page
     assert "Look for the cause before anything is repaired" in page
-    assert "structure that no known effect explains" in said and 'most like "joint 3: ' in said
+    assert "structure that no known effect explains" in said and 'it resembles "joint 3: ' in said
     assert not any(sentence in page for sentence in scaled.findings[0].effect.advice)
 
 
