@@ -21,6 +21,7 @@ from scalar.units import DEG, MM
 
 README = "README.txt"
 _POSES = "poses.csv"
+_ROUNDING = 1e-11  # [m or rad]: a smaller length or angle is a rounding error
 _REMEDY = "a dataset is begun in a new or an empty folder only; give another place"
 _PLANES = (
     "",
@@ -150,14 +151,15 @@ def _quoted(text: str) -> str:
 
 
 def _flow(value: Any) -> str:
-    """Return plain data as YAML in one line."""
+    """Return plain data as YAML in one line, numbers of the size of rounding errors as zero."""
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{key}: {_flow(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_flow, value)) + "]"
     if isinstance(value, str):
         return _quoted(value)
-    mantissa, e, exponent = repr(float(value)).partition("e")
+    number = 0.0 if abs(value) < _ROUNDING else float(value)
+    mantissa, e, exponent = repr(number).partition("e")
     return (mantissa if "." in mantissa else f"{mantissa}.0") + e + exponent
 
 
