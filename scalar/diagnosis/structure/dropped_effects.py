@@ -10,8 +10,7 @@ from scalar.diagnosis.fit.fitted_state import FittedState, plausibly_refitted
 from scalar.diagnosis.held_out.hold_out import held_out_errors
 from scalar.diagnosis.noise.autocorrelation import depends_on
 from scalar.diagnosis.scoring.conditional_scores import columns_of_effects, without_columns
-
-MOST_GROWTH = 1.2  # chosen: of the held-out error, by which effects may be needed that are dropped
+from scalar.diagnosis.structure.replaced_names import MOST_GROWTH
 
 
 def without_effects_of_same_curve(state: FittedState) -> FittedState:

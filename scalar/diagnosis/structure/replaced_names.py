@@ -23,8 +23,8 @@ from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.structure.ranked_terms import imitating, in_parts, rank_terms, ranked_once, refined_once
 from scalar.effects import Effect
 
-# Largest growth of the held-out error in metres with which a flexible term replaces named effects. Weighted rows may hide that it predicts
-# other poses worse: on a measured arm the error at poses held out grew threefold.
+# Largest growth of the held-out error in metres with which named effects give way to a flexible term, or are dropped beside one. Weighted rows may
+# hide that it predicts other poses worse: on a measured arm the error at poses held out grew threefold.
 MOST_GROWTH = 1.2
 
 
