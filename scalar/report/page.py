@@ -157,7 +157,7 @@ def _errors(mapping: Mapping[str, Any], changed: bool) -> dict[str, Any]:
                 "bars": [
                     {
                         "when": when,
-                        "label": when if changed else "",
+                        "label": f"{when}.json" if changed else "",
                         "text": words.number(value),
                         "percent": _percent(value, scale),
                     }
