@@ -10,6 +10,7 @@ from scalar.diagnosis.held_out.outer_split import OuterSplit
 from scalar.diagnosis.naming.base_beside_joints import limited_beside_joints
 from scalar.diagnosis.naming.beside_structure import limited_beside_structure
 from scalar.diagnosis.naming.errors_of_assembly import limited_by_assembly
+from scalar.diagnosis.naming.few_positions import limited_by_few_positions
 from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.naming.many_orders import limited_by_many_orders
 from scalar.diagnosis.naming.one_joint_moves import limited_by_one_joint
@@ -42,6 +43,7 @@ def limited_names(
     found = limited_by_order(found, given, least)
     found = limited_beside_joints(found, n_poses, least)
     found = limited_by_one_joint(found, dataset.q, least)
+    found = limited_by_few_positions(found, run.after, run.candidates, least)
     found = limited_by_assembly(found, least)
     found = limited_by_boundaries(found, dataset, settings.selection.change_margin, least)
     found = limited_by_usual_odds(found, least)

@@ -1,0 +1,97 @@
+"""Lower the confidence in names of one joint that stands at few positions, where any error of its position explains as much.
+
+On a grid a joint stands at four or seven angles, say. An error of its angle then consists of as many numbers, whatever its form: a gear of hundreds
+of teeth errs at random there. A scale, play and a compliance of the joint together describe most of such numbers: in a simulated campaign of 169
+poses, of which joint 2 stood at six angles, an error of its drive had been called play with 0.98, and the correction made predictions 2.6 times
+worse. The names of a joint are therefore compared with one free error for each of its positions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scalar.diagnosis.fit.fitted_state import FittedState, whitened
+from scalar.diagnosis.fit.variance_components import columns_by_place
+from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
+from scalar.diagnosis.scoring.candidate_columns import CandidateSet
+from scalar.diagnosis.scoring.conditional_scores import background_without, score_together
+from scalar.diagnosis.scoring.score_test import Projected, evidence
+from scalar.effects import Effect
+from scalar.effects.title import joints_of
+from scalar.geometry.se3 import Array
+
+ONE_POSITION = 2e-3  # chosen [rad, or m of a joint that slides]: positions that differ by less from their neighbours are one
+FEW = range(3, 13)  # chosen: numbers of positions of a joint that stands at few; at two, a scale is any error
+ANY_ERROR = "the joint stands at few positions, and an error of its own at each of them explains as much"
+
+
+def limited_by_few_positions(
+    found: Sequence[Finding], state: FittedState, candidates: CandidateSet, least_confidence: float
+) -> tuple[Finding, ...]:
+    """Return the findings, with the confidence limited in those of one joint in place of which any error of its position explains as much.
+
+    Args:
+        found: All findings.
+        state: The state with their effects.
+        candidates: The candidate set from which they were chosen.
+        least_confidence: A name with less confidence is doubtful, between 0 and 1.
+    """
+    free = [
+        joint
+        for joint in range(1, state.dataset.q.shape[1] + 1)
+        if lead_of_any_error(state, joint, candidates) > 0.0
+    ]
+    return limited_where(
+        found, lambda f: _only_joint(f.effect) in free, ONE_OF_TWO, least_confidence, ANY_ERROR
+    )
+
+
+def lead_of_any_error(state: FittedState, joint: int, candidates: CandidateSet) -> float:
+    """Return by how much more log evidence [nats] a free error at each position of a joint has than all names of this joint, in their place.
+
+    Each part of each name was chosen among all candidates. Minus infinity if the joint has no name, or does not stand at few positions.
+
+    Args:
+        state: The state with all effects.
+        joint: From 1.
+        candidates: The candidate set from which the names were chosen.
+    """
+    named = [i for i, effect in enumerate(state.effects) if _only_joint(effect) == joint]
+    position = positions(state.residuals.poses.q[:, joint - 1])
+    number = int(position.max(initial=-1)) + 1
+    by_angle = dict(columns_by_place(state.residuals, state.model)).get(f"q{joint}") if named else None
+    if by_angle is None or number not in FEW:
+        return -np.inf
+    left_out = background_without(state, named)
+    background = left_out[0]
+    at = position[:, None] == np.arange(number)
+    columns = whitened(state.whitening, (by_angle[:, :, None] * at[:, None, :]).reshape(-1, number))
+    every = np.arange(number)[None]
+    gain, dof, _ = Projected.of(background, columns, columns.T @ columns, np.full(number, np.inf)).score(
+        every
+    )
+    free = evidence(background, gain, dof, np.log(state.dataset.q.shape[1]))
+    further = sum(len(state.effects[i].parts()) for i in named) - 1  # the first is counted in their score
+    own = score_together(state, named, candidates, left_out).evidence - further * np.log(candidates.total)
+    return float(free[0]) - own
+
+
+def positions(q: Array) -> Array:
+    """Return the index ``(N,)`` of the position at which a joint stands, from 0 in ascending order.
+
+    Args:
+        q: ``(N,)`` [rad, or m of a joint that slides].
+    """
+    ascending = np.argsort(q, kind="stable")
+    index = np.zeros(len(q), dtype=int)
+    index[ascending[1:]] = np.cumsum(np.diff(q[ascending]) > ONE_POSITION)
+    return index
+
+
+def _only_joint(effect: Effect) -> int | None:
+    """Return the joint of which an effect with a name is an error, or None if it concerns none or several."""
+    joints = set() if effect.flexible else set(joints_of(effect.target))
+    return joints.pop() if len(joints) == 1 else None
