@@ -16,6 +16,10 @@ _STILL = (
     1e-4  # rad or m; chosen: encoders and sensors scatter by less, and joints that are moved move by far more
 )
 _SEVERAL = 3  # poses; fewer are refused because they are few
+_ONE_POSITION = 2e-3  # chosen [rad or m]: positions that differ by less from their neighbours are one
+_FEW = range(
+    3, 13
+)  # chosen: numbers of positions of a joint that stands at few; at two, a scale is any error
 
 
 def still_joints(q: np.ndarray) -> list[int]:
@@ -27,6 +31,27 @@ def still_joints(q: np.ndarray) -> list[int]:
     if len(q) < _SEVERAL:
         return []
     return [int(i) + 1 for i in np.flatnonzero(np.ptp(q, axis=0) < _STILL)]
+
+
+def positions(q: np.ndarray) -> np.ndarray:
+    """Return the index ``(N,)`` of the position at which a joint stands in each pose, from 0 in ascending order.
+
+    Args:
+        q: ``(N,)`` [rad; m of a joint that slides].
+    """
+    ascending = np.argsort(q, kind="stable")
+    index = np.zeros(len(q), dtype=int)
+    index[ascending[1:]] = np.cumsum(np.diff(q[ascending]) > _ONE_POSITION)
+    return index
+
+
+def at_few_positions(q: np.ndarray) -> list[int]:
+    """Return the joints, counted from 1, that stand at a few positions in all poses, as on a grid.
+
+    Args:
+        q: ``(N, n)`` [rad; m of a joint that slides].
+    """
+    return [j + 1 for j in range(q.shape[1]) if int(positions(q[:, j]).max(initial=-1)) + 1 in _FEW]
 
 
 def still_in_words(joints: Sequence[int]) -> str:

@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from scalar.data.motion import faults_without_motion, still_in_words, still_joints
+from scalar.data.motion import (
+    at_few_positions,
+    faults_without_motion,
+    positions,
+    still_in_words,
+    still_joints,
+)
 
 
 @pytest.mark.parametrize("still", [[], [2], [1, 3], [1, 2, 3]])
@@ -42,3 +48,18 @@ def test_poses_or_points_that_are_all_the_same_are_a_fault_of_their_table(target
 def test_a_sensor_without_a_table_of_points_has_none_that_are_the_same() -> None:
     """The touch probe's point is its own origin, which no table has."""
     assert not faults_without_motion(np.eye(6), np.empty((0, 2)), np.empty(0), "points.csv")
+
+
+def test_positions_that_differ_by_the_jitter_of_a_record_are_one():
+    """They are numbered in ascending order."""
+    q = np.array([0.5, -1.0, 0.5001, 2.0, -0.9999])
+    assert positions(q).tolist() == [1, 0, 1, 2, 0]
+    assert positions(q[:0]).tolist() == []
+
+
+def test_joints_of_a_grid_stand_at_few_positions():
+    """A joint that stands still, one at two positions and one that stands elsewhere in each pose do not; one with five steps does."""
+    n = 40
+    q = np.column_stack([np.zeros(n), np.arange(n) % 2, 0.3 * (np.arange(n) % 5), np.linspace(-2, 2, n)])
+    assert at_few_positions(q) == [3]
+    assert at_few_positions(q[:0]) == []

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from scalar.data.motion import at_few_positions, positions
 from scalar.diagnosis.fit.fitted_state import FittedState, whitened
 from scalar.diagnosis.fit.variance_components import columns_by_place
 from scalar.diagnosis.naming.finding import Finding, limited_where
@@ -21,10 +22,7 @@ from scalar.diagnosis.scoring.conditional_scores import background_without, scor
 from scalar.diagnosis.scoring.score_test import Projected, evidence
 from scalar.effects import Effect
 from scalar.effects.title import joints_of
-from scalar.geometry.se3 import Array
 
-ONE_POSITION = 2e-3  # chosen [rad, or m of a joint that slides]: positions that differ by less from their neighbours are one
-FEW = range(3, 13)  # chosen: numbers of positions of a joint that stands at few; at two, a scale is any error
 ANY_ERROR = "the joint stands at few positions, and an error of its own at each of them explains as much"
 
 
@@ -41,7 +39,7 @@ def limited_by_few_positions(
     """
     free = [
         joint
-        for joint in range(1, state.dataset.q.shape[1] + 1)
+        for joint in at_few_positions(state.dataset.q)
         if lead_of_any_error(state, joint, candidates) > 0.0
     ]
     return limited_where(
@@ -52,7 +50,7 @@ def limited_by_few_positions(
 def lead_of_any_error(state: FittedState, joint: int, candidates: CandidateSet) -> float:
     """Return by how much more log evidence [nats] a free error at each position of a joint has than all names of this joint, in their place.
 
-    Each part of each name was chosen among all candidates. Minus infinity if the joint has no name, or does not stand at few positions.
+    Each part of each name was chosen among all candidates. Minus infinity if the joint has no name.
 
     Args:
         state: The state with all effects.
@@ -60,11 +58,11 @@ def lead_of_any_error(state: FittedState, joint: int, candidates: CandidateSet) 
         candidates: The candidate set from which the names were chosen.
     """
     named = [i for i, effect in enumerate(state.effects) if _only_joint(effect) == joint]
-    position = positions(state.residuals.poses.q[:, joint - 1])
-    number = int(position.max(initial=-1)) + 1
     by_angle = dict(columns_by_place(state.residuals, state.model)).get(f"q{joint}") if named else None
-    if by_angle is None or number not in FEW:
+    if by_angle is None:
         return -np.inf
+    position = positions(state.residuals.poses.q[:, joint - 1])
+    number = int(position.max()) + 1
     left_out = background_without(state, named)
     background = left_out[0]
     at = position[:, None] == np.arange(number)
@@ -77,18 +75,6 @@ def lead_of_any_error(state: FittedState, joint: int, candidates: CandidateSet) 
     further = sum(len(state.effects[i].parts()) for i in named) - 1  # the first is counted in their score
     own = score_together(state, named, candidates, left_out).evidence - further * np.log(candidates.total)
     return float(free[0]) - own
-
-
-def positions(q: Array) -> Array:
-    """Return the index ``(N,)`` of the position at which a joint stands, from 0 in ascending order.
-
-    Args:
-        q: ``(N,)`` [rad, or m of a joint that slides].
-    """
-    ascending = np.argsort(q, kind="stable")
-    index = np.zeros(len(q), dtype=int)
-    index[ascending[1:]] = np.cumsum(np.diff(q[ascending]) > ONE_POSITION)
-    return index
 
 
 def _only_joint(effect: Effect) -> int | None:

@@ -1,16 +1,20 @@
 """Which effects without a sure name the shipped model contains.
 
 Their form is a guess, and they may have been selected by chance from many. They therefore have to help more clearly than effects with a sure name,
-and two kinds are not shipped whatever errors are expected: changes among the last few poses, and a scale of all lengths.
+and three kinds are not shipped whatever errors are expected: changes among the last few poses, a scale of all lengths, and errors of a joint that
+stands at few positions.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from scalar.data.motion import at_few_positions
+from scalar.data.poses import is_joint
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.shipping.nested_models import LIMITS, NestedModels
 from scalar.effects import Effect
+from scalar.effects.title import joints_of
 
 LATE = 0.1  # chosen: of the poses; a change that fewer of them show may as well be a few poses that err
 
@@ -21,7 +25,8 @@ def with_doubtful_that_help(
     """Return the effects that are kept, without those among them that have no sure name and do not help clearly.
 
     A change that begins among the last few poses (``LATE``) and has no sure name is not shipped: it would be applied to every later pose. Nor is an
-    error of the scale of all lengths: held-out poses do not show whether it is right. Changes in time without a sure name are shipped only if the
+    error of the scale of all lengths: held-out poses do not show whether it is right. Nor is an error of one joint that stands at few positions, as
+    on a grid: held-out poses stand at the same ones, and nothing shows it between them. Changes in time without a sure name are shipped only if the
     expected error without them, or without any effects, is far larger (``settings.shipped_fit.worth_doubtful``): their form is a guess, and the arm
     itself need not have changed. Other effects without a sure name have to remove as much within the joint limits as all effects together have to
     (``settings.shipped_fit.worth_correcting``).
@@ -37,7 +42,12 @@ def with_doubtful_that_help(
         after: The state with all effects that were found.
     """
     effects, shipping = after.effects, after.settings.shipped_fit
-    unshown = [i for i in doubtful if _is_late(effects[i], after) or effects[i].stretches_lengths]
+    few = at_few_positions(after.dataset.q)
+    unshown = [
+        i
+        for i in doubtful
+        if _is_late(effects[i], after) or effects[i].stretches_lengths or _only_joint(effects[i]) in few
+    ]
     kept = _without(kept, unshown)
     in_time = [i for i in doubtful if _changes_in_time(effects[i])]
     for which, worth in ((in_time, shipping.worth_doubtful), (doubtful, shipping.worth_correcting)):
@@ -87,6 +97,13 @@ def _explain_much(wide: NestedModels, kept: tuple[int, ...], doubtful: list[int]
     if not chosen or equations_per_parameter(after) >= settings.few_equations:
         return True
     return wide.f_statistic(chosen, kept) >= settings.least_f_statistic
+
+
+def _only_joint(effect: Effect) -> int | None:
+    """Return the joint, from 1, if an effect is an error of one joint or varies with the position of one alone; else None."""
+    varies_with = {int(name[1:]) for name in effect.depends_on if is_joint(name)}
+    joints = varies_with | set(joints_of(effect.target))
+    return joints.pop() if len(joints) == 1 else None
 
 
 def _changes_in_time(effect: Effect) -> bool:

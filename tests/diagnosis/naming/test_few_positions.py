@@ -10,7 +10,6 @@ from scalar.diagnosis.naming.few_positions import (
     ANY_ERROR,
     lead_of_any_error,
     limited_by_few_positions,
-    positions,
 )
 from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.diagnosis.scoring.candidate_columns import named_candidates
@@ -30,11 +29,11 @@ def on_grid(angle):
     return np.linspace(-1.2, 1.2, STEPS)[np.rint((angle + 1.2) * (STEPS - 1) / 2.4).astype(int)]
 
 
-def lead(error, seed, measured=on_grid):
-    """Return the lead of any error over a scale of joint 3, which stands at ``measured`` of random angles and errs by ``error`` of them."""
-    dataset = tracked(seed, lambda q: measured(q) - q + error(measured(q)), most=1.2)
+def lead(error, seed):
+    """Return the lead of any error over a scale of joint 3, which stands at angles of the grid and errs by ``error`` of them."""
+    dataset = tracked(seed, lambda q: on_grid(q) - q + error(on_grid(q)), most=1.2)
     q = dataset.q.copy()
-    q[:, 2] = measured(q[:, 2])
+    q[:, 2] = on_grid(q[:, 2])
     state = before(
         replace(dataset, poses=dataset.poses.assign(**dict(zip(joint_names(6), q.T, strict=True))))
     )
@@ -53,20 +52,9 @@ def test_any_error_leads_where_a_drive_errs_and_a_scale_where_that_is_the_cause(
     assert lead(lambda angle: 6e-4 * angle, seed) < 0.0
 
 
-def test_a_joint_that_stands_everywhere_is_not_concerned():
-    """Without a grid no error at each position is looked for."""
-    assert lead(drive, 0, measured=lambda angle: angle) == -np.inf
-
-
-def test_positions_that_differ_by_the_jitter_of_a_record_are_one():
-    """They are numbered in ascending order."""
-    q = np.array([0.5, -1.0, 0.5001, 2.0, -0.9999])
-    assert positions(q).tolist() == [1, 0, 1, 2, 0]
-    assert positions(q[:0]).tolist() == []
-
-
 def test_only_names_of_that_joint_are_limited(monkeypatch):
     """A name of another joint, and one of two joints, keep their confidence."""
+    monkeypatch.setattr(few_positions, "at_few_positions", lambda q: [3, 4])
     monkeypatch.setattr(
         few_positions, "lead_of_any_error", lambda state, joint, _: 1.0 if joint == 3 else -1.0
     )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.settings import DEFAULTS
-from scalar.diagnosis.shipping import focused_choice
+from scalar.diagnosis.shipping import doubtful_effects, focused_choice
 from scalar.diagnosis.shipping.doubtful_effects import _is_late
 from scalar.effects.flexible.shape import UnattributedShape
 from scalar.effects.flexible.variable import Variable
@@ -16,6 +16,8 @@ from scalar.effects.sensor_slip import SensorSlip
 from scalar.effects.thermal_drift import ThermalDrift
 from scalar.estimation.measured_ranges import measured_columns, ranges_of_columns
 from tests.effects.injected import make_cell
+
+MOVING = SimpleNamespace(q=np.random.default_rng(0).uniform(-2, 2, (100, 3)))
 
 
 def state(n: int = 100):
@@ -41,9 +43,35 @@ def test_only_a_late_change_without_a_sure_name_is_not_corrected(unsure, left_ou
     monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
     monkeypatch.setattr(focused_choice, "nuisances_beside", lambda *_: [])
     after = state()
-    after.effects, after.dataset, after.settings, after.is_plausible = (slip,), None, DEFAULTS, True
+    after.effects, after.dataset, after.settings, after.is_plausible = (slip,), MOVING, DEFAULTS, True
     after.refitted = lambda _: SimpleNamespace(is_plausible=True)
     assert len(focused_choice.focused_choice(after, [slip.key] if unsure else []).left_out) == left_out
+
+
+@pytest.mark.parametrize(
+    ("unsure", "steps", "left_out"),
+    [(True, 5, 1), (False, 5, 0), (True, 100, 0)],
+    ids=["grid", "sure", "no grid"],
+)
+def test_an_error_of_a_joint_at_few_positions_is_corrected_only_with_a_sure_name(
+    unsure, steps, left_out, monkeypatch
+):
+    """A doubtful scale of a joint that stands at five angles is left out; a sure one is not, nor is one of a joint that stands everywhere."""
+    scale, q = JointScale(2), MOVING.q.copy()
+    q[:, 1] = 0.02 * (np.arange(100) % steps)
+    wide = SimpleNamespace(errors=lambda kept: (1.0 if kept else 9.0,) * 3, std=lambda kept: 1.0)
+    monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
+    monkeypatch.setattr(focused_choice, "nuisances_beside", lambda *_: [])
+    monkeypatch.setattr(doubtful_effects, "_explain_much", lambda *_: True)
+    after = state()
+    after.effects, after.dataset, after.settings, after.is_plausible = (
+        (scale,),
+        SimpleNamespace(q=q),
+        DEFAULTS,
+        True,
+    )
+    after.refitted = lambda _: SimpleNamespace(is_plausible=True)
+    assert len(focused_choice.focused_choice(after, [scale.key] if unsure else []).left_out) == left_out
 
 
 def test_a_step_in_time_is_late_and_one_over_an_angle_is_none():
