@@ -48,10 +48,21 @@ def positions(q: np.ndarray) -> np.ndarray:
 def at_few_positions(q: np.ndarray) -> list[int]:
     """Return the joints, counted from 1, that stand at a few positions in all poses, as on a grid.
 
+    Where many poses lie close to one another, neighbours are one position although they cover a range. Such a joint stands at no few positions.
+
     Args:
         q: ``(N, n)`` [rad; m of a joint that slides].
     """
-    return [j + 1 for j in range(q.shape[1]) if int(positions(q[:, j]).max(initial=-1)) + 1 in _FEW]
+    return [j + 1 for j in range(q.shape[1]) if _are_few(q[:, j])]
+
+
+def _are_few(q: np.ndarray) -> bool:
+    """Return whether the numbers ``(N,)`` are a few, each with a small scatter."""
+    index = positions(q)
+    if int(index.max(initial=-1)) + 1 not in _FEW:
+        return False
+    widths = [float(np.ptp(q[index == k])) for k in range(int(index.max()) + 1)]
+    return max(widths) <= 2.0 * _ONE_POSITION
 
 
 def still_in_words(joints: Sequence[int]) -> str:

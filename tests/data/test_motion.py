@@ -63,3 +63,10 @@ def test_joints_of_a_grid_stand_at_few_positions():
     q = np.column_stack([np.zeros(n), np.arange(n) % 2, 0.3 * (np.arange(n) % 5), np.linspace(-2, 2, n)])
     assert at_few_positions(q) == [3]
     assert at_few_positions(q[:0]) == []
+
+
+@pytest.mark.parametrize("n", [60, 1000, 12_000])
+def test_random_positions_are_never_few_however_close_they_lie(n):
+    """Over a range of half a radian, many poses have neighbours on both sides, and form a few groups that are no positions."""
+    q = np.random.default_rng(n).uniform(0.0, 0.5, (n, 20))
+    assert at_few_positions(q) == []
