@@ -170,7 +170,7 @@ def chosen(
     fewer = SimpleNamespace(is_plausible=plausible)
     after: Any = SimpleNamespace(
         effects=effects,
-        dataset=None,
+        dataset=SimpleNamespace(q=np.linspace(-2.0, 2.0, 180).reshape(30, 6)),
         model=None,
         settings=DEFAULTS,
         refitted=lambda *_: fewer,
@@ -189,6 +189,7 @@ def effect_of(number: int, in_time: bool = False) -> Any:
         since=lambda _: None,
         is_change_in_time=in_time,
         depends_on=[],
+        target={},
         in_every_setup=number > 1,
         stretches_lengths=False,
     )
