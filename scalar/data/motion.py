@@ -17,9 +17,8 @@ _STILL = (
 )
 _SEVERAL = 3  # poses; fewer are refused because they are few
 _ONE_POSITION = 2e-3  # chosen [rad or m]: positions that differ by less from their neighbours are one
-_FEW = range(
-    3, 13
-)  # chosen: numbers of positions of a joint that stands at few; at two, a scale is any error
+# Chosen: numbers of positions of a joint that stands at few; at two, a scale is any error.
+_FEW = range(3, 13)
 
 
 def still_joints(q: np.ndarray) -> list[int]:

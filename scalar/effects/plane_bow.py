@@ -41,7 +41,7 @@ class PlaneBow(PointEffect):
     name: ClassVar[str] = "plane_bow"
     in_every_setup: ClassVar[bool] = True  # no plane is quite flat
     usual_odds: ClassVar[float] = (
-        30.0  # wrong in 7 of 81 with less where only one plane is bowed, in 0 of 528 with more
+        30.0  # where one plane is bowed, wrong in 7 of 81 with less, 0 of 528 with more
     )
     borne_out_by_others: ClassVar[bool] = True  # with two bowed planes or more, wrong in 3 of 4,000
     kind: ClassVar[str] = "bow"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from scalar.data.poses import is_joint
 from scalar.effects.wording import columns_in_words, listed, orders
 
 ORDERS_IN_TITLE, ORDERS_IN_SENTENCE = 12, 3
@@ -38,6 +39,17 @@ def titled(kind: str, target: Mapping[str, Any], depends_on: Sequence[str] = ())
 def joints_of(target: Mapping[str, Any]) -> list[int]:
     """Return the numbers of the joints that a target names, from 1."""
     return [*target.get("joints", ()), *(target[key] for key in ("joint", "source") if key in target)]
+
+
+def only_joint(target: Mapping[str, Any], depends_on: Sequence[str] = ()) -> int | None:
+    """Return the joint, from 1, of which an effect is an error or with whose position it varies; None if it concerns none or several.
+
+    Args:
+        target: As ``diagnosis.json`` writes it.
+        depends_on: Columns that the effect varies with.
+    """
+    joints = {*joints_of(target), *(int(name[1:]) for name in depends_on if is_joint(name))}
+    return joints.pop() if len(joints) == 1 else None
 
 
 def joints_in_words(joints: Sequence[int]) -> str:

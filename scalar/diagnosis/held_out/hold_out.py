@@ -223,11 +223,11 @@ def _step(gram: Array, projection: Array) -> Array | None:
 def in_metres(state: FittedState) -> tuple[Array, Array]:
     """Return the rows of the poses in metres, every point with the same weight, and their derivatives by the free parameters [m]."""
 
-    def in_metres() -> tuple[Residuals, float]:
+    def measured_in_metres() -> tuple[Residuals, float]:
         measurement, metres = state.residuals.measurement.in_metres()
         return state.residuals.measured_as(measurement, state.model), metres
 
-    rows, metres = state.once(("rows in metres",), in_metres)
+    rows, metres = state.once(("rows in metres",), measured_in_metres)
     residual, J = rows.linearise_measured(state.model)
     return residual * metres, J[:, state.free] * metres
 

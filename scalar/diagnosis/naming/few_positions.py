@@ -21,7 +21,7 @@ from scalar.diagnosis.scoring.candidate_columns import CandidateSet
 from scalar.diagnosis.scoring.conditional_scores import background_without, score_together
 from scalar.diagnosis.scoring.score_test import Projected, evidence
 from scalar.effects import Effect
-from scalar.effects.title import joints_of
+from scalar.effects.title import only_joint
 
 ANY_ERROR = "the joint stands at few positions, and an error of its own at each of them explains as much"
 
@@ -43,7 +43,7 @@ def limited_by_few_positions(
         if lead_of_any_error(state, joint, candidates) > 0.0
     ]
     return limited_where(
-        found, lambda f: _only_joint(f.effect) in free, ONE_OF_TWO, least_confidence, ANY_ERROR
+        found, lambda f: _named_joint(f.effect) in free, ONE_OF_TWO, least_confidence, ANY_ERROR
     )
 
 
@@ -57,7 +57,7 @@ def lead_of_any_error(state: FittedState, joint: int, candidates: CandidateSet) 
         joint: From 1.
         candidates: The candidate set from which the names were chosen.
     """
-    named = [i for i, effect in enumerate(state.effects) if _only_joint(effect) == joint]
+    named = [i for i, effect in enumerate(state.effects) if _named_joint(effect) == joint]
     by_angle = dict(columns_by_place(state.residuals, state.model)).get(f"q{joint}") if named else None
     if by_angle is None:
         return -np.inf
@@ -77,7 +77,6 @@ def lead_of_any_error(state: FittedState, joint: int, candidates: CandidateSet) 
     return float(free[0]) - own
 
 
-def _only_joint(effect: Effect) -> int | None:
+def _named_joint(effect: Effect) -> int | None:
     """Return the joint of which an effect with a name is an error, or None if it concerns none or several."""
-    joints = set() if effect.flexible else set(joints_of(effect.target))
-    return joints.pop() if len(joints) == 1 else None
+    return None if effect.flexible else only_joint(effect.target)

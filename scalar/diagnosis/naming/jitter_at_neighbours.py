@@ -1,7 +1,7 @@
 """Tell a jitter of the joints from an error that varies smoothly with the joint angles, by poses that are near each other.
 
 Where nothing in the model explains the pull of a hose or a floor that gives way, it scatters poses that all differ as a random error of the joints
-does. At two poses whose joint angles are near each other, however, such an error is nearly the same, and a jitter is another (``smooth_share``).
+does. At two poses whose joint angles are near each other, however, such an error is nearly the same, and a jitter is another (``smooth_shares``).
 Whether the poses are near enough to show it depends on their number and on the ranges of the joints.
 """
 
@@ -11,11 +11,10 @@ import numpy as np
 
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.fit.variance_components import VarianceComponent
-from scalar.diagnosis.noise.smooth_share import MOST_POSES, smooth_share
+from scalar.diagnosis.noise.smooth_share import MOST_POSES, MOST_SHARE, smooth_shares
 from scalar.geometry.se3 import Array
 
 CORRELATION_LENGTH = 1.5  # chosen [rad, or m of a joint that slides]: of one joint; an error of one period a turn falls to zero over this
-MOST_SHARE = 0.5  # chosen: with a larger share, the larger part of the scatter is no random error
 ONE_SIDED = 1.645  # standard errors: 95 % of a normal variable lies below
 
 
@@ -31,7 +30,7 @@ def excludes_smooth_error(state: FittedState, component: VarianceComponent) -> b
 
 
 def share_by_angles(state: FittedState, component: VarianceComponent) -> tuple[float, float]:
-    """Return the share of a jitter's variance that varies smoothly with the joint angles, and its standard error (``smooth_share``).
+    """Return the share of a jitter's variance that varies smoothly with the joint angles, and its standard error (``smooth_shares``).
 
     Args:
         state: The state with all effects that were found.
@@ -39,7 +38,7 @@ def share_by_angles(state: FittedState, component: VarianceComponent) -> tuple[f
     """
     N = len(state.dataset.q)
     seen = np.unique(np.linspace(0, N - 1, min(N, MOST_POSES)).astype(int))
-    return smooth_share(state, component, seen, _nearness(state.dataset.q[seen]))
+    return smooth_shares(state, component, seen, [_nearness(state.dataset.q[seen])])[0]
 
 
 def _nearness(q: Array) -> Array:

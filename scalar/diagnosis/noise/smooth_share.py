@@ -10,6 +10,8 @@ without its diagonal,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from scalar.diagnosis.fit.fitted_state import FittedState
@@ -17,21 +19,22 @@ from scalar.diagnosis.fit.variance_components import VarianceComponent, directio
 from scalar.diagnosis.noise.restricted_likelihood import Projection
 from scalar.geometry.se3 import Array
 
+MOST_SHARE = 0.5  # chosen: with a larger share, the larger part of the scatter is no random error
 MOST_POSES = 300  # chosen: as many as callers should look at, since the time grows with their third power
 
 
-def smooth_share(
-    state: FittedState, component: VarianceComponent, seen: Array, nearness: Array
-) -> tuple[float, float]:
+def smooth_shares(
+    state: FittedState, component: VarianceComponent, seen: Array, nearness: Sequence[Array]
+) -> list[tuple[float, float]]:
     """Return the share of a component's variance that varies smoothly, and its standard error, infinite if no poses are near one another.
 
-    The share is an estimate without bounds: of a random error it scatters about zero.
+    There is a share for each measure of nearness. It is an estimate without bounds: of a random error it scatters about zero.
 
     Args:
         state: The state with all effects that were found.
         component: The component.
         seen: ``(n,)``, the indices of the poses that are looked at.
-        nearness: ``(n, n)``, how nearly alike a smooth error is at two of them, from 0 to 1. Its diagonal is not used.
+        nearness: Matrices ``(n, n)``: how nearly alike a smooth error is at two of them, from 0 to 1. The diagonals are not used.
     """
     background = state.background_within_scans()
     about = Projection.of(background, np.linalg.inv(component.covariance))
@@ -43,10 +46,14 @@ def smooth_share(
     G = -np.einsum("pik,pjl->ikjl", explained, explained)
     each = np.arange(len(seen))
     G[each, :, each, :] += np.einsum("nmk,nmo,nol->nkl", D, W, D)
-    K = nearness * (1.0 - np.eye(len(seen)))
+    return [_share(u, G, near * (1.0 - np.eye(len(seen))), component.std) for near in nearness]
+
+
+def _share(u: Array, G: Array, K: Array, std: float) -> tuple[float, float]:
+    """Return the share and its standard error from the quantities of the formulas above, and the standard deviation of the component."""
     KG = np.einsum("ij,jkol->ikol", K, G, optimize=True)
-    information = component.std**2 * float(np.einsum("ikjl,jlik->", KG, KG, optimize=True))
+    information = std**2 * float(np.einsum("ikjl,jlik->", KG, KG, optimize=True))
     if information <= 0.0:
         return 0.0, np.inf
     score = float(np.einsum("ik,ij,jk->", u, K, u, optimize=True) - np.einsum("ikik->", KG))
-    return score / information, float(np.sqrt(2.0 / information) / component.std)
+    return score / information, float(np.sqrt(2.0 / information) / std)

@@ -10,11 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from scalar.data.motion import at_few_positions
-from scalar.data.poses import is_joint
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.shipping.nested_models import LIMITS, NestedModels
 from scalar.effects import Effect
-from scalar.effects.title import joints_of
+from scalar.effects.title import only_joint
 
 LATE = 0.1  # chosen: of the poses; a change that fewer of them show may as well be a few poses that err
 
@@ -46,7 +45,9 @@ def with_doubtful_that_help(
     unshown = [
         i
         for i in doubtful
-        if _is_late(effects[i], after) or effects[i].stretches_lengths or _only_joint(effects[i]) in few
+        if _is_late(effects[i], after)
+        or effects[i].stretches_lengths
+        or only_joint(effects[i].target, effects[i].depends_on) in few
     ]
     kept = _without(kept, unshown)
     in_time = [i for i in doubtful if _changes_in_time(effects[i])]
@@ -97,13 +98,6 @@ def _explain_much(wide: NestedModels, kept: tuple[int, ...], doubtful: list[int]
     if not chosen or equations_per_parameter(after) >= settings.few_equations:
         return True
     return wide.f_statistic(chosen, kept) >= settings.least_f_statistic
-
-
-def _only_joint(effect: Effect) -> int | None:
-    """Return the joint, from 1, if an effect is an error of one joint or varies with the position of one alone; else None."""
-    varies_with = {int(name[1:]) for name in effect.depends_on if is_joint(name)}
-    joints = varies_with | set(joints_of(effect.target))
-    return joints.pop() if len(joints) == 1 else None
 
 
 def _changes_in_time(effect: Effect) -> bool:

@@ -1,24 +1,17 @@
 """Neighbouring poses tell a jitter from an error that varies smoothly with the joint angles, if they are near enough."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
-from scalar.diagnosis.fit.background import Background
 from scalar.diagnosis.fit.variance_components import VarianceComponent
 from scalar.diagnosis.naming import limits_of_noise
 from scalar.diagnosis.naming.jitter_at_neighbours import excludes_smooth_error, share_by_angles
 from scalar.diagnosis.naming.jitter_at_returns import NO_RETURNS
 from scalar.diagnosis.naming.limits_of_noise import MAY_BE_A_REST, MAY_BE_SMOOTH, limit_of_noise
 from scalar.diagnosis.naming.most_confidence import NOT_SURE, ONE_OF_TWO
-from scalar.diagnosis.noise import smooth_share
+from tests.diagnosis.scattered import ROWS, scattered
 
-ROWS, JOINTS, STD = (
-    3,
-    4,
-    2e-4,
-)  # rows of a pose, joints, and the standard deviation of the error of each [rad]
+JOINTS, STD = 4, 2e-4  # number of joints, and the standard deviation of the error of each [rad]
 
 
 @pytest.fixture
@@ -26,7 +19,6 @@ def campaign(monkeypatch):
     """Return a function that makes a stand-in for a state, and its component.
 
     Its arguments: the number of poses, the share of the error's variance that varies smoothly, as waves of up to one period a turn do, and the seed.
-    The model explains ten random directions of the rows.
     """
 
     def make(poses, smooth, seed):
@@ -38,21 +30,7 @@ def campaign(monkeypatch):
         phases, sizes = rng.uniform(0, 2 * np.pi, 300), rng.normal(size=(300, JOINTS))
         of_pose = np.cos(q @ waves.T + phases) @ sizes * np.sqrt(2 / 300)
         e = np.sqrt(smooth) * of_pose + np.sqrt(1 - smooth) * rng.normal(size=(poses, JOINTS))
-        D = (
-            rng.normal(size=(poses, ROWS, JOINTS)) * 2e4
-        )  # derivatives of whitened rows by the joint angles [1/rad]
-        z = rng.normal(size=(poses, ROWS)) + np.einsum("nmk,nk->nm", D, STD * e)
-        background = Background.of(z.ravel(), rng.normal(size=(poses * ROWS, 10)), poses, ROWS)
-        covariance = np.eye(ROWS) + STD**2 * D @ np.swapaxes(D, 1, 2)
-        monkeypatch.setattr(smooth_share, "directions", lambda *_: [("pose_jitter", D)])
-        state = SimpleNamespace(
-            dataset=SimpleNamespace(q=q),
-            residuals=None,
-            model=None,
-            background_within_scans=lambda: background,
-        )
-        state.once = lambda key, compute: compute()
-        return state, VarianceComponent("pose_jitter", STD, 1e-5, 50.0, 1e-9, covariance)
+        return scattered(monkeypatch, rng, "pose_jitter", STD * e, 2e4, STD, q=q)
 
     return make
 

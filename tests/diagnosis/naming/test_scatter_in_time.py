@@ -5,17 +5,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from scalar.diagnosis.fit.background import Background
-from scalar.diagnosis.fit.variance_components import VarianceComponent
 from scalar.diagnosis.naming.most_confidence import NOT_SURE, ONE_OF_TWO
 from scalar.diagnosis.naming.scatter_in_time import (
     READINGS_ALIKE,
     most_confidence_in_time,
-    share_in_time,
+    shares_in_time,
 )
-from scalar.diagnosis.noise import smooth_share
+from tests.diagnosis.scattered import scattered
 
-ROWS, STD = 3, 1e-4  # rows of a reading, and the standard deviation of its error [m]
+STD = 1e-4  # of the error of a reading [m]
 
 
 @pytest.fixture
@@ -33,21 +31,16 @@ def campaign(monkeypatch):
             walk.append(keep * walk[-1] + np.sqrt(1 - keep**2) * rng.normal())
         e = np.sqrt(smooth) * np.array(walk) + np.sqrt(1 - smooth) * rng.normal(size=readings)
         order = np.arange(readings) if in_order else rng.permutation(readings)
-        D = rng.normal(size=(readings, ROWS, 1)) * 4e4  # derivatives of whitened rows by the error [1/m]
-        z = rng.normal(size=(readings, ROWS)) + D[:, :, 0] * STD * e[order][:, None]
-        background = Background.of(z.ravel(), rng.normal(size=(readings * ROWS, 10)), readings, ROWS)
-        covariance = np.eye(ROWS) + STD**2 * D @ np.swapaxes(D, 1, 2)
-        monkeypatch.setattr(smooth_share, "directions", lambda *_: [("scan_bias", D)])
-        state = SimpleNamespace(
-            dataset=SimpleNamespace(
-                known_poses=SimpleNamespace(order=order), q=rng.normal(size=(readings, 6))
-            ),
-            residuals=None,
-            model=None,
-            background_within_scans=lambda: background,
+        return scattered(
+            monkeypatch,
+            rng,
+            "scan_bias",
+            STD * e[order][:, None],
+            4e4,
+            STD,
+            known_poses=SimpleNamespace(order=order),
+            q=np.arange(6.0 * readings).reshape(readings, 6),
         )
-        state.once = lambda key, compute: compute()
-        return state, VarianceComponent("scan_bias", STD, 1e-5, 50.0, 1e-9, covariance)
 
     return make
 
@@ -57,7 +50,7 @@ def test_of_a_random_error_nothing_follows_time(campaign):
     ratios = []
     for seed in range(60):
         state, component = campaign(120, 0.0, seed)
-        share, error = share_in_time(state, component, READINGS_ALIKE[0])
+        share, error = shares_in_time(state, component)[0]
         ratios.append(share / error)
     assert abs(np.mean(ratios)) < 3 / np.sqrt(60)
     assert 0.7 < np.std(ratios) < 1.3
@@ -84,7 +77,7 @@ def test_of_many_readings_runs_are_enough(campaign):
 
 
 def test_several_targets_of_one_stop_are_no_readings_that_follow_each_other(campaign):
-    """Where the readings differ from their neighbours, but two targets of each stop err alike, nothing follows time."""
+    """Where the readings differ from their neighbours, nothing of what two targets of each stop have in common follows time."""
     state, component = campaign(40, 0.0, 5)
     state.dataset.q = np.zeros((40, 6))
-    assert share_in_time(state, component, READINGS_ALIKE[0]) == (0.0, np.inf)
+    assert shares_in_time(state, component) == [(0.0, np.inf)] * len(READINGS_ALIKE)
