@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from scalar.data.poses import Poses
+from scalar.effects.acquisition import turning_joints
 from scalar.effects.effect import WEIGHT, Effect, Table
 from scalar.effects.flexible.tilt import tilts
+from scalar.effects.flexible.wobble import wobbles_of
 from scalar.effects.gravity import AXES, unit_moments_at
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.picture import Axis, Map, Profile, View
@@ -109,8 +111,11 @@ class BaseCompliance(BaseEffect):
         return [cls(frames, alike) for alike in (True, False)] if frames else []
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return tilts of the joints' axes, and of the base, under the weight that they bear."""
-        return [*tilts(dataset, with_base=True)]
+        """Return tilts of the joints' axes, and of the base, under the weight that they bear, and the wobble of the first axis that turns.
+
+        The weight of the link that it turns, off the axis, tilts a base that is stiffer about one horizontal axis just as such a wobble does.
+        """
+        return [*tilts(dataset, with_base=True), *wobbles_of(turning_joints(dataset)[:1])]
 
     def giving_way_like(self, other: Effect) -> list[tuple[str, Array]]:
         """Return the coefficients of a base that tilts as far about every horizontal axis as a joint turns under the same moment.

@@ -11,6 +11,7 @@ from scalar.effects.acquisition import turning_joints
 from scalar.effects.command_words import turning_named
 from scalar.effects.effect import Effect
 from scalar.effects.flexible.angle_sum import sums_with
+from scalar.effects.flexible.wobble import wobbles_of
 from scalar.effects.joint_pictures import along_joint
 from scalar.effects.picture import Map, Profile, View
 from scalar.effects.places import SingleJointEffect
@@ -97,8 +98,8 @@ class JointCoupling(SingleJointEffect):
         return [cls(joint, source)]
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return smooth errors of the joint with sums and differences of its source's angle and another's."""
-        return list(sums_with(dataset, self.joint, self.source))
+        """Return smooth errors of the joint with sums and differences of its source's angle and another's, and wobbles of the source's axis."""
+        return [*sums_with(dataset, self.joint, self.source), *wobbles_of([self.source])]
 
     @property
     def clause(self) -> str:

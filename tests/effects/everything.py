@@ -28,6 +28,7 @@ from scalar.effects.flexible.variable import GRAVITY, Variable
 from scalar.effects.flexible.wander import UnattributedWander
 from scalar.effects.flexible.wave import UnattributedWave
 from scalar.effects.flexible.wind_up import UnattributedWindUp
+from scalar.effects.flexible.wobble import UnattributedWobble
 from scalar.effects.flexible.yielding import UnattributedYielding
 from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_compliance import JointCompliance
@@ -136,6 +137,7 @@ def every_effect(dataset: Dataset, rng: np.random.Generator) -> list[Effect]:
         UnattributedAngleSum(5, (4, 6), 1, 0.1, 2.5),
         UnattributedAngleSum(6, (4, 6), -1, 0.0, 2.5),
         UnattributedYielding(3, ((2, 3), (3, 4)), (4e-4, -2e-4, 6e-4, 1e-4), 2e-4),
+        UnattributedWobble(4, 2),
         UnattributedLink(4, "q4"),
         UnattributedLink(3, GRAVITY),
         UnattributedSensor(Variable(GRAVITY, 0.0, 1.0)),

@@ -21,6 +21,7 @@ from scalar.effects.flexible.tilt import tilts
 from scalar.effects.flexible.variable import GRAVITY, Variable
 from scalar.effects.flexible.wander import COMPONENTS, UnattributedWander
 from scalar.effects.flexible.wave import N_WAVES, WAVE_STEP, UnattributedWave
+from scalar.effects.flexible.wobble import wobbles_of
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 
@@ -55,6 +56,7 @@ def flexible_terms(dataset: Dataset) -> list[Effect]:
         if by == GRAVITY or j in moving
     ]
     found += tilts(dataset)
+    found += wobbles_of(turning_joints(dataset))
     found.append(UnattributedSensor(Variable(GRAVITY, 0.0, 1.0), kind_of(dataset).shows_turns(dataset)))
     found += [shape for j in swept for shape in _shapes(j, angles[j], slides[j])]
     found += [wave for j in turning_joints(dataset) if j in swept for wave in waves_of(dataset, j, 1)]
