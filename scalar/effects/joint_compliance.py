@@ -11,6 +11,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.command_words import all_turning_named
 from scalar.effects.effect import WEIGHT, Effect
+from scalar.effects.flexible.angle_sum import sums_with
 from scalar.effects.flexible.yielding import yielding_rivals
 from scalar.effects.gravity import AXES, torque_about, unit_moments_at
 from scalar.effects.joint_pictures import joint_profile
@@ -135,8 +136,15 @@ class JointCompliance(JointEffect):
         return isinstance(other, JointCompliance)
 
     def imitators(self, dataset: Dataset) -> list[Effect]:
-        """Return changes of the stiffness of each joint at a torque, if the compliance has been fitted: gears are softer under small torques."""
-        return [*yielding_rivals(dataset, self.terms, self.coefficients)] if self.coefficients.any() else []
+        """Return what a deflection by the weight may be instead.
+
+        The torque on a joint varies with sums of angles, so a smooth error with such a sum, as of a parallel link or a hose, imitates it. Once the
+        compliance has been fitted, changes of the stiffness of each joint at a torque are tried as well: gears are softer under small torques.
+        """
+        sums = [rival for joint in self.target["joints"] for rival in sums_with(dataset, joint, joint)]
+        if not self.coefficients.any():
+            return list(sums)
+        return [*yielding_rivals(dataset, self.terms, self.coefficients), *sums]
 
     @property
     def clause(self) -> str:

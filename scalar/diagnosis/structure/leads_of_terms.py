@@ -34,7 +34,10 @@ def leads_of_terms(state: FittedState, pools: Sequence[CandidateSet]) -> list[fl
             continue
         left = background_without(state, indices)
         own = score_together(state, indices, pools[0], left)
-        terms = [refined_once(state, left[0], entry) for entry in ranked_once(state, [left[0]], pools)[0]]
+        entries = ranked_once(state, [left[0]], pools)[0] + [
+            entry for i in indices for entry in imitating(state, left[0], state.effects[i])
+        ]
+        terms = [refined_once(state, left[0], entry) for entry in entries]
         best = max((term.evidence for term in terms), default=-np.inf)
         for i in indices:
             found[i] = max(found[i], float(best - own.evidence))

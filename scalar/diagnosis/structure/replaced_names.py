@@ -22,6 +22,7 @@ from scalar.diagnosis.scoring.ranking import Scored, refined
 from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.structure.ranked_terms import imitating, in_parts, rank_terms, ranked_once, refined_once
 from scalar.effects import Effect
+from scalar.effects.title import only_joint
 
 # Largest growth of the held-out error in metres with which named effects give way to a flexible term, or are dropped beside one. Weighted rows may
 # hide that it predicts other poses worse: on a measured arm the error at poses held out grew threefold.
@@ -217,7 +218,10 @@ def _refined_again(state: FittedState, first: int, pool: CandidateSet) -> Fitted
 
 
 def groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
-    """Yield the groups of effects that one term could replace, as indices: all of a joint, all that change in time or with a record, each alone."""
+    """Yield the groups of effects that one term could replace, as indices.
+
+    They are all errors of a joint, these with what the joint alone gives way under a load, all that change in time or with a record, and each alone.
+    """
     by_joint: dict[int, list[int]] = {}
     in_time = []
     for i, effect in enumerate(effects):
@@ -225,5 +229,10 @@ def groups(effects: Sequence[Effect]) -> Iterator[list[int]]:
             by_joint.setdefault(effect.erring_joint, []).append(i)
         if effect.is_change_in_time or effect.follows:
             in_time.append(i)
-    yield from (indices for indices in [*by_joint.values(), in_time] if len(indices) > 1)
+    with_load = [
+        [i, *by_joint[joint]]
+        for i, effect in enumerate(effects)
+        if effect.load and (joint := only_joint(effect.target)) in by_joint
+    ]
+    yield from (indices for indices in [*with_load, *by_joint.values(), in_time] if len(indices) > 1)
     yield from ([i] for i, effect in enumerate(effects) if not effect.flexible)

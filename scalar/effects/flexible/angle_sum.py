@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 class UnattributedAngleSum(Unattributed, SingleJointEffect):
     """A joint's angle errs with ``q_a + q_b`` or ``q_a - q_b``: a hose that is wound up by two joints, or a link that is turned by both, acts so.
 
-    It is the rival of couplings: where a hose pulls hard only near the ends of its travel, each joint seems to be dragged along in proportion.
+    It is the rival of couplings, because where a hose pulls hard only near the ends of its travel, each joint seems to be dragged along in
+    proportion, and of a joint that gives way, because the torque of its link's weight varies with such a sum.
 
     Attributes:
         joint: The joint that errs, from 1.

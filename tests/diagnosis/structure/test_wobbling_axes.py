@@ -1,13 +1,11 @@
 """An axis that wobbles while its joint turns is described as that: no coupling, no tilt of parallel axes and no base that gives way is sure."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from scalar.data.dataset import Dataset
 from scalar.diagnosis.diagnose import diagnose
 from scalar.effects.flexible.wobble import UnattributedWobble
+from tests.diagnosis.structure.tracked_workcell import tracked
 from tests.effects.injected import ALPHA, BETA, Flaws, Function, PoseData, true_frames
 from tests.random_scene import make_scene
 
@@ -31,26 +29,6 @@ def wobbling(joint: int, turns: int, tilt: float) -> Function:
         return found
 
     return change
-
-
-def tracked(robot: str, flaws: Flaws, seed: int, noise: float, poses: int) -> Dataset:
-    """Return poses of an arm of ``configs/robots`` before a tracker with some noise along each axis [m]."""
-    scene = make_scene(
-        robot,
-        "tracker",
-        seed=seed,
-        poses_per_plane=poses // 3,
-        noise=noise,
-        length_error=5e-4,
-        angle_error=1e-3,
-    )
-    data, truth = scene.dataset, scene.truth
-    at = PoseData(data.q, np.arange(float(data.n_poses)), {})
-    place = true_frames(truth, flaws, at, np.zeros_like(data.q))[:, :3, 3]
-    points = place @ truth.T_tracker_base[:3, :3].T + truth.T_tracker_base[:3, 3]
-    return replace(
-        data, points=points + noise * np.random.default_rng([seed, 5]).standard_normal(points.shape)
-    )
 
 
 @pytest.mark.parametrize(
