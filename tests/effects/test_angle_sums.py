@@ -17,7 +17,7 @@ def test_the_sum_and_the_difference_of_each_pair_are_tried():
     assert {(e.of, e.sign) for e in found} == {
         (tuple(sorted((4, j))), sign) for j in (1, 2, 3, 5, 6) for sign in (1, -1)
     }
-    assert {e.key for e in JointCoupling(6, 4).imitators(dataset)} == {e.key for e in found}
+    assert {e.key for e in found} < {e.key for e in JointCoupling(6, 4).imitators(dataset)}
     assert len({e.key for e in found}) == len(found)
 
 
