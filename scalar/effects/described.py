@@ -88,6 +88,10 @@ class Described(ABC):
         """
         return np.array([PRIOR_STD.get(unit, np.inf) for unit in self.coefficient_units])
 
+    def for_final_fit(self) -> Self:
+        """Return the effect as it is fitted once it is known which effects there are: a flexible term may have a narrower prior then."""
+        return self
+
     @property
     def plausible_std(self) -> Array:
         """Return the standard deviation ``(k,)`` by whose multiple a coefficient is judged implausible, infinite where any size is possible."""
