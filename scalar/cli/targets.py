@@ -118,7 +118,7 @@ def read_targets(
         if not in_degrees:
             refuse_large_turns(table, orientation, path.name)
         table = with_rotation_vectors(table, orientation, path.name)
-        refuse_far_places(robot, frames_of(table), path.name)
+        refuse_far_places(robot, frames_of(table), path.name, read_in.angle)
     units_written = written_in.sliding(robot.prismatic)
     form = form_of_file(path)
     return Targets(path, table, frames_wanted, joints_given, units_written, form, tuple(doubts), convention)

@@ -12,6 +12,7 @@ from functools import partial
 
 import numpy as np
 
+from scalar.data.columns_in_other_units import in_another_unit
 from scalar.errors import Fault
 
 MISSING_COLUMN = "the column is missing"
@@ -252,7 +253,7 @@ def header_faults(file: str, names: list[str], layout: Layout, row: int | None =
     for name in layout.required:
         if name not in names:
             likely = closest(name, unknown, 0.6) or of_the_same_joint(name, unknown)
-            hint = f"is it {likely!r}? rename it; " if likely else ""
+            hint = in_another_unit(name, unknown) or (f"is it {likely!r}? rename it; " if likely else "")
             faults.append(Fault(file, f"{MISSING_COLUMN}; {hint}the header has to name {wanted}", row, name))
     return faults
 

@@ -235,10 +235,11 @@ def _suspicion(alternative: Alternative, before: float | None, trial: Trial, *, 
     figures = f"the residual is {trial.rms / MM:.2g} mm {changed} (median of the poses)"
     if before is not None and before > trial.rms / FALLS_TO:
         figures = f"{changed} the residual falls from {in_mm(before)} to {in_mm(trial.rms)} mm (medians of the poses)"
+    among = "" if one_of == 1 else f"one of {one_of} possible mistakes, which these data do not distinguish: "
     return Suspicion(
         alternative.what,
         alternative.where,
-        f"{'' if one_of == 1 else f'one of {one_of}, which these data do not distinguish: '}{says}: {figures}; {alternative.remedy}{far}",
+        f"{among}{says}: {figures}; {alternative.remedy}{far}",
         before,
         trial.rms,
         robot if alternative.corrects_robot and not far else None,
