@@ -207,10 +207,15 @@ def _readme(robot: Mapping[str, Any], format: SensorFormat, remarks: Sequence[st
             f"{table.files[0]}: {rows}; pose as in {_POSES}, {units}. An example row:",
             "  " + ",".join(table.columns),
             "  " + ",".join(["0", *values]),
+            *([table.axes] if table.axes else []),
             *_further(table),
             *_references(format.references),
-            "Data in another form (degrees, millimetres, other columns): see `scalar import --help`.",
         ]
+    lines += [
+        "",
+        "Your tables are in degrees and millimetres, or have other columns? Leave the tables here empty, and write a mapping, with which",
+        "`scalar import` makes another folder from yours. `scalar import --example FOLDER` prints a mapping to begin with (FOLDER is this one).",
+    ]
     lines += ["", "Then: scalar calibrate FOLDER -o OUT, and scalar diagnose FOLDER -o OUT."]
     return "\n".join(lines) + "\n"
 
@@ -224,7 +229,8 @@ def _further(table: MeasuredTable) -> list[str]:
     ]
     several = (
         [
-            f"If several {table.item}s are measured, each has a row of its own, and the column {table.item} names it."
+            f"If several {table.item}s are measured, each has a row of its own, and the column {table.item} names it.",
+            f"nominal_pose in {DESCRIPTION} is that of the first {table.item} of the file; where the others sit need not be known.",
         ]
         if table.item is not None
         else []
