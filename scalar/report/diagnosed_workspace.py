@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -47,6 +48,7 @@ def diagnosed_workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
     section = section_of_errors(diagnosis.calibration_after, errors, seen, SHIPPED, discrepancy)
     if section is None:
         return None
+    section["now"] = before_and_after_in_words(section["rows"])
     section["within_ranges"] = expected_within_ranges(diagnosis)
     section["repeated"] = repeated_in_words(diagnosis.cleaned.dataset, diagnosis.calibration_before.model)
     if diagnosis.shipped.without_effects or (more := error_left_open(diagnosis)) is None:
@@ -54,6 +56,20 @@ def diagnosed_workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
     return section | {
         "left_open": words.length(MEAN_OVER_RMS * float(np.hypot(more.error, discrepancy.excess)))
     }
+
+
+def before_and_after_in_words(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return the sentence on how wrong the arm is as its data sheet describes it, and how wrong with ``after.json``.
+
+    Args:
+        rows: Those of the section's table, the data sheet first and ``after.json`` last.
+    """
+    first, last = rows[0], rows[-1]
+    return (
+        f"By its data sheet the arm errs by {first['mean']['value']} in the mean over its workspace (95 of 100 poses by less than "
+        f"{first['most']['value']}), and with {SHIPPED} by {last['mean']['value']} (95 % band {last['mean']['band']}), with the best base and tool "
+        "frame for each."
+    )
 
 
 def expected_within_ranges(diagnosis: Diagnosis) -> str:
