@@ -59,15 +59,21 @@ class Targets:
     doubts: tuple[str, ...]
     convention: JointConvention | None = None
 
-    def with_postures(self, model: Model) -> tuple[Targets, Array, list[Uncorrected]]:
+    def with_postures(
+        self, model: Model, measured: Array | None = None
+    ) -> tuple[Targets, Array, list[Uncorrected]]:
         """Return the targets with joint angles in all rows, the indices of the rows that can be corrected, and a record for each other row.
 
         Joint angles that are not given are chosen for the rigid arm, and a row for whose frame there are none cannot be corrected. It has the joint
         angles that come nearest.
+
+        Args:
+            model: The calibrated one.
+            measured: ``(n, 2)`` [rad; m where a joint slides], the ranges of the joints over the measured poses, or None.
         """
         if self.joints_given:
             return self, np.arange(len(self.table)), []
-        q, _ = postures_for(model, frames_of(self.table))
+        q, _ = postures_for(model, frames_of(self.table), measured=measured)
         found = ~np.isnan(q[:, 0])
         refused = [no_posture(pose) for pose in self.table["pose"].to_numpy()[~found]]
         joints = {f"q{i + 1}": q[:, i] for i in range(q.shape[1])}
