@@ -23,6 +23,10 @@ README = "README.txt"
 _POSES = "poses.csv"
 _ROUNDING = 1e-11  # [m or rad]: a smaller length or angle is a rounding error
 _REMEDY = "a dataset is begun in a new or an empty folder only; give another place"
+_DECIMALS, _LAST_BITS = (
+    12,
+    1e-14,
+)  # a number that differs by less from one with so few decimals is that one, as 0.3500000000000001 is 0.35
 _PLANES = (
     "",
     "# Guesses of the planes in the base frame: normal . p = distance [m]. 30 degrees and 10 cm off is near enough.",
@@ -151,7 +155,7 @@ def _quoted(text: str) -> str:
 
 
 def _flow(value: Any) -> str:
-    """Return plain data as YAML in one line, numbers of the size of rounding errors as zero."""
+    """Return plain data as YAML in one line, numbers without rounding errors."""
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{key}: {_flow(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):
@@ -159,6 +163,8 @@ def _flow(value: Any) -> str:
     if isinstance(value, str):
         return _quoted(value)
     number = 0.0 if abs(value) < _ROUNDING else float(value)
+    if abs(number - round(number, _DECIMALS)) < _LAST_BITS:
+        number = round(number, _DECIMALS)
     mantissa, e, exponent = repr(number).partition("e")
     return (mantissa if "." in mantissa else f"{mantissa}.0") + e + exponent
 
