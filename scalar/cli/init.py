@@ -93,6 +93,9 @@ def init(
     for line in [*about, *remarks]:
         say(f"  {line}")
     say(f"next: read {folder / 'README.txt'}, fill the files in, and `scalar validate {folder}`")
+    say(
+        f"  tables in degrees, millimetres or other columns: `scalar import --example {folder}` prints a mapping for them"
+    )
 
 
 def _no_kind(sensor: str | None, kinds: Iterable[str]) -> str:
