@@ -29,7 +29,10 @@ if TYPE_CHECKING:
     from scalar.cli.targets import Targets
     from scalar.estimation.result import Calibration
 
-_CHOSEN = "  each posture was chosen near that of the row before; to choose another one, give its joint angles in columns q1..qn, next to the frames"
+_CHOSEN = (
+    "  each posture was chosen near that of the row before, and in the first row and after a large move within the measured ranges of the joints, if "
+    "one lies there; to choose another one, give its joint angles in columns q1..qn, next to the frames"
+)
 
 
 @cli.command()
