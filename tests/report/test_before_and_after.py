@@ -10,7 +10,7 @@ def test_the_beginning_states_the_numbers_of_the_table(periodic_diagnosis: Diagn
     section = diagnosed_workspace(periodic_diagnosis)
     assert section is not None
     first, last = section["rows"][0], section["rows"][-1]
-    said = before_and_after_in_words(section["rows"])
+    said = before_and_after_in_words(periodic_diagnosis)
     assert all(
         text in said for text in (first["mean"]["value"], first["most"]["value"], *last["mean"].values())
     )
