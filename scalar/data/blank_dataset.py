@@ -27,6 +27,7 @@ _DECIMALS, _LAST_BITS = (
     12,
     1e-14,
 )  # a number that differs by less from one with so few decimals is that one, as 0.3500000000000001 is 0.35
+_PROFILE = "z points from the scanner to what it measures, and x lies across, in the plane of the laser."
 _PLANES = (
     "",
     "# Guesses of the planes in the base frame: normal . p = distance [m]. 30 degrees and 10 cm off is near enough.",
@@ -213,7 +214,7 @@ def _readme(robot: Mapping[str, Any], format: SensorFormat, remarks: Sequence[st
             f"{table.files[0]}: {rows}; pose as in {_POSES}, {units}. An example row:",
             "  " + ",".join(table.columns),
             "  " + ",".join(["0", *values]),
-            *([table.axes] if table.axes else []),
+            *([_PROFILE] if format.scans and set(table.units) == {"x", "z"} else []),
             *_further(table),
             *_references(format.references),
         ]

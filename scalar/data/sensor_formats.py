@@ -26,7 +26,6 @@ class MeasuredTable:
         noises: Those of the optional columns that are standard deviations.
         item: Text column that names which of several items (targets, nests) a row measures; a pose then has a row for each item that was
             measured. None if the table has no such column.
-        axes: What the columns mean, in a sentence for README.txt; empty where their names say it.
     """
 
     stem: str
@@ -38,7 +37,6 @@ class MeasuredTable:
     together: tuple[tuple[str, ...], ...] = ()
     noises: tuple[str, ...] = ()
     item: str | None = None
-    axes: str = ""
 
     @property
     def columns(self) -> tuple[str, ...]:

@@ -77,14 +77,7 @@ class LineLaser(NoisyScans):
         on_planes=True,
         needs_nominal_pose=False,
         # The largest coordinate allows for lidars.
-        table=MeasuredTable(
-            "scans",
-            {"x": "m", "z": "m"},
-            True,
-            "laser point",
-            largest=20.0,
-            axes="z points from the scanner to what it measures, and x lies across, in the plane of the laser.",
-        ),
+        table=MeasuredTable("scans", {"x": "m", "z": "m"}, True, "laser point", largest=20.0),
     )
     words = "line laser"
     on_flange = "scanner", "an axis of the scans is mirrored or the last joint has another zero"
