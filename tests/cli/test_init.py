@@ -298,10 +298,3 @@ def test_the_readme_states_units_and_counting_of_the_joints(tmp_path):
         begun(tmp_path / "rail", "--dh", table, "--convention", "modified-dh") / "README.txt"
     ).read_text()
     assert "q1: the travel in metres" in readme and "q2: " not in readme
-
-
-@pytest.mark.parametrize(("sensor", "said"), [("line-laser", True), ("tracker", False), ("probe", False)])
-def test_the_readme_says_where_a_scanner_measures_to(sensor, said, tmp_path):
-    """Only a scanner has columns x and z of its own plane."""
-    readme = (begun(tmp_path / "cell", "--robot", "ur5e", sensor=sensor) / "README.txt").read_text()
-    assert ("z points from the scanner" in readme) == said and "import --example" in readme

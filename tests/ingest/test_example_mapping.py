@@ -75,3 +75,11 @@ def test_a_folder_without_a_description_is_refused(tmp_path):
             (tmp_path / "other" / "dataset.yaml").write_text(text)
         result = run("import", "--example", tmp_path / "other")
         assert result.exit_code == 2 and not result.stdout and "dataset.yaml" in result.stderr
+
+
+@pytest.mark.parametrize(("sensor", "said"), [("line-laser", True), ("tracker", False), ("probe", False)])
+def test_the_readme_names_the_mapping_and_says_where_a_scanner_measures_to(sensor, said, tmp_path):
+    """Only a scanner has columns x and z of its own plane."""
+    assert run("init", tmp_path / "cell", "--robot", "ur5e", "--sensor", sensor).exit_code == 0
+    readme = (tmp_path / "cell" / "README.txt").read_text()
+    assert ("z points from the scanner" in readme) == said and "import --example" in readme
