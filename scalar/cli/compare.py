@@ -17,6 +17,7 @@ from scalar.cli.compared_models import is_lacking, notes_on_models
 from scalar.cli.compared_words import (
     effects_by_candidate,
     lines_on_stretch,
+    lines_on_what_to_do,
     named_parameter,
     size_grows,
     unchanged_effects,
@@ -113,6 +114,7 @@ def describe_comparison(comparison: Comparison, residuals: Mapping[str, float] =
         *_caution(comparison, lacking),
         *lines_on_stretch(comparison),
         *_changes(comparison),
+        *([] if lacking or comparison.arm.effects_differ else lines_on_what_to_do(comparison)),
         *unchanged_effects(comparison),
         *lines_on_unnamed_terms(comparison),
         *(line for effect in comparison.disjoint_terms for line in _by_positions(effect)),

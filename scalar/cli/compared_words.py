@@ -36,6 +36,19 @@ def what_was_compared(comparison: Comparison) -> list[str]:
     return lines + _not_compared(comparison)
 
 
+def lines_on_what_to_do(comparison: Comparison) -> list[str]:
+    """Return the line on what follows if parameters of the arm changed; none if none did."""
+    names = [change.candidate.name for change in comparison.changes]
+    if not names:
+        return []
+    zeros = any(name.startswith("theta_") for name in names)
+    mastered = " (a zero: master the joint again)" if zeros else ""
+    return [
+        f"  what to do: use B from now on, which describes the arm as it is; or have the arm put right{mastered}, and measure a campaign afterwards, "
+        "because neither A nor B holds then"
+    ]
+
+
 def lines_on_stretch(comparison: Comparison) -> list[str]:
     """Return the lines on a factor between all lengths of the two calibrations, and what may be its cause; none if there is none."""
     stretch = comparison.stretch

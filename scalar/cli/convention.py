@@ -73,7 +73,8 @@ def _lines_without_mapping(tables: str, imported: Mapping[str, str], arm: str) -
         if known.controller_joints:
             return [
                 f"  without --mapping, {tables} the joint angles of the dataset, and not those that a controller of {known.maker} shows "
-                f"({known.controller_joints}): convert them before the arm moves, or give a mapping of 'scalar import' that does"
+                f"({known.controller_joints}): convert them before the arm moves, or give --mapping with a mapping that does (of 'scalar import "
+                "--example FOLDER', for one)"
             ]
     return []
 

@@ -29,7 +29,10 @@ if TYPE_CHECKING:
     from scalar.cli.targets import Targets
     from scalar.estimation.result import Calibration
 
-_CHOSEN = "  each posture was chosen near that of the row before; to choose another one, give its joint angles in columns q1..qn, next to the frames"
+_CHOSEN = (
+    "  each posture was chosen near that of the row before, and in the first row and after a large move within the measured ranges of the joints, if "
+    "one lies there; to choose another one, give its joint angles in columns q1..qn, next to the frames"
+)
 
 
 @cli.command()
@@ -83,6 +86,7 @@ def correct(
     from scalar.cli.targets import read_targets
     from scalar.cli.write_corrected import write_corrected
     from scalar.data.table_units import units_named
+    from scalar.estimation.measured_ranges import measured_ranges
     from scalar.estimation.result import load_calibration
 
     units_named(units)  # refuses units that do not exist before anything is read
@@ -91,7 +95,7 @@ def correct(
     calibrated = load_calibration(calibration)
     convention = convention_of(mapping, calibrated.model.nominal)
     wanted = read_targets(targets, calibrated.model.robot, units, convention)
-    corrected = correct_targets(calibrated.model, wanted, leave_out)
+    corrected = correct_targets(calibrated.model, wanted, leave_out, measured_ranges(calibrated.summary))
     for line in _lines_before_writing(calibrated, corrected, leave_out):
         say(line)
     n_written = write_corrected(output, corrected, leave_out)

@@ -76,7 +76,9 @@ class _Attempt:
         ]
 
 
-def correct_targets(model: Model, targets: Targets, leave_out: bool) -> CorrectedTargets:
+def correct_targets(
+    model: Model, targets: Targets, leave_out: bool, measured: Array | None = None
+) -> CorrectedTargets:
     """Return the targets with the joint angles at which the calibrated arm takes them.
 
     A row without any such joint angles is left out of the moves from pose to pose, which effects may depend on. The correction of the other rows is
@@ -86,11 +88,12 @@ def correct_targets(model: Model, targets: Targets, leave_out: bool) -> Correcte
         model: The calibrated one.
         targets: What is wanted.
         leave_out: Whether rows that the arm takes only nearly are left out as well.
+        measured: ``(n, 2)`` [rad; m where a joint slides], the ranges over the measured poses, in which postures are preferred; or None.
 
     Raises:
         InvalidInput: No row can be corrected, or a column that an effect needs is missing.
     """
-    targets, rows, dropped = targets.with_postures(model)
+    targets, rows, dropped = targets.with_postures(model, measured)
     while True:
         if not len(rows):
             raise InvalidInput(faults_of(dropped, str(targets.path), is_written=False))

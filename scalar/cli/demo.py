@@ -71,7 +71,7 @@ def demo(output: Path | None, seed: int | None) -> None:
     for secret in simulated.truth["effects"]:
         say(reveal(secret, result.to_mapping()["effects"], result.verdict))
     say(
-        "next: `scalar diagnose` on this dataset tests the findings on poses that took no part in the diagnosis;"
+        f"next: `scalar diagnose {output / 'dataset'} -o {output / 'tested'}` tests the findings on poses that took no part in the diagnosis;"
     )
     say("  `scalar init --help` says how to begin a dataset of your own")
 

@@ -13,9 +13,10 @@ from scalar.effects.command_line import named_effects
 from scalar.effects.registry import module_of
 from scalar.estimation.misfit import lacks_something
 from scalar.report import words
+from scalar.report.diagnosed_workspace import before_and_after_in_words
 from scalar.report.excess_words import cause_of_excess, excess_beside_findings
 from scalar.report.few_poses import few_poses
-from scalar.report.opening import verdict_on_effects
+from scalar.report.opening import verdict_on_effects, verdict_on_structure
 from scalar.report.pose_numbers import with_pose_numbers
 from scalar.report.scale_words import scale_in_words, scanner_scale_in_words
 from scalar.report.shipped_words import shipped_sentences
@@ -50,7 +51,7 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
 def _verdict(diagnosis: Diagnosis) -> str:
     """Return in a clause whether the model lacks something."""
     if diagnosis.verdict == UNATTRIBUTED:
-        return "the residual holds structure that no known effect explains"
+        return f"the residual holds {verdict_on_structure(diagnosis)}"
     if diagnosis.verdict == "effect":
         return verdict_on_effects(diagnosis) if diagnosis.findings else "only random errors found"
     summary = diagnosis.calibration_after.summary
@@ -142,7 +143,9 @@ def _lines_on_errors(diagnosis: Diagnosis, entry: Mapping[str, Any]) -> Iterator
         f"  error on held-out poses {before:.4f} -> {after:.4f} mm RMS; "
         f"noise alone would leave {residual['floor_mm']:.4f} mm"
     )
+    workspace = before_and_after_in_words(diagnosis)
     for sentence in [
+        *([workspace] if workspace else []),
         *excess_beside_findings(diagnosis),
         *few_poses(diagnosis),
         *unseen_sentences(diagnosis, entry),

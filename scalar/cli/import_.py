@@ -30,6 +30,16 @@ def _say_keys(context: click.Context, _option: click.Parameter, wanted: bool) ->
     context.exit()
 
 
+def _say_example(context: click.Context, _option: click.Parameter, folder: Path | None) -> None:
+    """Print a mapping to begin with, and end."""
+    from scalar.ingest.example_mapping import example_mapping
+
+    if folder is None or context.resilient_parsing:
+        return
+    say(example_mapping(folder))
+    context.exit()
+
+
 @cli.command("import")
 @click.argument("mapping", type=PATH)
 @click.argument("sources", metavar="SOURCE...", type=PATH, nargs=-1, required=True)
@@ -39,6 +49,15 @@ def _say_keys(context: click.Context, _option: click.Parameter, wanted: bool) ->
 )
 @BASE
 @TIP
+@click.option(
+    "--example",
+    type=PATH,
+    metavar="FOLDER",
+    is_eager=True,
+    expose_value=False,
+    callback=_say_example,
+    help="Print a mapping to begin with for the robot and the sensor of FOLDER, which `scalar init` wrote, and end.",
+)
 @click.option(
     "--keys",
     is_flag=True,
@@ -78,6 +97,7 @@ def import_(
 
     \b
     Example (see configs/measured for complete mappings):
+      scalar import --example my-cell > my-tracker.yaml       # a mapping to begin with, for tables in degrees and millimetres
       scalar import my-tracker.yaml measurements.csv -o my-cell
       scalar import my-tracker.yaml measurements.csv --urdf robot.urdf --tip tool0 -o my-cell
       scalar diagnose my-cell -o out

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -85,14 +86,26 @@ def init(
 
     formats = sensor_formats()
     if sensor is None or sensor not in formats:
-        said = "missing" if sensor is None else f"no kind {sensor!r}"
-        raise InvalidInput(Fault("--sensor", f"{said}; give one of {', '.join(formats)}"))
+        raise InvalidInput(Fault("--sensor", _no_kind(sensor, formats)))
     mapping, about, remarks = _described(robot, urdf, base, tip, dh, convention)
     write_blank_dataset(folder, mapping, formats[sensor], about, remarks)
     say(f"{folder}: an empty dataset for {mapping['name']}, {len(mapping['joints'])} joints, and a {sensor}")
     for line in [*about, *remarks]:
         say(f"  {line}")
     say(f"next: read {folder / 'README.txt'}, fill the files in, and `scalar validate {folder}`")
+    say(
+        f"  tables in degrees, millimetres or other columns: `scalar import --example {folder}` prints a mapping for them"
+    )
+
+
+def _no_kind(sensor: str | None, kinds: Iterable[str]) -> str:
+    """Return the message about a kind of sensor that is missing or unknown; a kind whose name stands in what was written is suggested."""
+    choice = f"give one of {', '.join(kinds)}"
+    if sensor is None:
+        return f"missing; {choice}"
+    written = re.sub("[ _-]", "", sensor.lower())
+    meant = [kind for kind in kinds if kind.replace("-", "") in written]
+    return f"no kind {sensor!r}; " + (f"did you mean {meant[0]}? " if len(meant) == 1 else "") + choice
 
 
 def describe_library() -> str:

@@ -114,8 +114,14 @@ def refuse_large_turns(table: pd.DataFrame, form: Sequence[str], file: str) -> N
         raise InvalidInput(Fault(file, message, column=",".join(form)))
 
 
-def refuse_far_places(robot: Robot, T: Array, file: str) -> None:
+def refuse_far_places(robot: Robot, T: Array, file: str, angle: str = "rad") -> None:
     """Refuse wanted places that are all so far away that they must be in another unit.
+
+    Args:
+        robot: The nominal robot.
+        T: ``(N, 4, 4)`` [m], the wanted frames.
+        file: Name of the table.
+        angle: The unit in which the angles of the table were read, which the message keeps.
 
     Raises:
         InvalidInput: They are.
@@ -127,7 +133,7 @@ def refuse_far_places(robot: Robot, T: Array, file: str) -> None:
     if nearest > _FAR * links:
         message = (
             f"every place is {nearest:.4g} m from the base or more, and all links together are {links:.3g} m; "
-            "are these millimetres? say --units mm, or write metres"
+            f"are these millimetres? say --units {'mm' if angle == 'rad' else f'{angle},mm'}, or write metres"
         )
         raise InvalidInput(Fault(file, message))
 

@@ -32,7 +32,7 @@ from scalar.units import DEG, MM
 
 if TYPE_CHECKING:
     from scalar.geometry.se3 import Array
-    from scalar.planning.candidates import Allowed
+    from scalar.planning.candidates import Allowed, Candidates
     from scalar.planning.workcell import Workcell
 
 _NEAREST_IN_METRES = 10.0  # m; a scanner's nearest distance is less
@@ -109,7 +109,8 @@ def plan(
     or the name of an arm of the library, for which poses are then planned with a laser tracker, as they are for a URDF (--urdf instead of ROBOT).
     Candidates are drawn within the joint limits. In all of them the sensor can measure its target, neither arm nor sensor touches anything, and
     the arm does not stand in the beam of its scanner (tested by pybullet with a body of the arm that is guessed from its reach: check the moves
-    before you run them). The plan consists of the candidates from which a calibration is expected to predict positions best.
+    before you run them). Whether a laser tracker, which stands at an unknown place, sees its target is not tested. Joints that may turn further stay
+    within one turn, unless --after needs more. The plan consists of the candidates from which a calibration is expected to predict positions best.
 
     With --near, poses are planned for the arm as it was calibrated. Where ROBOT has measured poses, the planned ones are numbered on from
     them, they are those that add most to the measured ones, and the expected error is that of a calibration from all of them. It holds if base,
@@ -173,14 +174,18 @@ def plan(
         arm, sensor, planes, calibration, view, repeatability * MM, same_campaign=after is not None
     )
     with _collisions(workcell, no_collisions) as (allowed, measurable):
-        found = draw_candidates(
-            workcell, candidates, np.random.default_rng(seed), measurable, one_turn=after is None
-        )
+
+        def draw(one_turn: bool) -> Candidates:
+            return draw_candidates(
+                workcell, candidates, np.random.default_rng(seed), measurable, one_turn=one_turn
+            )
+
         if after is None:
+            found = draw(True)
             chosen = plan_by_error(workcell, found, dataset, poses, accuracy, criterion, seed)
         else:
             assert dataset is not None and calibration is not None
-            chosen = plan_after(workcell, found, dataset, calibration, after, poses)
+            found, chosen = plan_after(workcell, draw, dataset, calibration, after, poses)
             if not chosen.indices:
                 _refuse_earlier_plan(output, after)
                 say("\n".join(chosen.lines))
@@ -195,7 +200,7 @@ def plan(
     elif robot is not None and near is None:
         lines += lines_on_poses_not_counted(robot)
     say(f"{arm.name}, {sensor.kind}: {len(chosen.indices)} poses of {len(found.q)} candidates")
-    say("\n".join([*remarks, *assumed, *lines, *_lines_on_ends(workcell)]))
+    say("\n".join([*remarks, *assumed, *lines, *_lines_on_sight(workcell), *_lines_on_ends(workcell)]))
     if no_collisions:
         say("  not tested for collisions: check every pose and move before you run them")
     say(f"written: {output / 'poses.csv'}, poses_deg.csv, plan.json, plan.png")
@@ -207,6 +212,16 @@ def _line_on_measuring(dataset: str) -> str:
         f"  measure them, append the rows to the tables of {dataset} (pose numbers and order continue from there; give them a session of their "
         "own if base, planes or tracker were set up anew), and diagnose again"
     )
+
+
+def _lines_on_sight(workcell: Workcell) -> list[str]:
+    """Return a line on the line of sight to an instrument that stands elsewhere, such as a laser tracker; none if the sensor sees planes."""
+    if workcell.on_planes:
+        return []
+    return [
+        "  not tested: whether the instrument sees its target from where it stands. Leave out poses in which the arm hides the target or turns it "
+        "away, and plan some more than needed"
+    ]
 
 
 def _lines_on_ends(workcell: Workcell) -> list[str]:

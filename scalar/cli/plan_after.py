@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
     from scalar.effects import Effect
     from scalar.estimation.result import Calibration
+    from scalar.geometry.se3 import Array
     from scalar.planning.candidates import Candidates
     from scalar.planning.questions import Pair
     from scalar.planning.separation import Answer
@@ -27,19 +28,19 @@ _FAR = 10.0  # if the noise had to be smaller by a larger factor, no better sens
 
 def plan_after(
     workcell: Workcell,
-    found: Candidates,
+    draw: Callable[[bool], Candidates],
     dataset: Dataset,
     calibration: Calibration,
     path: Path,
     poses: int | None,
-) -> ChosenPoses:
-    """Return the poses that separate the effects which a diagnosis could not distinguish, and what is told of them.
+) -> tuple[Candidates, ChosenPoses]:
+    """Return candidates, the poses of them that separate the effects which a diagnosis could not distinguish, and what is told of them.
 
     No candidates are chosen if the diagnosis leaves nothing open that other poses would answer.
 
     Args:
         workcell: The workcell near the calibration after the diagnosis.
-        found: The candidates.
+        draw: As in ``candidates_after``.
         dataset: The dataset that was diagnosed.
         calibration: The calibration after the diagnosis.
         path: The file of the diagnosis.
@@ -49,15 +50,15 @@ def plan_after(
         InvalidInput: The file is no diagnosis.
         Undetermined: The candidates answer none of the questions that it left open.
     """
-    from scalar.planning.after import outcome, poses_after
+    from scalar.planning.after import candidates_after, outcome
     from scalar.planning.defaults import FURTHER_POSES
 
     left_open = read_questions(path, calibration.model.effects, dataset)
-    after = poses_after(workcell, found, dataset, calibration, left_open, poses or FURTHER_POSES)
+    found, after = candidates_after(workcell, draw, dataset, calibration, left_open, poses or FURTHER_POSES)
     answers, not_by_poses = after.answers, after.not_by_poses
     lines = [f"  no poses answer this: {text}" for text in not_by_poses]
     if not after.pairs:
-        return ChosenPoses([], {}, [*lines, *_nothing_left_open(path)], [], None)
+        return found, ChosenPoses([], {}, [*lines, *_nothing_left_open(path)], [], None)
     if not any(answer.separable for answer in answers):
         raise _nothing_separable(after.pairs, answers, found, dataset, path)
     content = {
@@ -76,7 +77,39 @@ def plan_after(
         "poses": len(after.chosen),
     }
     told = [f"  {with_pose_numbers(answer.question.title, dataset)}: {outcome(answer)}" for answer in answers]
-    return ChosenPoses(after.chosen, content, [*told, *lines], [], None)
+    turning = _lines_on_turns(found.q[after.chosen], workcell.model.nominal.prismatic)
+    said = [*told, *_lines_on_signal(answers), *lines, *turning]
+    return found, ChosenPoses(after.chosen, content, said, [], None)
+
+
+def _lines_on_turns(q: Array, prismatic: Sequence[int]) -> list[str]:
+    """Return a line on the joints that go over more than a turn in the poses ``(k, n)`` [rad, m]; none if no joint does."""
+    import numpy as np
+
+    from scalar.report.words import listed
+
+    named = [str(j + 1) for j in np.flatnonzero(np.ptp(q, axis=0) > 2.0 * np.pi) if j not in prismatic]
+    if not named:
+        return []
+    joints = f"joint {named[0]} goes" if len(named) == 1 else f"joints {listed(named)} go"
+    return [
+        f"  {joints} over more than a turn, which these questions need: if cables do not allow it, narrow limits in dataset.yaml"
+    ]
+
+
+def _lines_on_signal(answers: Sequence[Answer]) -> list[str]:
+    """Return what the numbers of the answers mean; and, where the measured poses should tell two effects apart already, why the question is open."""
+    from scalar.planning.separation import ANSWERED
+
+    lines = [
+        "  the two numbers are the signal that answers the question, with the measured poses and with the planned ones as well: from "
+        f"{ANSWERED**0.5:g} standard errors on it counts as answered"
+    ]
+    if any(answer.now >= ANSWERED for answer in answers):
+        lines.append(
+            "  where the measured poses reach this already, one of the diagnosis's rules keeps the name unsure: the report says which"
+        )
+    return lines
 
 
 def _nothing_separable(

@@ -59,15 +59,21 @@ class Targets:
     doubts: tuple[str, ...]
     convention: JointConvention | None = None
 
-    def with_postures(self, model: Model) -> tuple[Targets, Array, list[Uncorrected]]:
+    def with_postures(
+        self, model: Model, measured: Array | None = None
+    ) -> tuple[Targets, Array, list[Uncorrected]]:
         """Return the targets with joint angles in all rows, the indices of the rows that can be corrected, and a record for each other row.
 
         Joint angles that are not given are chosen for the rigid arm, and a row for whose frame there are none cannot be corrected. It has the joint
         angles that come nearest.
+
+        Args:
+            model: The calibrated one.
+            measured: ``(n, 2)`` [rad; m where a joint slides], the ranges of the joints over the measured poses, or None.
         """
         if self.joints_given:
             return self, np.arange(len(self.table)), []
-        q, _ = postures_for(model, frames_of(self.table))
+        q, _ = postures_for(model, frames_of(self.table), measured=measured)
         found = ~np.isnan(q[:, 0])
         refused = [no_posture(pose) for pose in self.table["pose"].to_numpy()[~found]]
         joints = {f"q{i + 1}": q[:, i] for i in range(q.shape[1])}
@@ -118,7 +124,7 @@ def read_targets(
         if not in_degrees:
             refuse_large_turns(table, orientation, path.name)
         table = with_rotation_vectors(table, orientation, path.name)
-        refuse_far_places(robot, frames_of(table), path.name)
+        refuse_far_places(robot, frames_of(table), path.name, read_in.angle)
     units_written = written_in.sliding(robot.prismatic)
     form = form_of_file(path)
     return Targets(path, table, frames_wanted, joints_given, units_written, form, tuple(doubts), convention)

@@ -23,6 +23,11 @@ README = "README.txt"
 _POSES = "poses.csv"
 _ROUNDING = 1e-11  # [m or rad]: a smaller length or angle is a rounding error
 _REMEDY = "a dataset is begun in a new or an empty folder only; give another place"
+_DECIMALS, _LAST_BITS = (
+    12,
+    1e-14,
+)  # a number that differs by less from one with so few decimals is that one, as 0.3500000000000001 is 0.35
+_PROFILE = "z points from the scanner to what it measures, and x lies across, in the plane of the laser."
 _PLANES = (
     "",
     "# Guesses of the planes in the base frame: normal . p = distance [m]. 30 degrees and 10 cm off is near enough.",
@@ -151,7 +156,7 @@ def _quoted(text: str) -> str:
 
 
 def _flow(value: Any) -> str:
-    """Return plain data as YAML in one line, numbers of the size of rounding errors as zero."""
+    """Return plain data as YAML in one line, numbers without rounding errors."""
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{key}: {_flow(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):
@@ -159,6 +164,8 @@ def _flow(value: Any) -> str:
     if isinstance(value, str):
         return _quoted(value)
     number = 0.0 if abs(value) < _ROUNDING else float(value)
+    if abs(number - round(number, _DECIMALS)) < _LAST_BITS:
+        number = round(number, _DECIMALS)
     mantissa, e, exponent = repr(number).partition("e")
     return (mantissa if "." in mantissa else f"{mantissa}.0") + e + exponent
 
@@ -207,10 +214,15 @@ def _readme(robot: Mapping[str, Any], format: SensorFormat, remarks: Sequence[st
             f"{table.files[0]}: {rows}; pose as in {_POSES}, {units}. An example row:",
             "  " + ",".join(table.columns),
             "  " + ",".join(["0", *values]),
+            *([_PROFILE] if format.scans and set(table.units) == {"x", "z"} else []),
             *_further(table),
             *_references(format.references),
-            "Data in another form (degrees, millimetres, other columns): see `scalar import --help`.",
         ]
+    lines += [
+        "",
+        "Your tables are in degrees and millimetres, or have other columns? Leave the tables here empty, and write a mapping, with which",
+        "`scalar import` makes another folder from yours. `scalar import --example FOLDER` prints a mapping to begin with (FOLDER is this one).",
+    ]
     lines += ["", "Then: scalar calibrate FOLDER -o OUT, and scalar diagnose FOLDER -o OUT."]
     return "\n".join(lines) + "\n"
 
@@ -224,7 +236,8 @@ def _further(table: MeasuredTable) -> list[str]:
     ]
     several = (
         [
-            f"If several {table.item}s are measured, each has a row of its own, and the column {table.item} names it."
+            f"If several {table.item}s are measured, each has a row of its own, and the column {table.item} names it.",
+            f"nominal_pose in {DESCRIPTION} is that of the first {table.item} of the file; where the others sit need not be known.",
         ]
         if table.item is not None
         else []

@@ -18,8 +18,9 @@ from scalar.errors import InvalidInput
 if TYPE_CHECKING:
     import pandas as pd
 
+_FILES_SHOWN = 3  # names of files that a message lists
 _MARK = "# Written by SCALAR, and replaced by it while unchanged: "
-_REMEDY = "not a dataset as SCALAR wrote it; give another place, remove it, or, if it is a dataset, say --force to replace it"
+_ANOTHER = "give another place for the output, or remove what is there"
 
 
 def write_dataset(
@@ -48,7 +49,7 @@ def write_dataset(
     if table_format not in ("csv", "parquet"):
         raise ValueError(f"table_format must be csv or parquet, not {table_format!r}")
     may_replace = _is_dataset if force else _is_unchanged
-    with atomic_directory(dataset_dir, may_replace=may_replace, remedy=_REMEDY) as folder:
+    with atomic_directory(dataset_dir, may_replace=may_replace, remedy=_remedy(Path(dataset_dir))) as folder:
         dump_yaml(mapping, folder / DESCRIPTION)
         _write_table(poses, folder / POSES)
         for name, table in measured.items():
@@ -64,7 +65,21 @@ def refuse_dataset(dataset_dir: str | os.PathLike[str], force: bool = False) -> 
     Raises:
         InvalidInput: it holds something that may not be replaced.
     """
-    check_replaceable(Path(dataset_dir), _is_dataset if force else _is_unchanged, _REMEDY)
+    path = Path(dataset_dir)
+    check_replaceable(path, _is_dataset if force else _is_unchanged, _remedy(path))
+
+
+def _remedy(path: Path) -> str:
+    """Return why a dataset may not replace what is at a path, and what to do; --force is offered only where it would help."""
+    if not path.is_dir():
+        return f"not a folder; {_ANOTHER}"
+    others = sorted({item.name for item in path.iterdir()} - set(known_files()))
+    if others:
+        shown = ", ".join(others[:_FILES_SHOWN]) + (", ..." if len(others) > _FILES_SHOWN else "")
+        return f"it holds more than the files of a dataset ({shown}), so that not even --force replaces it; {_ANOTHER}"
+    if not _is_dataset(path):
+        return f"it is no dataset, so that not even --force replaces it; {_ANOTHER}"
+    return "not a dataset as SCALAR wrote it; give another place, or say --force to replace it"
 
 
 def _is_dataset(path: Path) -> bool:

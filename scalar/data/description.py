@@ -207,7 +207,10 @@ def _check_sensor_and_planes(description: Description) -> None:
         and n_planes < MIN_PLANES
         and isinstance(description.get("planes"), list | None)
     ):
-        message = f"{n_planes} planes; a {kind} needs at least three, of different directions: add an initial guess of each to planes"
+        message = (
+            f"{n_planes} planes; a {kind} needs at least three, of different directions: add an initial guess of each to planes "
+            "(a plate that is set up again elsewhere, under another name, counts as a further plane)"
+        )
         description.fault(("planes",), message)
 
 

@@ -22,6 +22,7 @@ from scalar.data.table_consistency import (
     unknown_data_files,
 )
 from scalar.data.unit_suspicions import (
+    UNIT_DOUBTS,
     suspect_description,
     suspect_joint_angles,
     suspect_points,
@@ -112,10 +113,13 @@ def read_folder(path: Path) -> Content:
 
 
 def _mention_import(faults: list[Fault]) -> None:
-    """Add to the first fault of each file, where its columns are others or are separated otherwise, that such a table can be imported."""
+    """Add to the first fault of each table that has other columns, separators or units that such a table can be imported as it is."""
     files: set[str] = set()
     for i, fault in enumerate(faults):
-        if fault.message.startswith((SEPARATED, MISSING_COLUMN)) and fault.file not in files:
+        others = fault.message.startswith((SEPARATED, MISSING_COLUMN)) or (
+            fault.file != DESCRIPTION and any(doubt in fault.message for doubt in UNIT_DOUBTS)
+        )
+        if others and fault.file not in files:
             files.add(fault.file)
             message = f"{fault.message}; or import the table as it is by a mapping: `scalar import --help`"
             faults[i] = replace(fault, message=message)

@@ -12,6 +12,7 @@ from functools import partial
 
 import numpy as np
 
+from scalar.data.columns_in_other_units import in_another_unit
 from scalar.errors import Fault
 
 MISSING_COLUMN = "the column is missing"
@@ -235,6 +236,7 @@ def header_faults(file: str, names: list[str], layout: Layout, row: int | None =
     faults = []
     known = [*layout.required, *layout.optional]
     unknown = [name for name in names if name not in known]
+    missing = [name for name in layout.required if name not in names]
     for name in dict.fromkeys(names):
         if names.count(name) > 1:
             faults.append(
@@ -244,16 +246,15 @@ def header_faults(file: str, names: list[str], layout: Layout, row: int | None =
             faults.append(Fault(file, "a column without a name; name it or remove it", row))
         elif name in unknown and (message := layout.refuse(name)):
             faults.append(Fault(file, message, row, name))
-        elif name in unknown and not layout.extras:
+        elif name in unknown and not layout.extras and not any(in_another_unit(m, [name]) for m in missing):
             elsewhere = layout.other_names.get(name.lower())
             hint = f"did you mean {elsewhere!r}? " if elsewhere else did_you_mean(name, known)
             message = f"an unknown column; {hint}the columns are {wanted}; remove or rename it"
             faults.append(Fault(file, message, row, name))
-    for name in layout.required:
-        if name not in names:
-            likely = closest(name, unknown, 0.6) or of_the_same_joint(name, unknown)
-            hint = f"is it {likely!r}? rename it; " if likely else ""
-            faults.append(Fault(file, f"{MISSING_COLUMN}; {hint}the header has to name {wanted}", row, name))
+    for name in missing:
+        likely = closest(name, unknown, 0.6) or of_the_same_joint(name, unknown)
+        hint = in_another_unit(name, unknown) or (f"is it {likely!r}? rename it; " if likely else "")
+        faults.append(Fault(file, f"{MISSING_COLUMN}; {hint}the header has to name {wanted}", row, name))
     return faults
 
 

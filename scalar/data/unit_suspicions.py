@@ -34,13 +34,16 @@ MAX_NOISE = 0.05  # m; one standard deviation of a point of a scan: lidars have 
 # Largest plausible standard deviation of a single point [m]: trackers and probes have 1e-5 to 1e-4, cameras 1e-3.
 MAX_POINT_NOISE = 5e-3
 MAX_NORMAL_STD = 0.5  # rad; one standard deviation of a direction
+UNIT_DOUBTS = ("are these millimetres?", "are these degrees?")
+"""What messages ask where metres or radians are expected."""
 GIVE_LIMITS = f"give its limits in {DESCRIPTION}"
 GRAVITY = (1.0, 20.0)  # m/s^2
 
 
 def write_si(unit: str) -> str:
     """Return what to do where a number looks like millimetres and should be metres (``m``), or like degrees and should be radians (``rad``)."""
-    return "are these millimetres? write metres" if unit == "m" else "are these degrees? write radians"
+    millimetres, degrees = UNIT_DOUBTS
+    return f"{millimetres} write metres" if unit == "m" else f"{degrees} write radians"
 
 
 def suspect_description(description: Description, advice: Callable[[str], str] = write_si) -> None:

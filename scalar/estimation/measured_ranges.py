@@ -59,5 +59,11 @@ def clearly_outside(ranges: Array, q: Array) -> Array:
         ranges: ``(n, 2)`` [rad; m].
         q: ``(N, n)`` [rad; m].
     """
+    low, high = widened(ranges).T
+    return (q < low) | (q > high)
+
+
+def widened(ranges: Array) -> Array:
+    """Return ranges ``(n, 2)`` [rad; m], each with a tenth of it added at both ends: what lies beyond is clearly outside."""
     margin = _MARGIN * np.ptp(ranges, axis=1)
-    return (q < ranges[:, 0] - margin) | (q > ranges[:, 1] + margin)
+    return np.column_stack([ranges[:, 0] - margin, ranges[:, 1] + margin])

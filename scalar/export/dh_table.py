@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from scalar.estimation.result import Calibration
+from scalar.export.numbers_out import shortest
 from scalar.export.rigid_part import RigidPart, random_joints
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.roll_pitch_yaw import rpy_from_rotation
@@ -43,7 +44,7 @@ def dh_csv(calibration: Calibration, rigid: RigidPart, *, standard: bool = False
     lines = [",".join(["joint", *(["type"] if slides.any() else []), *head, "convention"])]
     for i in range(rigid.robot.n_joints):
         values = [value for table in tables for value in table[:, i]]
-        cells = ["" if np.isnan(value) else f"{value + 0.0:.17g}" for value in values]
+        cells = ["" if np.isnan(value) else shortest(value) for value in values]
         lines.append(",".join([str(i + 1), *types[i], *cells, CONVENTIONS[standard]]))
     return "\n".join([*lines, ""])
 

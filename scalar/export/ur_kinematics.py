@@ -12,6 +12,7 @@ import numpy as np
 
 from scalar.data.located_table import shorten
 from scalar.errors import Fault, InvalidInput
+from scalar.export.numbers_out import shortest
 from scalar.export.rigid_part import RigidPart
 from scalar.geometry.robot import GEOMETRY, Robot, link_transforms
 from scalar.geometry.roll_pitch_yaw import rpy_from_rotation
@@ -96,7 +97,7 @@ def _check_form(nominal: Robot, file: str) -> None:
 
 def _number(value: float) -> str:
     """Return a number as YAML 1.1 reads it too: with a point before an exponent."""
-    text = f"{value + 0.0:.17g}"
+    text = shortest(value)
     if "e" in text and "." not in text:
         text = text.replace("e", ".0e")
     return text

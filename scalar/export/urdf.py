@@ -13,6 +13,7 @@ import numpy as np
 
 from scalar.data.located_table import shorten
 from scalar.errors import Fault, InvalidInput
+from scalar.export.numbers_out import shortest
 from scalar.export.rigid_part import RigidPart, random_joints
 from scalar.geometry.robot import Robot
 from scalar.geometry.roll_pitch_yaw import rpy_from_rotation
@@ -198,7 +199,7 @@ def _set_origin(element: Any, T: Array) -> None:
         origin = element.makeelement("origin")
         element.insert(0, origin)
     for key, values in (("xyz", T[:3, 3]), ("rpy", rpy_from_rotation(T[:3, :3]))):
-        origin.set(key, " ".join(f"{value + 0.0:.17g}" for value in values))
+        origin.set(key, " ".join(map(shortest, values)))
 
 
 def _put_sensor(document: UrdfDocument, tip: str, name: str, T_flange_sensor: Array, exists: bool) -> None:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+
+import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.misfit import excess_factor
@@ -29,6 +32,42 @@ class After:
     pairs: list[Pair]
     answers: list[Answer]
     not_by_poses: list[str]
+
+
+def candidates_after(
+    workcell: Workcell,
+    draw: Callable[[bool], Candidates],
+    dataset: Dataset,
+    calibration: Calibration,
+    left_open: tuple[list[Pair], list[str]],
+    count: int = FURTHER_POSES,
+) -> tuple[Candidates, After]:
+    """Return candidates, and what ``poses_after`` chooses of them: within one turn of every joint, unless several turns answer more questions.
+
+    Poses over several turns mean moves of a turn and more, and twisted cables; but some errors, such as a scale, grow from turn to turn.
+
+    Args:
+        workcell: The workcell near the calibration after the diagnosis.
+        draw: Returns candidates, of which joints with wide limits stay within one turn if its argument is True.
+        dataset: The dataset that was diagnosed.
+        calibration: The calibration after the diagnosis.
+        left_open: The open questions, as ``open_pairs`` returns them.
+        count: How many poses.
+    """
+    within = draw(True)
+    after = poses_after(workcell, within, dataset, calibration, left_open, count)
+    nominal = workcell.model.nominal
+    turns = np.ptp(np.delete(nominal.limits, list(nominal.prismatic), axis=0), axis=1)
+    if all(answer.separated for answer in after.answers) or not np.any(turns > 2.0 * np.pi):
+        return within, after
+    wide = draw(False)
+    wider = poses_after(workcell, wide, dataset, calibration, left_open, count)
+    return (wide, wider) if _answered(wider) > _answered(after) else (within, after)
+
+
+def _answered(after: After) -> tuple[int, int]:
+    """Return how many questions the added poses answer, and how many all candidates would."""
+    return sum(a.separated for a in after.answers), sum(a.separable for a in after.answers)
 
 
 def poses_after(

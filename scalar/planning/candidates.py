@@ -8,7 +8,7 @@ there is one.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,8 +80,8 @@ def _poses_for_plane(
     one_turn: bool,
 ) -> Array:
     """Return up to ``wanted`` poses ``(K, n)`` [rad] that measure the plane with index k, or that have no plane to measure if k is -1."""
-    limits = workcell.model.nominal.limits
-    low, high = (_one_turn(limits) if one_turn else limits).T
+    nominal = workcell.model.nominal
+    low, high = (_one_turn(nominal.limits, nominal.prismatic) if one_turn else nominal.limits).T
     kept: list[Array] = []
     total = 0
     for _ in range(_BATCHES):
@@ -99,10 +99,12 @@ def _poses_for_plane(
     return np.concatenate(kept)
 
 
-def _one_turn(limits: Array) -> Array:
-    """Return the limits ``(n, 2)`` [rad] cut to one turn about the middle."""
+def _one_turn(limits: Array, prismatic: Sequence[int]) -> Array:
+    """Return the limits ``(n, 2)`` [rad; m where a joint slides], those of joints that turn cut to one turn about their middle."""
     middle = limits.mean(axis=1, keepdims=True)
-    return np.clip(limits, middle - np.pi, middle + np.pi)
+    half = np.full_like(middle, np.pi)
+    half[list(prismatic)] = np.inf
+    return np.clip(limits, middle - half, middle + half)
 
 
 def _measurable(workcell: Workcell, q: Array, k: int) -> Array:

@@ -17,7 +17,9 @@ _SHOWN = 5  # poses that are named one by one
 def residual_in_words(summary: Mapping[str, Any]) -> str:
     """Return what is compared with the noise: the residual, without the scatter within poses where a pose has several points."""
     several = summary["points"] > summary["poses"]
-    return "apart from the scatter within poses, the residual" if several else "the residual"
+    return (
+        "apart from the scatter of the points within each pose, the residual" if several else "the residual"
+    )
 
 
 def far_poses_in_words(calibration: Calibration, dataset: Dataset) -> list[str]:

@@ -11,10 +11,22 @@ from scipy.stats import chi2
 from scalar.diagnosis.accuracy.discrepancy_of_fit import discrepancy_of_shipped
 from scalar.diagnosis.accuracy.expected_errors import expected_errors
 from scalar.diagnosis.noise.repeated_poses import RepeatedPoses, repeated_poses
-from scalar.evaluate.workspace_errors import MEAN_OVER_RMS, WorkspaceErrors, errors_within_limits
+from scalar.evaluate.workspace_errors import (
+    MEAN_OVER_RMS,
+    NOMINAL,
+    WorkspaceErrors,
+    errors_within_limits,
+    mean_over_poses,
+)
 from scalar.report import words
 from scalar.report.beyond_ranges import error_left_open
-from scalar.report.workspace_map import SHIPPED, WITHOUT_EFFECTS, section_of_errors
+from scalar.report.workspace_map import (
+    SHIPPED,
+    WITHOUT_EFFECTS,
+    banded_in_words,
+    most_errors,
+    section_of_errors,
+)
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
@@ -47,6 +59,7 @@ def diagnosed_workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
     section = section_of_errors(diagnosis.calibration_after, errors, seen, SHIPPED, discrepancy)
     if section is None:
         return None
+    section["now"] = before_and_after_in_words(diagnosis)
     section["within_ranges"] = expected_within_ranges(diagnosis)
     section["repeated"] = repeated_in_words(diagnosis.cleaned.dataset, diagnosis.calibration_before.model)
     if diagnosis.shipped.without_effects or (more := error_left_open(diagnosis)) is None:
@@ -54,6 +67,21 @@ def diagnosed_workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
     return section | {
         "left_open": words.length(MEAN_OVER_RMS * float(np.hypot(more.error, discrepancy.excess)))
     }
+
+
+@lru_cache(maxsize=1)  # the report and the terminal both state it
+def before_and_after_in_words(diagnosis: Diagnosis) -> str:
+    """Return the sentence on how wrong the arm is as its data sheet describes it, and how wrong with ``after.json``; empty where this is unknown."""
+    errors = errors_over_workspace(diagnosis)
+    if errors is None:
+        return ""
+    data_sheet, shipped = (errors.all_sizes[model] for model in (NOMINAL, SHIPPED))
+    before, after = banded_in_words(data_sheet, mean_over_poses), banded_in_words(shipped, mean_over_poses)
+    return (
+        f"By its data sheet the arm errs by {before['value']} in the mean over its workspace (95 of 100 poses by less than "
+        f"{banded_in_words(data_sheet, most_errors)['value']}), and with {SHIPPED} by {after['value']} (95 % band {after['band']}), with the best "
+        "base and tool frame for each."
+    )
 
 
 def expected_within_ranges(diagnosis: Diagnosis) -> str:

@@ -9,8 +9,8 @@ import numpy as np
 
 from scalar.data.io.atomic import plain
 from scalar.errors import InvalidInput
-from scalar.planning.after import After, outcome, poses_after
-from scalar.planning.candidates import draw_candidates
+from scalar.planning.after import After, candidates_after, outcome
+from scalar.planning.candidates import Candidates, draw_candidates
 from scalar.planning.defaults import FURTHER_POSES, N_CANDIDATES, REPEATABILITY
 from scalar.planning.questions import open_pairs
 from scalar.planning.sensor_noise import with_noise
@@ -70,8 +70,11 @@ def _after(diagnosis: Diagnosis) -> After | None:
             repeatability=REPEATABILITY,
             same_campaign=True,
         )
-        found = draw_candidates(workcell, N_CANDIDATES, np.random.default_rng(0))
+        left_open = open_pairs(plain(diagnosis.to_mapping()), calibration.model.effects, dataset)
+
+        def draw(one_turn: bool) -> Candidates:
+            return draw_candidates(workcell, N_CANDIDATES, np.random.default_rng(0), one_turn=one_turn)
+
+        return candidates_after(workcell, draw, dataset, calibration, left_open)[1]
     except InvalidInput:
         return None
-    left_open = open_pairs(plain(diagnosis.to_mapping()), calibration.model.effects, dataset)
-    return poses_after(workcell, found, dataset, calibration, left_open)

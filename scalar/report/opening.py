@@ -81,6 +81,13 @@ def verdict_on_effects(diagnosis: Diagnosis) -> str:
     return IN_PART if any(_is_unsure(finding) for finding in diagnosis.findings) else FOUND
 
 
+def verdict_on_structure(diagnosis: Diagnosis) -> str:
+    """Return the verdict on a diagnosis that is ``unattributed``: whether the structure resembles an effect whose name is not certain, or none."""
+    if any(finding.doubtful for finding in diagnosis.findings):
+        return "structure without a certain name"
+    return "structure that no known effect explains"
+
+
 def nothing_sure(diagnosis: Diagnosis) -> bool:
     """Return whether something was found, and no name of it is sure."""
     return bool(diagnosis.findings) and all(_is_unsure(finding) for finding in diagnosis.findings)

@@ -16,7 +16,7 @@ from scalar.report.advice import advice
 from scalar.report.diagnosed_workspace import diagnosed_workspace
 from scalar.report.excess_words import excess_beside_findings
 from scalar.report.noise_card import noise_card
-from scalar.report.opening import opening, verdict_on_effects
+from scalar.report.opening import opening, verdict_on_effects, verdict_on_structure
 from scalar.report.own_noise import own_noise
 from scalar.report.parameter_table import convention_in_words, gauge_rows, parameter_tables
 from scalar.report.pictures import draw
@@ -30,12 +30,9 @@ if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
     from scalar.effects import Effect
 
-VERDICTS = {
-    "no_effect": "No effect found",
-    "unattributed": "Structure that no known effect explains",
-}
+NO_EFFECT = "No effect found"
 DOUBTFUL = (
-    "the model lacks something here, and this known effect has the shape nearest to it; but a name with such evidence is less likely right "
+    "the model lacks something here, and this known effect has the shape nearest to it; but a name with such evidence is hardly more often right "
     "than wrong, so take it as a hint"
 )
 NOISE_ONLY = "Only random errors found"
@@ -114,7 +111,11 @@ def _headline(diagnosis: Diagnosis) -> str:
     only_noise = diagnosis.verdict == "effect" and not diagnosis.findings
     if only_noise:
         return NOISE_ONLY
-    return VERDICTS.get(diagnosis.verdict) or words.capital(verdict_on_effects(diagnosis))
+    if diagnosis.verdict == "no_effect":
+        return NO_EFFECT
+    return words.capital(
+        (verdict_on_effects if diagnosis.verdict == "effect" else verdict_on_structure)(diagnosis)
+    )
 
 
 def _files(diagnosis: Diagnosis) -> list[str]:

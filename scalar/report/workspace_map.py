@@ -6,7 +6,7 @@ bands, and a curve of the error against the distance from the first joint's axis
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -87,8 +87,8 @@ def section_of_errors(
         "rows": [
             {
                 "state": model,
-                "mean": _banded(draws.banded(mean_over_poses)),
-                "most": _banded(draws.banded(_bound)),
+                "mean": banded_in_words(draws, mean_over_poses),
+                "most": banded_in_words(draws, most_errors),
             }
             for model, draws in sizes.items()
         ],
@@ -103,13 +103,19 @@ def section_of_errors(
     }
 
 
-def _bound(draws: Array) -> Array:
+def most_errors(draws: Array) -> Array:
     """Return the error ``(R,)`` [m] that most poses of each draw ``(R, N)`` do not exceed."""
     return np.quantile(draws, _MOST, axis=1)
 
 
-def _banded(found: Banded) -> dict[str, str]:
-    """Return the number and its band in millimetres, all with as many decimals as the number has."""
+def banded_in_words(draws: Sizes, of_poses: Callable[[Array], Array]) -> dict[str, str]:
+    """Return a number of the sizes of errors and its band in millimetres, all with as many decimals as the number has.
+
+    Args:
+        draws: The sizes.
+        of_poses: Takes draws ``(R, N)`` [m] and returns the number of each ``(R,)``: ``mean_over_poses`` or ``most_errors``.
+    """
+    found = draws.banded(of_poses)
     value = number(found.value / MM)
     decimals = len(value.partition(".")[2])
     return {

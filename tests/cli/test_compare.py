@@ -35,6 +35,13 @@ def test_a_changed_zero_is_said_and_written(folder):
     assert parameter["value"] == pytest.approx(1e-3)
     assert parameter["unit"] == "rad"
     assert content["changes"][0]["moves_positions"]["rms_mm"] > 0
+    assert "what to do: use B from now on" in result.output and "master the joint again" in result.output
+
+
+def test_nothing_is_advised_where_nothing_changed(folder):
+    """Two equal calibrations, and a tool that moved on the flange, ask for nothing to be done to the arm."""
+    for other in ("a.json", "bent.json"):
+        assert "what to do" not in run("compare", folder / "a.json", folder / other).output
 
 
 def test_a_tool_that_was_bent_is_no_change_of_the_arm_and_is_said(folder):

@@ -51,6 +51,16 @@ def test_written_frames_are_read_again_in_their_units(program):
     assert np.abs(frames(program / "frames.csv")[:, :3] - wanted[FRAME[:3]].to_numpy()).max() < 1e-6
 
 
+def test_millimetres_among_degrees_keep_the_unit_of_the_angles(program):
+    """Who says --units deg and forgets mm is told both, because --units mm alone would read the angles as radians."""
+    wanted = predicted(program, "targets.csv", "--units", "deg,mm")
+    wanted.columns = [name.removesuffix("_mm").removesuffix("_deg") for name in wanted.columns]
+    wanted.to_csv(program / "far.csv", index=False)
+    table, output = program / "far.csv", program / "x.csv"
+    status, said = run("correct", program / "calibration.json", table, "-o", output, "--units", "deg")
+    assert status == 2 and "say --units deg,mm" in said
+
+
 def test_what_a_tracker_does_not_know_of_a_target_is_left_out(program):
     """Standard deviations of a tracked target's position are written, and those of its orientation, which nothing showed, are not."""
     table = predicted(program, "targets.csv", "--std")

@@ -217,6 +217,13 @@ def test_a_wrong_robot_or_sensor_is_refused(tmp_path):
     refused(run("init", folder, "--robot", "ur5e", "--dh", "t.csv", "--sensor", "probe"), "one of")
     refused(run("init", folder, "--robot", "ur5e"), "--sensor", "missing", *KINDS)
     refused(run("init", folder, "--robot", "ur5e", "--sensor", "camera"), "camera", *KINDS)
+    for written, meant in (
+        ("laser-tracker", "tracker"),
+        ("Line_Laser", "line-laser"),
+        ("touch probe", "probe"),
+    ):
+        answer = run("init", folder, "--robot", "ur5e", "--sensor", written)
+        refused(answer, f"did you mean {meant}?", *KINDS)
     refused(run("init", folder, "--dh", "t.csv", "--sensor", "probe"), "--convention")
     refused(
         run("init", folder, "--dh", "a.urdf", "--convention", "modified-dh", "--sensor", "probe"), "--urdf"

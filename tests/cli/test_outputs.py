@@ -140,7 +140,7 @@ def test_a_dataset_is_replaced_while_nobody_has_changed_it(tmp_path):
     assert poses.read_text() == ours
     (folder / "notes.txt").write_text("mine")
     for force in (False, True):
-        with pytest.raises(Exception, match="already there"):
+        with pytest.raises(Exception, match=r"notes\.txt.*not even --force.*another place"):
             dataset.write(folder, force=force)
 
 

@@ -7,6 +7,7 @@ from click.testing import CliRunner
 
 from scalar.cli import cli
 from scalar.data.covariates import misspelt_columns
+from scalar.data.located_table import Layout, header_faults
 from scalar.estimation.calibrate import calibrate
 from tests.random_scene import make_scene
 
@@ -70,3 +71,20 @@ def test_commands_say_it(tmp_path):
     poses = dataset.poses.assign(Temperatur=21.5)
     told = [entry["sentence"] for entry in calibrate(replace(dataset, poses=poses)).summary["setup"]]
     assert any("'temperature'" in sentence for sentence in told)
+
+
+@pytest.mark.parametrize(
+    ("written", "name", "unit"),
+    [("q1_deg", "q1", "radians"), ("x_mm", "x", "metres"), ("x [mm]", "x", "metres")],
+)
+def test_a_column_in_another_unit_is_converted_and_not_only_renamed(written, name, unit):
+    """Nobody is told to give degrees the name of a column of radians, in a table that keeps further columns or in another one; once is enough."""
+    for kept in (True, False):
+        faults = header_faults("table.csv", ["pose", written], Layout(("pose", name), extras=kept))
+        assert len(faults) == 1
+        assert f"{written!r}? convert its numbers to {unit} and rename it" in faults[0].message
+
+
+def test_a_column_of_another_name_is_renamed():
+    faults = header_faults("table.csv", ["pose", "J1"], Layout(("pose", "q1"), extras=True))
+    assert len(faults) == 1 and "is it 'J1'? rename it" in faults[0].message

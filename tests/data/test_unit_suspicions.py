@@ -107,6 +107,9 @@ def test_joint_angles_in_degrees_are_suspected(tmp_path: Path) -> None:
     row.loc[4, names] = [30.0, -45.0, 90.0, 12.0, 60.0, -170.0]
     faults = faults_of(tmp_path, description(), content | {"poses": row})
     assert {fault.row for fault in faults} == {6}
+    assert (
+        sum("scalar import" in fault.message for fault in faults) == 1
+    )  # a mapping reads degrees as they are
     faults = faults_of(tmp_path, description(), content | {"poses": poses.assign(q3=poses["q3"] / DEG)})
     assert columns_of(faults) == {"q3"}
     assert "are these degrees?" in faults[0].message

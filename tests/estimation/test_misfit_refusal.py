@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -35,6 +37,17 @@ def test_a_few_poses_are_named_the_worst_first(tracked):
     ids = [int(pose) for pose in tracked.pose_ids]
     assert f"poses {ids[1]}, {ids[2]}, {ids[0]} lie up to 31.0 mm" in refusal(tracked, [12.0, 31.0, 20.0])
     assert " and 4 more lie up to" in refusal(tracked, [20.0 + k for k in range(12)])
+
+
+def test_joints_beyond_their_limits_are_named_in_the_refusal(tracked):
+    """Where many poses have a joint beyond its limits, the refusal asks for the order of the columns; a single pose asks for nothing."""
+    far = [30.0] * tracked.n_poses
+    assert "limits" not in refusal(tracked, far)
+    for rows, said in ((1, False), (tracked.n_poses // 2, True)):
+        turned = tracked.poses.copy()
+        turned.loc[turned.index[:rows], "q3"] = tracked.robot.limits[2, 1] + 0.1
+        text = refusal(replace(tracked, poses=turned), far)
+        assert ("Joint 3 is beyond the limits in many poses" in text) == said
 
 
 def test_where_most_poses_are_far_off_the_set_up_is_not_the_described_one(tracked):

@@ -54,4 +54,6 @@ def test_many_poses_far_off_are_no_gross_errors():
 def test_the_scatter_within_poses_is_mentioned_where_there_is_one():
     """A tracker measures one point at a pose, which has no scatter."""
     assert residual_in_words({"poses": 50, "points": 50}) == "the residual"
-    assert residual_in_words({"poses": 50, "points": 5000}).startswith("apart from the scatter within poses")
+    assert residual_in_words({"poses": 50, "points": 5000}).startswith(
+        "apart from the scatter of the points within"
+    )

@@ -157,7 +157,7 @@ def test_the_report_says_of_further_poses_what_the_plan_says(periodic_diagnosis:
         repeatability=REPEATABILITY,
         same_campaign=True,
     )
-    poses = draw_candidates(cell, N_CANDIDATES, np.random.default_rng(0))
+    poses = draw_candidates(cell, N_CANDIDATES, np.random.default_rng(0), one_turn=True)
     calibration = doubted.calibration_after
     left = open_pairs(plain(doubted.to_mapping()), calibration.model.effects, periodic_diagnosis.dataset)
     after = poses_after(cell, poses, periodic_diagnosis.dataset, calibration, left)

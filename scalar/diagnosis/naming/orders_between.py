@@ -25,7 +25,7 @@ from scalar.effects.series import Series
 LEAST_CHANCE = 0.02  # chosen: with a smaller p-value, the orders are not whole
 LEAST_DISTANCE = 0.1  # chosen, periods a turn: an order nearer to a whole one is described well enough by it
 IN_A_ROW = 3  # chosen: so many neighbouring orders make a wave between them, unless the first are among them, which many gears have together
-NOT_WHOLE = "the numbers of its periods in a turn appear not to be whole, as those of a belt or of a gear before the last one need not be"
+NOT_WHOLE = "these data fit better with a number of periods in a turn that is not whole, as a belt or a gear before the last one has it"
 
 
 def limited_by_orders_between(

@@ -3,7 +3,7 @@
 A correction then starts from these joint angles. Many random postures are drawn, and those whose sensor is nearest to the wanted frame are the
 starts. Where all their solutions are far from the previous pose, that pose is a start too, because the random ones do not find every posture. Of the
 solutions within the joint limits, the one nearest to the previous pose is taken, so that a path keeps its posture where it can. After a large move a
-joint does not stay a turn away from the middle of its limits.
+joint does not stay a turn away from the middle of its limits, and a posture within the measured ranges of the joints is preferred.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from scalar.data.poses import Poses
 from scalar.estimation.correction.correct import Correction, correct_frames
 from scalar.estimation.correction.inverse import takes_whole_poses
 from scalar.estimation.correction.settings import CorrectionSettings
+from scalar.estimation.measured_ranges import widened
 from scalar.estimation.model import Model
 from scalar.geometry.se3 import Array
 
@@ -36,7 +37,11 @@ random starts miss the posture of the row before in one of six to sixty rows, an
 
 
 def postures_for(
-    model: Model, T_wanted: Array, first: Array | None = None, settings: CorrectionSettings | None = None
+    model: Model,
+    T_wanted: Array,
+    first: Array | None = None,
+    settings: CorrectionSettings | None = None,
+    measured: Array | None = None,
 ) -> tuple[Array, Array]:
     """Return joint angles of the rigid arm ``(N, n)`` [rad] for wanted frames, and which of them take the frame ``(N,)`` bool.
 
@@ -47,6 +52,8 @@ def postures_for(
         T_wanted: ``(N, 4, 4)``, frames of the sensor in the base frame.
         first: ``(n,)`` [rad], joint angles to which the first pose shall be near; the middle of the limits if None.
         settings: Thresholds; the defaults if None.
+        measured: ``(n, 2)`` [rad; m where a joint slides], the ranges of the joints over the measured poses, where the calibration holds; or None.
+            In the first row, and after a large move, a posture within them is preferred.
     """
     settings = settings or CorrectionSettings()
     rigid = replace(model, effects=())
@@ -54,6 +61,7 @@ def postures_for(
     middle = (low + high) / 2
     reference = middle if first is None else np.asarray(first, dtype=float)
     turn = np.where(model.robot.slides, 0.0, _TURN)
+    continues = first is not None
     found = np.full((len(T_wanted), len(low)), np.nan)
     there = np.zeros(len(T_wanted), dtype=bool)
     for at in range(0, len(T_wanted), settings.chunk):
@@ -69,9 +77,18 @@ def postures_for(
             if takes_it:
                 far = np.abs(best - reference) > _LARGE_MOVE
                 best = np.where(far, best - turn * np.round((best - middle) / _TURN), best)
-                reference = best
+                if measured is not None and (far.any() or not continues):
+                    within, is_within = solutions.nearest_to(reference, *_within(measured, low, high), turn)
+                    best = within if within is not None and is_within else best
+                reference, continues = best, True
             found[at + i], there[at + i] = best, takes_it
     return found, there
+
+
+def _within(measured: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """Return the lowest and the highest joint positions ``(n,)`` within the limits that are not clearly outside the measured ranges."""
+    least, most = widened(measured).T
+    return np.maximum(low, least), np.minimum(high, most)
 
 
 def _from_random_starts(model: Model, T_wanted: Array, settings: CorrectionSettings) -> Iterator[_Solutions]:

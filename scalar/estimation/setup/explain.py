@@ -16,6 +16,7 @@ from scalar.estimation.setup.alternatives import Alternative, alternatives, with
 from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.column_units import column_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
+from scalar.estimation.setup.displaced_slide import displaced_slides
 from scalar.estimation.setup.exchanged_columns import exchanged_columns
 from scalar.estimation.setup.exchanged_target import exchanged_targets
 from scalar.estimation.setup.far_lengths import far_length_in_words, with_lengths_near_table
@@ -59,6 +60,7 @@ SINGLE = (
     coupled_joints,
     exchanged_columns,
     column_units,
+    displaced_slides,
     rows_apart,
 )
 """What yields the alternatives with one change."""
@@ -235,10 +237,11 @@ def _suspicion(alternative: Alternative, before: float | None, trial: Trial, *, 
     figures = f"the residual is {trial.rms / MM:.2g} mm {changed} (median of the poses)"
     if before is not None and before > trial.rms / FALLS_TO:
         figures = f"{changed} the residual falls from {in_mm(before)} to {in_mm(trial.rms)} mm (medians of the poses)"
+    among = "" if one_of == 1 else f"one of {one_of} possible mistakes, which these data do not distinguish: "
     return Suspicion(
         alternative.what,
         alternative.where,
-        f"{'' if one_of == 1 else f'one of {one_of}, which these data do not distinguish: '}{says}: {figures}; {alternative.remedy}{far}",
+        f"{among}{says}: {figures}; {alternative.remedy}{far}",
         before,
         trial.rms,
         robot if alternative.corrects_robot and not far else None,

@@ -18,6 +18,7 @@ from scalar.units import MM
 
 _MOST_NAMED = 8
 """Most poses that a refusal names, so that they fit in a line."""
+_MANY = 0.1  # share of the poses beyond the limits of a joint from which on this is said
 
 
 def refuse_wrong_setup(dataset: Dataset) -> None:
@@ -52,10 +53,21 @@ def misfit_refused(
     return Undetermined(
         [f"{first} These were tried, and none explains it: one wrong sign, zero, length, unit{label} or "
          "convention; a sign and a zero of one joint; two zeros; any number of signs; rows of measurements that are moved or lost; a move of "
-         f"{moved}. Check first whether joint angles and measurements belong together, row by row, and then whether several of these are wrong at "
-         "once"
+         f"{moved}.{_limits_clause(dataset)} Check first whether joint angles and measurements belong together, row by row, "
+         "and then whether several of these are wrong at once"
          f"{still_clause(dataset.q)}"]
     )  # fmt: skip
+
+
+def _limits_clause(dataset: Dataset) -> str:
+    """Return a sentence on joints that many poses have beyond their limits, as where columns stand in another order; empty if there are none."""
+    low, high = dataset.robot.limits.T
+    beyond = np.mean((dataset.q < low) | (dataset.q > high), axis=0) > _MANY
+    named = [str(j + 1) for j in np.flatnonzero(beyond)]
+    if not named:
+        return ""
+    joints = f"Joint {named[0]} is" if len(named) == 1 else f"Joints {', '.join(named)} are"
+    return f" {joints} beyond the limits in many poses: do the columns q1..q{dataset.robot.n_joints} stand in the order of the joints?"
 
 
 def _all_far_in_words(dataset: Dataset, distances: Array) -> str:

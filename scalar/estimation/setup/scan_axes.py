@@ -33,4 +33,4 @@ def misread_axes(R_nominal: Array, R_fitted: Array, file: str) -> str | None:
     best = int(np.argmin(turns))
     if turns[best] > PLAUSIBLE:
         return None
-    return f"{AXES[best][0].format(file=file)}: otherwise read, they put it {turns[best] / DEG:.0f} degrees from there"
+    return f"{AXES[best][0].format(file=file)}: read so, the scans put the scanner {turns[best] / DEG:.0f} degrees from nominal_pose"
