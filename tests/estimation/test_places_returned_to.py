@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from scalar import calibrate
+from scalar.errors import InvalidInput
 from scalar.estimation.gross_errors import clean
 from scalar.estimation.pose_consistency import best_fitting, places_returned_to
 from scalar.estimation.settings import DEFAULTS
@@ -83,3 +84,14 @@ def test_no_pose_in_a_socket_is_set_aside(sockets):
     calibration = calibrate(sockets)
     assert calibration.residual_rms < 3 * PLAY
     assert not any("multiple of" in suspicion["sentence"] for suspicion in calibration.summary["setup"])
+
+
+def test_places_may_have_a_coordinate_in_common_and_readings_may_not(sockets):
+    """In a frame along the line of its sockets, the plate's places differ in one coordinate; a column that a log filled in has one value too."""
+    along = np.where(sockets.points[:, :1] == SOCKETS[0, 0], [[0.1, 0.0, 0.0]], [[0.15, 0.0, 0.0]])
+    expected = calibrate(sockets).residual_rms
+    assert calibrate(replace(sockets, points=along)).residual_rms == pytest.approx(expected, rel=1e-3)
+    measured = make_scene("vs060", "tracker", seed=1, poses_per_plane=12).dataset
+    filled_in = replace(measured, points=measured.points * [1.0, 1.0, 0.0])
+    with pytest.raises(InvalidInput, match="column z: every value is 0 m"):
+        calibrate(filled_in)
