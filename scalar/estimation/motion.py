@@ -49,7 +49,8 @@ def _coordinates_filled_in(dataset: Dataset, file: str) -> list[Fault]:
     return [
         Fault(
             file,
-            f"column {'xyz'[k]}: every value is {points[0, k] + 0.0:g} m, although the joints move the arm in all directions: it was probably filled in",
+            f"column {'xyz'[k]}: every value is {points[0, k] + 0.0:g} m, although the joints move the arm in all directions: it was probably "
+            "filled in",
         )
         for k in same
     ]
