@@ -21,7 +21,7 @@ _LEAST_SHARE = 0.05  # of a step at the end of the arm: rounding leaves 0.29 of 
 _LARGEST_SHARE = 0.5  # of the same: rounding leaves no more, however many joints there are
 _MUCH_LARGER = 2.0  # steps: a residual beyond it has other causes than the rounding
 _POINT_STEPS = ((1 * MM, "1 mm"), (0.1 * MM, "0.1 mm"))  # the coarsest first
-_SEVERAL = 5  # different positions of a joint: fewer are multiples of a step because there are few
+_SEVERAL = 5  # different positions of a joint, or values of a coordinate: fewer are multiples of a step because there are few
 
 
 def rounded_angles(robot: Robot, q: np.ndarray, residual: float) -> str:
@@ -49,6 +49,9 @@ def rounded_angles(robot: Robot, q: np.ndarray, residual: float) -> str:
 def rounded_points(points: np.ndarray, residual: float) -> str:
     """Return a clause that says that all measured coordinates are multiples of a coarse step; empty if not, or if the residual is much larger.
 
+    A target that returns to a few places whose coordinates are stated (a ball in one of two sockets) has few different coordinates, and these
+    tell nothing of rounding.
+
     Args:
         points: ``(P, 2 or 3)`` [m].
         residual: Root mean square of what the best fit leaves [m].
@@ -57,7 +60,8 @@ def rounded_points(points: np.ndarray, residual: float) -> str:
         if (
             residual < _MUCH_LARGER * step
             and _are_multiples(points, step)
-            and len(np.unique(points)) >= _SEVERAL
+            and points.size > 0
+            and all(len(np.unique(column)) >= _SEVERAL for column in points.T)
         ):
             return (
                 f"every measured coordinate is a multiple of {named}: rounding them leaves {step / MM / 12**0.5:.2g} mm, which no calibration goes "

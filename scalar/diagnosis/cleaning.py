@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from scalar.data.dataset import Dataset
@@ -60,7 +62,31 @@ def refuse_misfit(dataset: Dataset, state: FittedState) -> None:
         refuse_wrong_setup(dataset)
     refuse_contradicted_planes(dataset, state.model)
     if median_distance > state.settings.estimation.sufficiency.gross_error:
-        raise misfit_refused(state.dataset, distances, state.settings.estimation)
+        raise misfit_refused(state.dataset, distances, state.settings.estimation, diagnosed=True)
+
+
+def without_far_poses(dataset: Dataset, cleaned: Cleaned, state: FittedState) -> Cleaned:
+    """Return the cleaned dataset without a few poses whose residual is larger than any effect can make it; the same object if there are none.
+
+    Cleaning sets a pose aside if its residual exceeds a multiple of the usual residual of the poses. Where the instrument scatters by millimetres,
+    or errs alike at neighbouring poses, a pose may be a centimetre off and stay. It is a gross error nevertheless, and as long as no more
+    than ``most_apart`` of the poses are so far off (one in any case), they say nothing of the others.
+
+    Args:
+        dataset: As it was given, before cleaning.
+        cleaned: The dataset to which the state was fitted, with what was set aside.
+        state: The fit of the cleaned dataset with all that was found.
+
+    Raises:
+        InvalidInput: A corrected description of the set-up explains the data.
+    """
+    settings = state.settings.estimation
+    far = state.residuals.pose_distances(state.model) > settings.sufficiency.gross_error
+    if not far.any() or far.sum() > max(settings.gross_errors.most_apart * len(far), 1.0):
+        return cleaned
+    refuse_wrong_setup(dataset)
+    late = tuple(int(pose) for pose in cleaned.dataset.pose_ids[far])
+    return replace(cleaned, dataset=cleaned.dataset.subset(~far), outlier_poses=cleaned.outlier_poses + late)
 
 
 def refuse_gross_errors_left(dataset: Dataset, state: FittedState) -> None:
@@ -80,4 +106,4 @@ def refuse_gross_errors_left(dataset: Dataset, state: FittedState) -> None:
     distances = state.residuals.pose_distances(state.model)
     if distances.max() > state.settings.estimation.sufficiency.gross_error:
         refuse_wrong_setup(dataset)
-        raise misfit_refused(state.dataset, distances, state.settings.estimation)
+        raise misfit_refused(state.dataset, distances, state.settings.estimation, diagnosed=True)

@@ -14,6 +14,7 @@ from scalar.diagnosis.cleaning import (
     cleaned_or_refused,
     refuse_gross_errors_left,
     refuse_misfit,
+    without_far_poses,
 )
 from scalar.diagnosis.fit.fitted_state import FittedState, refit
 from scalar.diagnosis.fit.measured_rows import rows_given_own_noise
@@ -36,6 +37,9 @@ from scalar.estimation.least_squares import Fit
 from scalar.estimation.prepare import Prepared
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.estimation.result import Calibration
+
+_FAR_ROUNDS = 2  # times that a few poses a centimetre off are set aside; each takes a whole run
+_Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +96,10 @@ class Explained:
         return conclude(self.cleaned.dataset, self.prepared, *_final_fit(state, component), settings=settings)
 
 
-def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], None]) -> Explained:
+def explained(dataset: Dataset, settings: Settings, progress: _Progress) -> Explained:
     """Return the cleaned dataset with the effects that explain it.
 
-    Cleaning and selection are repeated at most ``settings.selection.max_cleanings`` times, because some gross errors show only with the effects in
-    the model. Flexible terms and joints with many orders follow.
+    A few poses that are a centimetre off even then are set aside, and the rest is explained anew (``without_far_poses``).
 
     Args:
         dataset: The dataset to diagnose.
@@ -109,6 +112,29 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
     """
     progress("cleaning")
     cleaned = cleaned_or_refused(dataset, settings)
+    for _ in range(_FAR_ROUNDS):
+        found = _explained_from(dataset, cleaned, settings, progress)
+        cleaned = without_far_poses(dataset, found.cleaned, found.after)
+        if cleaned is found.cleaned:
+            break
+    else:
+        found = _explained_from(dataset, cleaned, settings, progress)
+    refuse_gross_errors_left(dataset, found.after)
+    return found
+
+
+def _explained_from(dataset: Dataset, cleaned: Cleaned, settings: Settings, progress: _Progress) -> Explained:
+    """Return what explains a dataset, beginning with what a first cleaning left of it.
+
+    Cleaning and selection are repeated at most ``settings.selection.max_cleanings`` times, because some gross errors show only with the effects in
+    the model. Flexible terms and joints with many orders follow.
+
+    Args:
+        dataset: As it was given; if the residual is too large, a corrected description of its set-up is looked for.
+        cleaned: The same after the first cleaning.
+        settings: Thresholds.
+        progress: Called with the name of each stage.
+    """
     cleanings = settings.selection.max_cleanings
     while True:
         named = _with_named_effects(dataset, cleaned, settings, progress)
@@ -127,12 +153,11 @@ def explained(dataset: Dataset, settings: Settings, progress: Callable[[str], No
         cleaned, cleanings = again, cleanings - 1
     if not after.is_plausible:  # each step looks at its own change; this is the last look at all of them
         after = named.after if named.after.is_plausible else named.before
-    refuse_gross_errors_left(dataset, after)
     return replace(named, after=after, flexible_candidates=flexible_candidates, rival=rival)
 
 
 def _with_named_effects(
-    dataset: Dataset, cleaned: Cleaned, settings: Settings, progress: Callable[[str], None]
+    dataset: Dataset, cleaned: Cleaned, settings: Settings, progress: _Progress
 ) -> Explained:
     """Return the cleaned dataset with the named effects that are selected on it.
 

@@ -36,6 +36,7 @@ from scalar.estimation.setup.explain import MOST_LEFT
 from scalar.estimation.setup.known_planes import KnownPlaneContradicted, refuse_contradicted_planes
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
+from scalar.estimation.setup.repeated_reading import reading_repeated
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.estimation.setup.unstated_session import unstated_session
 from scalar.estimation.sufficiency import FitFailed, TooManyUnknowns
@@ -210,7 +211,8 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
                 f"lie {away.typical / MM:.2g} mm from it in the median"
             )
         message = (
-            f"pose {pose} contradicts all others{how_far}; remove it, or let 'scalar diagnose' set it aside"
+            f"pose {pose} contradicts all others{how_far}{reading_repeated(dataset, rows[pose])}; remove it, or let "
+            "'scalar diagnose' set it aside"
         )
         faults.append(Fault("poses.csv", message, None, "pose"))
     if faults:

@@ -27,6 +27,7 @@ from scalar.estimation.result import Calibration
 from scalar.estimation.scanner_scale import SCANNER_SCALE_SHIFT, unchecked_scale
 from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.copies import reads_again
+from scalar.estimation.setup.few_in_session import undetermined_session
 from scalar.estimation.setup.lengths import LENGTH_UNIT
 from scalar.estimation.setup.plainer_reading import instead, plainer_reading
 from scalar.estimation.setup.plausibility import implausible
@@ -59,7 +60,7 @@ def conclude(
         Undetermined: The data do not distinguish all free parameters, or a length or an angle is implausibly far from its nominal value.
     """
     model = reporting(found.model.released(), prepared.guess)
-    of_noise = _covariance_of_noise(model, residuals, found.free)
+    of_noise = _covariance_of_noise(dataset, model, residuals, found.free)
     lack = misfit(residuals, model, found.free, settings.misfit_p_value)
     alike = _design_effect(model, residuals, found.free, lack, settings)
     covariance = of_noise * (lack.inflation * alike)
@@ -84,7 +85,7 @@ def conclude(
     return with_suspicions(calibration, suspicions)
 
 
-def _covariance_of_noise(model: Model, residuals: Residuals, free: Array) -> Array:
+def _covariance_of_noise(dataset: Dataset, model: Model, residuals: Residuals, free: Array) -> Array:
     """Return the covariance ``(f, f)`` of the f free parameters that follows from the noise.
 
     Raises:
@@ -97,7 +98,7 @@ def _covariance_of_noise(model: Model, residuals: Residuals, free: Array) -> Arr
     residual, jacobian = residuals.linearise(model)
     decomposed = Decomposed.of(jacobian[:, free], residual)
     assert decomposed is not None  # the fit has converged, so all numbers are finite
-    _check_rank(model, decomposed, free)
+    _check_rank(dataset, model, decomposed, free)
     return decomposed.covariance
 
 
@@ -243,16 +244,18 @@ def with_plainer_reading(dataset: Dataset, calibrations: Sequence[Calibration]) 
     ]
 
 
-def _check_rank(model: Model, decomposed: Decomposed, free: Array) -> None:
+def _check_rank(dataset: Dataset, model: Model, decomposed: Decomposed, free: Array) -> None:
     """Refuse to state standard errors if the data do not determine the free parameters.
 
     Raises:
-        Undetermined: Naming the parameters that cannot be distinguished.
+        Undetermined: Naming the parameters that cannot be distinguished, or the session whose poses are too few or too much alike.
     """
     if decomposed.full_rank:
         return
     names = np.array(model.names)[free]
     largest = names[np.argsort(-np.abs(decomposed.weakest))[:4]]
+    if told := undetermined_session(dataset, largest.tolist()):
+        raise Undetermined([told])
     raise Undetermined(
         [
             f"the data do not distinguish {as_stated(', '.join(largest), model.nominal)}: measure more poses that "

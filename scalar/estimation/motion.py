@@ -14,6 +14,7 @@ _LEAST_OUT_OF_PLANE = (
     10 * MM
 )  # standard deviation of the nominal flange across the plane that fits its places best
 _SEVERAL = 5  # points; fewer may have a coordinate in common
+_RETURNS = 3  # poses at each place on average, from which on the places are stated, as those of sockets, and may have a coordinate in common
 
 
 def refuse_without_motion(dataset: Dataset) -> None:
@@ -31,12 +32,15 @@ def refuse_without_motion(dataset: Dataset) -> None:
 
 
 def _coordinates_filled_in(dataset: Dataset, file: str) -> list[Fault]:
-    """Return a fault for each coordinate that is the same number at every point, although the nominal arm moves in all three directions."""
+    """Return a fault for each coordinate that is the same number at every point, although the nominal arm moves in all three directions.
+
+    A target that returns to a few places, whose coordinates are stated and not measured, may have one in common at all of them.
+    """
     points = dataset.points[:, :3]
     if points.shape[1] != 3 or len(points) < _SEVERAL:
         return []
     same = np.flatnonzero(np.ptp(points, axis=0) == 0.0)
-    if not len(same):
+    if not len(same) or _RETURNS * len(np.unique(points, axis=0)) <= len(points):
         return []
     places = dataset.robot.flange(dataset.q)[:, :3, 3]
     smallest = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)[-1] / np.sqrt(len(places))
@@ -45,7 +49,8 @@ def _coordinates_filled_in(dataset: Dataset, file: str) -> list[Fault]:
     return [
         Fault(
             file,
-            f"column {'xyz'[k]}: every value is {points[0, k]:g} m, although the joints move the arm in all directions: it was probably filled in",
+            f"column {'xyz'[k]}: every value is {points[0, k] + 0.0:g} m, although the joints move the arm in all directions: it was probably "
+            "filled in",
         )
         for k in same
     ]

@@ -206,6 +206,8 @@ def _check_repeated(given: Description, key: str, columns: Mapping[str, Column],
         other = first.setdefault((column.reference, column.second), name)
         if other != name:
             message = f"comes from the same column of the file as {other} ({shorten(column.reference)}); correct one of the two"
+            if {name[0], other[0]} == {"q"}:
+                message += "; if the two joints follow one encoder, as those of a parallelogram do, give the file a second column with its values"
             given.fault((key, "columns", name), message)
 
 

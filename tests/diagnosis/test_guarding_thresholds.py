@@ -136,6 +136,7 @@ def test_cleaning_and_selecting_in_turn_ends(monkeypatch):
     for name in ("with_flexible_terms", "with_spectrum", "near_data_sheet"):
         monkeypatch.setattr(explained, name, lambda state, *_: state)
     monkeypatch.setattr(explained, "refuse_gross_errors_left", lambda *_: None)
+    monkeypatch.setattr(explained, "without_far_poses", lambda _, cleaned, state: cleaned)
     explained.explained(None, DEFAULTS, lambda stage: None)  # type: ignore[arg-type]
     assert len(rounds) == 3
 

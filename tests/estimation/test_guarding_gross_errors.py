@@ -155,7 +155,7 @@ def test_a_pose_is_mislabelled_only_where_another_plane_is_far_nearer(labelled, 
 
 def test_the_better_part_of_a_planes_poses_is_more_than_half():
     """The better part is six of ten poses: more than half, as least trimmed squares needs, and few enough to be right if a third is wrong."""
-    dataset: Any = SimpleNamespace(plane_index=np.zeros(10, dtype=int))
+    dataset: Any = SimpleNamespace(planes=("floor",), plane_index=np.zeros(10, dtype=int))
     assert best_fitting(dataset, np.arange(10.0), np.ones(10, dtype=bool), GROSS).sum() == 6
 
 

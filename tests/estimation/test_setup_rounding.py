@@ -73,3 +73,5 @@ def test_rounding_that_does_not_matter_and_few_different_points_are_not():
     points = np.round(np.random.default_rng(3).uniform(-1.0, 1.0, (50, 3)), 4)
     assert rounded_points(points, 1e-4) and not rounded_points(points, 1e-3)
     assert not rounded_points(np.zeros((50, 3)), 1e-5) and not rounded_points(np.zeros((5, 0)), 1e-5)
+    two_places = np.array([[0.1, 0.2, 0.3], [0.15, 0.21, 0.32]])[np.arange(50) % 2]
+    assert not rounded_points(two_places, 1e-4)  # as stated of the sockets of a plate

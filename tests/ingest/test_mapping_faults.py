@@ -63,6 +63,11 @@ def changed(path: tuple[str, ...], value: Any) -> dict[str, Any]:
             "tracker X",
             ("poses.columns.y", "comes from the same column of the file as x"),
         ),
+        (
+            ("poses", "columns", "q3", "column"),
+            "J2",
+            ("poses.columns.q3", "comes from the same column of the file as q2", "of a parallelogram"),
+        ),
         (("poses", "columns", "q7"), {"column": "J7", "unit": "deg"}, ("poses.columns.q7", "unknown column")),
         (("poses", "columns", "temprature"), {"column": "T"}, ("did you mean 'temperature'",)),
         (("poses", "drop_without"), ["w"], ("poses.drop_without[0]",)),

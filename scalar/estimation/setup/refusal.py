@@ -34,7 +34,7 @@ def refuse_wrong_setup(dataset: Dataset) -> None:
 
 
 def misfit_refused(
-    dataset: Dataset, distances: Array, settings: EstimationSettings = DEFAULTS
+    dataset: Dataset, distances: Array, settings: EstimationSettings = DEFAULTS, *, diagnosed: bool = False
 ) -> Undetermined:
     """Return the refusal of a fit that leaves larger residuals than any effect of an arm causes.
 
@@ -44,10 +44,15 @@ def misfit_refused(
         dataset: What was measured.
         distances: ``(N,)`` [m], as ``Residuals.pose_distances`` gives them.
         settings: From which distance on a pose is a gross error, and which share of the poses may be gross errors.
+        diagnosed: Whether a diagnosis refuses; it has set aside what it can, so that nobody is sent to it.
     """
     far = distances > settings.sufficiency.gross_error
     few = 0 < far.sum() <= settings.gross_errors.most_set_aside * len(distances)
-    first = _few_far_in_words(dataset, distances, far) if few else _all_far_in_words(dataset, distances)
+    first = (
+        _few_far_in_words(dataset, distances, far, diagnosed)
+        if few
+        else _all_far_in_words(dataset, distances)
+    )
     label = ", label" if dataset.planes else ""
     moved = "planes or base" if dataset.planes else "tracker or base, an exchange of the target"
     return Undetermined(
@@ -84,17 +89,18 @@ def _all_far_in_words(dataset: Dataset, distances: Array) -> str:
     )
 
 
-def _few_far_in_words(dataset: Dataset, distances: Array, far: Array) -> str:
+def _few_far_in_words(dataset: Dataset, distances: Array, far: Array, diagnosed: bool) -> str:
     """Return the sentences about single poses, ``far`` ``(N,)``, in a description that fits the others better."""
     worst_first = [int(row) for row in np.argsort(-distances) if far[row]]
     ids = [str(dataset.pose_ids[row]) for row in worst_first[:_MOST_NAMED]]
     more = f" and {len(worst_first) - len(ids)} more" if len(worst_first) > len(ids) else ""
     one = len(worst_first) == 1
     named = f"pose {ids[0]} lies" if one else f"poses {', '.join(ids)}{more} lie up to"
+    otherwise = "" if diagnosed else "; 'scalar diagnose' sets aside what contradicts all others"
     which, this, it = ("one pose", "this pose", "it") if one else ("a few poses", "these poses", "them")
     return (
         f"{named} {distances.max() / MM:.1f} mm from where the best fit has {it}, and half of all poses lie within "
         f"{float(np.median(distances)) / MM:.1f} mm: no effect of an arm makes {which} err so far. Look first whether the joint angles and the "
-        f"measurement of {this} belong together, and remove {it} if they do not; 'scalar diagnose' sets aside what contradicts all others. "
+        f"measurement of {this} belong together, and remove {it} if they do not{otherwise}. "
         f"If {'it is' if one else 'they are'} right, dataset.yaml does not describe what was measured."
     )
