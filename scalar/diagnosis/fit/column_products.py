@@ -17,6 +17,28 @@ from scalar.geometry.se3 import Array
 _MOST_NUMBERS = 2_000_000  # numbers of columns that are copied at once for their products: 16 MB
 
 
+class Rows:
+    """Rows ``(N m, f)`` with which columns are multiplied, and their components along directions, which are computed once for each of these.
+
+    Attributes:
+        values: The rows.
+    """
+
+    def __init__(self, values: Array) -> None:
+        """Begin without any components."""
+        self.values = values
+        self._along: dict[int, tuple[Array, Array]] = {}
+
+    def along(self, directions: Array) -> Array:
+        """Return the components ``(N, f)`` along directions ``(N, m)``, one for each pose."""
+        known = self._along.get(id(directions))
+        if known is None:
+            N, m = directions.shape
+            components = (directions[:, None, :] @ self.values.reshape(N, m, -1))[:, 0]
+            known = self._along[id(directions)] = directions, components  # no others have their id then
+        return known[1]
+
+
 @dataclass(frozen=True, eq=False)
 class ColumnBlock:
     """Columns of one joint, or any others.
@@ -31,12 +53,9 @@ class ColumnBlock:
     rows: Array
     directions: Array | None
 
-    def products_with(self, rows: Array) -> Array:
+    def products_with(self, rows: Rows) -> Array:
         """Return the inner products ``(k, f)`` with rows ``(N m, f)``."""
-        if self.directions is not None:
-            N, m = self.directions.shape
-            rows = (self.directions[:, None, :] @ rows.reshape(N, m, -1))[:, 0]
-        return self.rows @ rows
+        return self.rows @ (rows.values if self.directions is None else rows.along(self.directions))
 
 
 class ColumnProducts:
@@ -62,9 +81,9 @@ class ColumnProducts:
         """Return the size of the columns in memory [bytes]."""
         return sum(block.rows.nbytes for block in self.blocks)
 
-    def with_rows(self, rows: Array) -> Array:
+    def with_rows(self, rows: Rows) -> Array:
         """Return the inner products ``(e, f)`` of the columns with rows ``(N m, f)``."""
-        found = np.zeros((len(self.squared_lengths), rows.shape[1]))
+        found = np.zeros((len(self.squared_lengths), rows.values.shape[1]))
         for block in self.blocks:
             found[block.at] = block.products_with(rows)
         return found
