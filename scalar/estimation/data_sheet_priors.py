@@ -141,7 +141,7 @@ def data_sheet_priors(
         name = names[i]
         if name.startswith("sensor_r"):  # the orientation of the sensor has no prior
             continue
-        value = nominal[i] if i < len(nominal) else initial.get(name, values[i])
+        value = nominal[i] if i < len(nominal) else initial.get(name, float(values[i]))
         priors.append(ParameterPrior(name, float(value), float(scale[i]), ""))
     return tuple(priors)
 
