@@ -131,14 +131,14 @@ class Background:
 
     def as_rows(self) -> Rows:
         """Return the directions and the residual as rows ``(N m, F + 1)`` of products with columns, which many searches ask for in turn."""
-        return self._rows if self.Q.nbytes <= _MOST_KEPT else self._rows_anew()
+        return self._kept_rows if self.Q.nbytes <= _MOST_KEPT else Rows(self._with_residual())
 
     @cached_property
-    def _rows(self) -> Rows:
-        return self._rows_anew()
+    def _kept_rows(self) -> Rows:
+        return Rows(self._with_residual(), keep=True)
 
-    def _rows_anew(self) -> Rows:
-        return Rows(np.column_stack([self.Q, self.residual.ravel()]))
+    def _with_residual(self) -> Array:
+        return np.column_stack([self.Q, self.residual.ravel()])
 
     @cached_property
     def gram_of_priors(self) -> Array:

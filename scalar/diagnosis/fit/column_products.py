@@ -18,25 +18,27 @@ _MOST_NUMBERS = 2_000_000  # numbers of columns that are copied at once for thei
 
 
 class Rows:
-    """Rows ``(N m, f)`` with which columns are multiplied, and their components along directions, which are computed once for each of these.
+    """Rows ``(N m, f)`` with which columns are multiplied, and their components along directions.
 
     Attributes:
         values: The rows.
+        keep: Whether components are computed once for each array of directions and kept.
     """
 
-    def __init__(self, values: Array) -> None:
+    def __init__(self, values: Array, *, keep: bool = False) -> None:
         """Begin without any components."""
-        self.values = values
+        self.values, self.keep = values, keep
         self._along: dict[int, tuple[Array, Array]] = {}
 
     def along(self, directions: Array) -> Array:
         """Return the components ``(N, f)`` along directions ``(N, m)``, one for each pose."""
-        known = self._along.get(id(directions))
-        if known is None:
-            N, m = directions.shape
-            components = (directions[:, None, :] @ self.values.reshape(N, m, -1))[:, 0]
-            known = self._along[id(directions)] = directions, components  # no others have their id then
-        return known[1]
+        if id(directions) in self._along:
+            return self._along[id(directions)][1]
+        N, m = directions.shape
+        found = (directions[:, None, :] @ self.values.reshape(N, m, -1))[:, 0]
+        if self.keep:
+            self._along[id(directions)] = directions, found  # held, so that no others have their id
+        return found
 
 
 @dataclass(frozen=True, eq=False)

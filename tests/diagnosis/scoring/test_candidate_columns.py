@@ -151,6 +151,9 @@ def test_products_of_columns_are_those_of_the_columns_themselves():
     np.testing.assert_allclose(products.squared_lengths, lengths**2, rtol=1e-12)
     limit = 1e-12 * lengths.max() * np.linalg.norm(rows)
     np.testing.assert_allclose(products.with_rows(Rows(rows)), E.T @ rows, rtol=0, atol=limit)
+    kept = Rows(rows, keep=True)
+    for _ in range(2):  # the second time from components that are known
+        np.testing.assert_array_equal(products.with_rows(kept), products.with_rows(Rows(rows)))
     for groups in pool.groups.values():
         own = E.T[groups]
         limit = 1e-12 * lengths.max() ** 2
