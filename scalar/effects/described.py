@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -29,6 +30,15 @@ PRIOR_STD = {
     "rad/(N m)": 1e-4,
 }
 """Prior standard deviation of a coefficient by its unit: three to forty times the natural size of most effects. Unlisted units have no prior."""
+
+
+@lru_cache
+def _prior_stds(units: tuple[str, ...]) -> Array:
+    """Return the prior standard deviations ``(k,)`` of coefficients with k units; read-only, since the same is asked for thousands of effects."""
+    found = np.array([PRIOR_STD.get(unit, np.inf) for unit in units])
+    found.setflags(write=False)
+    return found
+
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """The head and the rows of a table of coefficients."""
@@ -86,7 +96,7 @@ class Described(ABC):
         It is larger than the natural size, so that it hardly changes coefficients that the data determine; it keeps combinations of coefficients
         that the data hardly determine from growing without bound.
         """
-        return np.array([PRIOR_STD.get(unit, np.inf) for unit in self.coefficient_units])
+        return _prior_stds(tuple(self.coefficient_units))
 
     def for_final_fit(self) -> Self:
         """Return the effect as it is fitted once it is known which effects there are: a flexible term may have a narrower prior then."""

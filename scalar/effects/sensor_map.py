@@ -85,15 +85,8 @@ class SensorMap(RangeError):
         self, poses: Poses, T_base_sensor: Array, planes: Any, plane_index: Array, contact: Array
     ) -> Array:
         """Return the normal along the sensor's x and z axes, for each product of powers."""
-        powers = self._in_powers()
-        return np.concatenate([contact[:, k, None, None] * powers for k in (1, 2)], axis=1)
-
-    def _in_powers(self) -> Array:
-        """Return the coefficients ``(len(_POWERS), k)`` of every term over products of powers of x and z."""
-        of_x, of_z = (_in_powers_of(m, h) for m, h in zip(self.middle, self.half, strict=True))
-        polynomials = np.array([[of_x[i, a] * of_z[j, b] for i, j in _POWERS] for a, b in _POWERS])
-        flat = [_POWERS.index(power) for power in _FLAT]
-        return polynomials[:, 1:] - polynomials[:, flat] @ np.array(self.planes).T
+        powers = _in_powers(self.middle, self.half, self.planes)
+        return (contact[:, 1:, None, None] * powers).reshape(len(contact), -1, powers.shape[1])
 
     def terms_at(self, x: Array, z: Array) -> Array:
         """Return every term ``(G, k)`` at points of the profile ``(G,)`` [m]."""
@@ -183,6 +176,19 @@ def _least_squares_planes(points: Array) -> Array:
     planes = np.linalg.lstsq(gram, products, rcond=1e-12)[0].T
     planes[[i + j == 1 for i, j in TERMS]] = 0.0
     return planes
+
+
+@lru_cache(maxsize=64)
+def _in_powers(
+    middle: tuple[float, float], half: tuple[float, float], planes: tuple[tuple[float, ...], ...]
+) -> Array:
+    """Return the coefficients ``(len(_POWERS), k)`` of every term of a map over products of powers of x and z; read-only."""
+    of_x, of_z = (_in_powers_of(m, h) for m, h in zip(middle, half, strict=True))
+    polynomials = np.array([[of_x[i, a] * of_z[j, b] for i, j in _POWERS] for a, b in _POWERS])
+    flat = [_POWERS.index(power) for power in _FLAT]
+    found = polynomials[:, 1:] - polynomials[:, flat] @ np.array(planes).T
+    found.setflags(write=False)
+    return found
 
 
 @lru_cache(maxsize=64)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -65,7 +66,8 @@ def conclude(
     alike = _design_effect(model, residuals, found.free, lack, settings)
     covariance = of_noise * (lack.inflation * alike)
     _check_plausible(model, settings)
-    suspicions = _suspicions(dataset, prepared, model, residuals, _std(covariance, found.free), lack)
+    rms, std = residuals.rms(model), _std(covariance, found.free)
+    suspicions = _suspicions(dataset, prepared, model, residuals, std, lack, rms)
     if units := tuple(suspicion for suspicion in suspicions if suspicion.what == LENGTH_UNIT):
         raise WrongSetup(units)
     calibration = Calibration(
@@ -78,7 +80,7 @@ def conclude(
             {"held": h.name, "reason": h.reason, "moves_with": list(h.moves_with), "cause": h.cause}
             for h in prepared.identifiability.fixed
         ),
-        residual_rms=residuals.rms(model),
+        residual_rms=rms,
         summary=_summary(dataset, prepared, found, residuals, model, of_noise, lack, alike),
         noise=tuple(component.to_mapping() for component in residuals.measurement.listed_noise),
     )
@@ -132,9 +134,15 @@ def _std(covariance: Array, free: Array) -> Array:
 
 
 def _suspicions(
-    dataset: Dataset, prepared: Prepared, model: Model, residuals: Residuals, std: Array, lack: Misfit
+    dataset: Dataset,
+    prepared: Prepared,
+    model: Model,
+    residuals: Residuals,
+    std: Array,
+    lack: Misfit,
+    rms: float,
 ) -> Sequence[Suspicion]:
-    """Return what the calibrated parameters make doubtful in the set-up; ``std`` is what ``_std`` returns."""
+    """Return what the calibrated parameters make doubtful in the set-up; ``std`` is what ``_std`` returns, ``rms`` that of the residual [m]."""
     measurement = residuals.measurement
     to_stated = measurement.ratio_to_stated
     rotation_noise = (n.value for n in measurement.estimated_noise if n.name == ROTATION_NOISE)
@@ -145,7 +153,7 @@ def _suspicions(
         std,
         guess=prepared.guess,
         rotation_observed=measurement.observes_orientation,
-        residual=residuals.rms(model),
+        residual=rms,
         misfit_ratio=None if to_stated is None else lack.ratio * to_stated,
         rotation_noise=max(rotation_noise, default=0.0),
         fixed_length=next(no_length, None),
@@ -155,15 +163,21 @@ def _suspicions(
 def _fixed(model: Model, prepared: Prepared, free: Array) -> dict[str, str]:
     """Return why each fixed parameter is fixed, by its name: first those that the data do not determine, then the others."""
     fixed = {h.name: h.reason for h in prepared.identifiability.fixed}
+    freed_by = cache(registry.freed_by)
     for name, is_free in zip(model.names, free, strict=True):
         if not is_free and name not in fixed:
-            fixed[name] = _why_fixed(name, "." in name and name not in prepared.initial.model.names)
+            is_effect = "." in name and name not in prepared.initial.model.names
+            fixed[name] = _why_fixed(freed_by(name.split("_")[0]), is_effect)
     return fixed
 
 
-def _why_fixed(name: str, is_effect: bool) -> str:
-    """Return why a parameter is fixed that the data might determine; ``is_effect`` says whether it is a coefficient of an effect."""
-    freed_by = registry.freed_by(name.split("_")[0])
+def _why_fixed(freed_by: str | None, is_effect: bool) -> str:
+    """Return why a parameter is fixed that the data might determine.
+
+    Args:
+        freed_by: Name of the effect that frees parameters of its kind, or None.
+        is_effect: Whether it is a coefficient of an effect.
+    """
     if freed_by is not None:
         return f"fixed at its nominal value; the effect {freed_by} frees it"
     return (

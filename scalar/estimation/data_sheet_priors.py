@@ -135,13 +135,13 @@ def data_sheet_priors(
     """
     scale = prior_std(model, settings)
     initial = {prior.name: prior.mean for prior in model.priors}
+    names, values, nominal = model.names, model.vector.tolist(), model.nominal.geometry.ravel().tolist()
     priors = []
-    for i in np.flatnonzero(free[: model.blocks["target"].start]):
-        name = model.names[i]
+    for i in np.flatnonzero(free[: model.blocks["target"].start]).tolist():
+        name = names[i]
         if name.startswith("sensor_r"):  # the orientation of the sensor has no prior
             continue
-        is_robot = i < model.blocks["geometry"].stop
-        value = model.nominal.geometry.ravel()[i] if is_robot else initial.get(name, float(model.vector[i]))
+        value = nominal[i] if i < len(nominal) else initial.get(name, float(values[i]))
         priors.append(ParameterPrior(name, float(value), float(scale[i]), ""))
     return tuple(priors)
 

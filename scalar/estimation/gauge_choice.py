@@ -7,8 +7,7 @@ base and of the flange, whose places are conventions, are preferred wherever the
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import qr
-from scipy.linalg.lapack import dpotrf  # pyright: ignore[reportAttributeAccessIssue]  # made by f2py
+from scipy.linalg.lapack import dgeqp3, dpotrf  # pyright: ignore[reportAttributeAccessIssue]  # made by f2py
 
 from scalar.estimation.settings import IdentifiabilitySettings
 from scalar.geometry.parallel_axes import near_parallel
@@ -75,7 +74,7 @@ def choose_fixed(
             basis = np.vstack([basis, rest / length])
             if len(chosen) == r:
                 break
-    revealing = [int(i) for i in np.asarray(qr(null.T, mode="r", pivoting=True)[-1])[:r]]
+    revealing = [i - 1 for i in dgeqp3(null.T)[1][:r].tolist()]  # QR with column pivoting
     if len(chosen) < r:
         return revealing
     if set(chosen) == set(revealing):

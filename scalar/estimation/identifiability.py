@@ -131,7 +131,8 @@ def analyse(
     still_joints = [int(i) + 1 for i in np.flatnonzero(still)]
     values_at = dict(zip(ideal.names, ideal.vector, strict=True))
     fixed_names = {names[i] for i in chosen}
-    own = [{k: v for k, v in values_at.items() if k == names[i] or k not in fixed_names} for i in chosen]
+    others = {k: v for k, v in values_at.items() if k not in fixed_names}
+    own = [others | {names[i]: values_at[names[i]]} for i in chosen]
     fixed = tuple(
         explain(names, index, direction, still_joints, values, str(why), ideal.robot.prismatic)
         for index, direction, values, why in zip(chosen, directions, own, cause, strict=True)

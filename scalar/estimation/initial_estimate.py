@@ -153,11 +153,18 @@ def _unseen_shifts_undone(residuals: Residuals, model: Model, place: Array, may_
     index = np.arange(len(may_move))
     shifts, target = (index[block][may_move[block]] for block in (_place(model), model.blocks["target"]))
     # The triangular factor has the same lengths and angles as the columns, and as few rows as there are columns.
-    by_target, by_shift = np.hsplit(np.linalg.qr(J[:, [*target, *shifts]], mode="r"), [len(target)])
+    factor = np.asarray(np.linalg.qr(J[:, [*target, *shifts]], mode="r"))
+    by_target, by_shift = factor[:, : len(target)], factor[:, len(target) :]
+    determined = misfit / DEFAULTS.identifiability.plausible_sensor_place
+    least = max(_UNSEEN_SHIFT * np.linalg.norm(by_shift), determined)
+    # Its last block is what no motion of the target makes up for; most data determine all shifts clearly.
+    if len(factor) == factor.shape[1] and np.all(
+        np.linalg.svd(by_shift[len(target) :], compute_uv=False) > 2 * least
+    ):
+        return model
     made_up = np.linalg.lstsq(by_target, by_shift, rcond=None)[0]
     _, lengths, directions = np.linalg.svd(by_shift - by_target @ made_up, full_matrices=False)
-    determined = misfit / DEFAULTS.identifiability.plausible_sensor_place
-    unseen = directions[lengths < max(_UNSEEN_SHIFT * np.linalg.norm(by_shift), determined)]
+    unseen = directions[lengths < least]
     if not len(unseen):
         return model
     vector = model.vector

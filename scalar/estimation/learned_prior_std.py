@@ -99,14 +99,14 @@ def most_likely_prior_stds(
     prior, count = np.array([typical[g] for g in groups]).T
     prior_stds, in_none = prior, ~belongs.any(axis=0)
     weight_elsewhere = np.where(in_none, 1.0 / stds**2, 0.0)
-    diagonal = np.arange(len(gram))
     for _ in range(_ROUNDS):
         weight = weight_elsewhere + (1.0 / prior_stds**2) @ belongs
         H = gram.copy()
-        H[diagonal, diagonal] += weight
-        scale = 1.0 / np.sqrt(np.maximum(H[diagonal, diagonal], 1e-300))
+        diagonal = H.ravel()[:: len(H) + 1]  # a view
+        diagonal += weight
+        scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-300))
         H *= scale[:, None] * scale
-        H[diagonal, diagonal] += _RIDGE
+        diagonal += _RIDGE
         step, variance = solved(H, scale * (gradient + weight * off))
         m = off - scale * step
         determined = belongs @ (1.0 - weight * variance * scale**2)

@@ -168,7 +168,8 @@ class Model:
 
     def _named_like(self, other: Model) -> Model:
         """Return this model after copying the cached names, units and positions in the vector from another model with the same parameters."""
-        vars(self).update({key: value for key, value in vars(other).items() if key in _COMMON})
+        known = vars(other)
+        vars(self).update((key, known[key]) for key in _COMMON & known.keys())
         return self
 
     def released(self) -> Model:

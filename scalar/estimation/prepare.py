@@ -193,4 +193,5 @@ def candidate_mask(model: Model, fix: Sequence[str] = ()) -> Array:
     if unknown:
         known = as_stated(", ".join(model.names), model.nominal)
         raise InvalidInput(Fault("--hold", f"no parameter '{name}'; there are {known}") for name in unknown)
-    return np.array([not name.startswith(f"{GEOMETRY[4]}_") and name not in fix for name in model.names])
+    beta = f"{GEOMETRY[4]}_"
+    return np.array([not name.startswith(beta) and name not in fix for name in model.names])

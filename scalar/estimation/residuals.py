@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from operator import is_
 from typing import Any
 
 import numpy as np
@@ -135,9 +136,7 @@ class Residuals:
         references = (
             LIBRARY, robot.T_base_0, robot.T_n_flange, model.reference_rotation, tangents, model.effects,
         )  # fmt: skip
-        if self._problem is None or any(
-            new is not old for new, old in zip(references, self._problem[0], strict=True)
-        ):
+        if self._problem is None or not all(map(is_, references, self._problem[0])):
             index, factors = self.measurement.target_index, self.measurement.contact_factors
             problem = None if factors is None else plane_problem(model, self.poses, index, factors)
             self._problem = references, problem

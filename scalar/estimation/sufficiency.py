@@ -43,7 +43,7 @@ def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
     """
     reasons = []
     if dataset.planes:
-        seen = sorted({dataset.planes[k].name for k in dataset.plane_index})
+        seen = sorted({dataset.planes[k].name for k in set(dataset.plane_index.tolist())})
         if len(seen) < LEAST_PLANES:
             reasons.append(
                 f"only {len(seen)} of the planes {', '.join(p.name for p in dataset.planes)} "

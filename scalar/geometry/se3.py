@@ -21,8 +21,8 @@ def transform(rotation: ArrayLike, translation: ArrayLike) -> Array:
     """Return the ``(..., 4, 4)`` transform of a rotation ``(..., 3, 3)`` and a translation ``(..., 3)`` [m]."""
     rotation = np.asarray(rotation, dtype=float)
     translation = np.asarray(translation, dtype=float)
-    shape = np.broadcast_shapes(rotation.shape[:-2], translation.shape[:-1])
-    T = np.zeros((*shape, 4, 4))
+    shape = rotation.shape[:-2], translation.shape[:-1]
+    T = np.zeros((*(np.broadcast_shapes(*shape) if any(shape) else ()), 4, 4))
     T[..., :3, :3] = rotation
     T[..., :3, 3] = translation
     T[..., 3, 3] = 1.0

@@ -22,7 +22,8 @@ def contacts(
     """
     if kernels.LIBRARY is None:
         return None
-    T, normals, distances = contiguous(T_base_sensor), contiguous(normals), contiguous(distances)
+    # The few normals are copied, because they are read-only, and the address of such an array takes ten times as long as a copy.
+    T, normals, distances = contiguous(T_base_sensor), contiguous(normals.copy()), contiguous(distances)
     index = np.ascontiguousarray(index, dtype=np.int64)
     found = np.empty((len(T), 3))
     at = (address(array) for array in (T, normals, distances, index, found))

@@ -9,20 +9,23 @@ Columns are in units of their prior standard deviations, so a prior adds the ide
 
 #define SURE_PIVOT 1e-6   /* of its diagonal element: a larger one is positive beyond rounding errors */
 
-/* Cholesky's factor L (w, w), lower, of A + shift I, A (w, w), or NOT_POSITIVE where a pivot is not more than `least` times the diagonal element
-of A in its row. */
-static int shifted_factor(const double *A, int64_t w, double shift, double least, double *L) {
-    for (int64_t i = 0; i < w; i++)
-        for (int64_t j = 0; j <= i; j++) {
-            double sum = A[i * w + j] + (i == j ? shift : 0.0);
-            for (int64_t k = 0; k < j; k++) sum -= L[i * w + k] * L[j * w + k];
-            if (i > j)
-                L[i * w + j] = sum / L[j * w + j];
-            else if (!(sum > least * A[i * w + i]))
-                return NOT_POSITIVE;
-            else
-                L[i * w + i] = sqrt(sum);
+/* Cholesky's factor U (w, w), upper, of A + shift I, A (w, w), or NOT_POSITIVE where a pivot is not more than `least` times the diagonal element
+of A in its row. A finished row is taken from all rows below it, so that the inner loops run along rows. */
+static ALWAYS int shifted_factor(const double *A, int64_t w, double shift, double least, double *U) {
+    for (int64_t i = 0; i < w; i++) {
+        for (int64_t j = i; j < w; j++) U[i * w + j] = A[j * w + i];
+        U[i * w + i] += shift;
+    }
+    for (int64_t k = 0; k < w; k++) {
+        double *row = U + k * w;
+        if (!(row[k] > least * A[k * w + k])) return NOT_POSITIVE;
+        double root = row[k] = sqrt(row[k]);
+        for (int64_t j = k + 1; j < w; j++) row[j] /= root;
+        for (int64_t i = k + 1; i < w; i++) {
+            double *below = U + i * w, times = row[i];
+            for (int64_t j = i; j < w; j++) below[j] -= times * row[j];
         }
+    }
     return 0;
 }
 
@@ -32,7 +35,7 @@ static ALWAYS double shrunk_gain(double *A, double *p, int64_t w, double *L, int
     double gain = 0.0;
     if (w > 2 && !shifted_factor(A, w, -1.0, SURE_PIVOT, L) && !shifted_factor(A, w, 1.0, SURE_PIVOT, L)) {
         for (int64_t i = 0; i < w; i++) {
-            for (int64_t k = 0; k < i; k++) p[i] -= L[i * w + k] * p[k];
+            for (int64_t k = 0; k < i; k++) p[i] -= L[k * w + i] * p[k];
             p[i] /= L[i * w + i];
             gain += p[i] * p[i];
         }
@@ -73,8 +76,8 @@ static ALWAYS int project_out(double *G, double *s, int64_t e, int64_t at, int64
         double *row = X + i * e;
         y[i] = s[at + i];
         for (int64_t k = 0; k < i; k++) {
-            y[i] -= L[i * w + k] * y[k];
-            for (int64_t c = 0; c < e; c++) row[c] -= L[i * w + k] * X[k * e + c];
+            y[i] -= L[k * w + i] * y[k];
+            for (int64_t c = 0; c < e; c++) row[c] -= L[k * w + i] * X[k * e + c];
         }
         y[i] /= L[i * w + i];
         for (int64_t c = 0; c < e; c++) row[c] /= L[i * w + i];

@@ -56,7 +56,7 @@ WIDE int set_gains(int64_t e, const double *gram, const double *projection, int6
         gain[t] = 0.0;
         for (int64_t i = 0; i < s; i++) {
             double sum = projection[columns[i]];
-            for (int64_t k = 0; k < i; k++) sum -= M[i * s + k] * p[k];
+            for (int64_t k = 0; k < i; k++) sum -= M[k * s + i] * p[k];
             p[i] = sum / M[i * s + i];
             gain[t] += p[i] * p[i];
         }

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 from scalar.geometry.parallel_axes import near_parallel
 from scalar.geometry.robot import GEOMETRY, Robot
@@ -42,7 +43,8 @@ class BetweenAxes:
         return f"{self.value / DEG:.0f} degrees" if self.is_angle else f"{self.value / MM:.4g} mm"
 
 
-def between_axes(robot: Robot) -> list[BetweenAxes]:
+@lru_cache(maxsize=64)
+def between_axes(robot: Robot) -> tuple[BetweenAxes, ...]:
     """Return the distances and angles between the axes of an arm, and its offsets, those of the first joints first."""
     a, alpha, d = (robot.geometry[k].tolist() for k in (_A, _ALPHA, _D))
     found: list[BetweenAxes] = []
@@ -61,7 +63,7 @@ def between_axes(robot: Robot) -> list[BetweenAxes]:
         numbers = [str(i + 1) for i in run]
         axis = f"axis {numbers[0]}" if len(run) == 1 else f"axes {numbers[0]} to {numbers[-1]}"
         found.append(BetweenAxes(f"the offset along {axis}", abs(offset)))
-    return found
+    return tuple(found)
 
 
 def _parallel_runs(robot: Robot) -> list[list[int]]:

@@ -142,7 +142,7 @@ class LineLaser(NoisyScans):
     @property
     def equations(self) -> Array:
         """Return two equations for a scan, one for a single point."""
-        return np.minimum(np.diff(self.starts), self.equations_per_pose)
+        return np.minimum(self.equal.counts, self.equations_per_pose)
 
     @property
     def sigma_known(self) -> bool:
@@ -152,7 +152,7 @@ class LineLaser(NoisyScans):
     def points_in_base(self, T_base_sensor: Array) -> tuple[Array, Array]:
         """Return the laser points in the base frame ``(P, 3)`` [m] and where each scan's begin ``(N + 1,)``."""
         x, z = self.points.T
-        frames = np.repeat(T_base_sensor, np.diff(self.starts), axis=0)
+        frames = np.repeat(T_base_sensor, self.equal.counts, axis=0)
         points = frames[:, :3, 0] * x[:, None] + frames[:, :3, 2] * z[:, None] + frames[:, :3, 3]
         return points, self.starts
 
@@ -220,7 +220,7 @@ class LineLaser(NoisyScans):
         sigma = self.sigma
         if not self.sigma_stated and self.noise is None:
             unit = line_factors(self.points, self.starts, c, self.error_axis)
-            scatter, freedom = scatter_within(unit, c, np.diff(self.starts))
+            scatter, freedom = scatter_within(unit, c, self.equal.counts)
             if freedom.sum() > 0:
                 sigma = max(float(np.sqrt(robust_variance(scatter, freedom))), LEAST_SIGMA)
         if self.profiled:
@@ -256,7 +256,7 @@ class LineLaser(NoisyScans):
         assert isinstance(target, Planes)
         c = contact_vectors(T_base_sensor, target, self.target_index)
         full = self._extended(c, T_base_sensor, target, point_effects)
-        return scatter_within(self.R, c, np.diff(self.starts), full)
+        return scatter_within(self.R, c, self.equal.counts, full)
 
     def common_error(self, T_base_sensor: Array, target: Target) -> Array:
         """Return the derivative ``(N, m, 1)`` of the profile rows by an error [m] of the range that all points of a scan share."""
@@ -276,7 +276,7 @@ class LineLaser(NoisyScans):
         c = contact_vectors(T_base_sensor, target, self.target_index)
         full = self._extended(c, T_base_sensor, target, point_effects)
         f = np.einsum("nij,nj->ni", self.R_metric, full)
-        return np.sum(f * f, axis=1), np.diff(self.starts)
+        return np.sum(f * f, axis=1), self.equal.counts
 
     @property
     def shift_rows(self) -> slice:

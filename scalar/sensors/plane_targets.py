@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from scalar.sensors.target import Target
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
+
+
+_TARGETS_OF: WeakKeyDictionary[Dataset, tuple[Array, Planes]] = WeakKeyDictionary()
 
 
 class OnPlanes(Measurement):
@@ -63,6 +67,13 @@ class OnPlanes(Measurement):
 
 def plane_targets(dataset: Dataset) -> tuple[Array, Planes]:
     """Return which target each pose measures ``(N,)`` and the targets: every plane that is measured, once for each session."""
+    if dataset not in _TARGETS_OF:
+        _TARGETS_OF[dataset] = _plane_targets(dataset)
+    return _TARGETS_OF[dataset]
+
+
+def _plane_targets(dataset: Dataset) -> tuple[Array, Planes]:
+    """Return what ``plane_targets`` returns, computed anew."""
     plane = dataset.plane_index
     session, count = dataset.session, max(len(dataset.planes), 1)
     codes, index = np.unique(plane if session is None else session * count + plane, return_inverse=True)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import groupby
 from typing import Any
 
@@ -60,14 +60,14 @@ def point_basis(names: Sequence[str], points: Array, error_axis: str) -> Array:
         u = np.ones_like(x), x / reach, z / reach
     else:
         reach, u = z, (np.ones_like(z), np.zeros_like(z), np.ones_like(z))
-    columns = []
-    for along, *powers in map(_code, names):
-        column = u[along]
-        for factor, power in zip((reach, x, z), powers, strict=True):
+    factors, raised = (reach, x, z), cache(lambda k, power: factors[k] ** power)
+    found = np.empty((len(points), len(names)))
+    for column, (along, *powers) in zip(found.T, map(_code, names), strict=True):
+        column[:] = u[along]
+        for k, power in enumerate(powers):
             if power:  # a power of zero takes ten times as long as a product
-                column = column * (factor if power == 1 else factor**power)
-        columns.append(column)
-    return np.column_stack(columns)
+                column *= factors[k] if power == 1 else raised(k, power)
+    return found
 
 
 def incidence(points: Array, starts: Array, c: Array, error_axis: str) -> Array:
@@ -125,6 +125,13 @@ class PointFactors:
     points: Array
     starts: Array
     error_axis: str
+
+    @cached_property
+    def counts(self) -> Array:
+        """Return the number of points of every scan ``(N,)``; computed once and therefore read-only."""
+        counts = np.diff(self.starts)
+        counts.setflags(write=False)
+        return counts
 
     @cached_property
     def factors(self) -> Array:
@@ -189,9 +196,7 @@ def profile_factors(
 
     Args:
         names: Names of the functions, as for ``point_basis``; each is multiplied by the weights that points have in ``line_factors``.
-        points: ``(P, 2)`` [m].
-        starts: ``(N + 1,)``, where each scan's points begin.
-        c: ``(N, 3)``, contact vectors.
+        points, starts, c: As in ``profile_columns``.
         error_axis: The direction in which the scanner errs.
         sigma: Standard deviation of a point along it [m].
     """
@@ -208,10 +213,7 @@ def profile_rows(points: Array, starts: Array, c: Array, weight: Array, values: 
     """Return the components ``(N, 3, k)`` of k functions of the points along the columns of ``profile_columns``.
 
     Args:
-        points: As in ``profile_columns``.
-        starts: As in ``profile_columns``.
-        c: As in ``profile_columns``.
-        weight: As in ``profile_columns``.
+        points, starts, c, weight: As in ``profile_columns``.
         values: ``(P, k)``, the functions' values at the points.
     """
     Q = profile_columns(points, starts, c, weight)[2]
@@ -241,15 +243,19 @@ def effect_rows(
             if key not in whole:
                 whole[key] = acting.contact_columns(*where)
             shares.append((key, share))
-        own = R[:, :, [names.index(name) for name in functions]] @ np.concatenate(
-            list(whole.values()), axis=2
-        )
+        own = R[:, :, [names.index(name) for name in functions]] @ _side_by_side(list(whole.values()))
         ends = np.cumsum([added.shape[2] for added in whole.values()])
         parts = dict(zip(whole, np.split(own, ends[:-1], axis=2), strict=True))
         columns += [
             parts[key] if share is None else parts[key] * share[:, None, None] for key, share in shares
         ]
-    return np.concatenate(columns, axis=2)
+    return _side_by_side(columns)
+
+
+def _side_by_side(columns: Sequence[Array]) -> Array:
+    """Return arrays ``(N, m, ...)`` of columns as one array, which may be one of them."""
+    some = [each for each in columns if each.shape[2]] or columns
+    return np.ascontiguousarray(some[0]) if len(some) == 1 else np.concatenate(some, axis=2)
 
 
 def scatter_within(R: Array, c: Array, counts: Array, full: Array | None = None) -> tuple[Array, Array]:

@@ -9,8 +9,11 @@ from typing import Any
 import numpy as np
 from scipy import linalg
 
+from scalar.diagnosis.fit.column_products import Rows
 from scalar.diagnosis.settings import DEFAULTS, ScoreTestSettings
 from scalar.geometry.se3 import Array
+
+_MOST_KEPT = 2_000_000  # bytes; larger rows (of thousands of poses) are not kept for further products
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +128,17 @@ class Background:
         pivoted: Any = linalg.qr(others / np.where(norms > 0, norms, 1.0), pivoting=True)
         basis, triangle, _ = pivoted
         return basis[:, np.count_nonzero(np.abs(np.diag(triangle)) > self.settings.rank_tolerance) :]
+
+    def as_rows(self) -> Rows:
+        """Return the directions and the residual as rows ``(N m, F + 1)`` of products with columns, which many searches ask for in turn."""
+        return self._kept_rows if self.Q.nbytes <= _MOST_KEPT else Rows(self._with_residual())
+
+    @cached_property
+    def _kept_rows(self) -> Rows:
+        return Rows(self._with_residual(), keep=True)
+
+    def _with_residual(self) -> Array:
+        return np.column_stack([self.Q, self.residual.ravel()])
 
     @cached_property
     def gram_of_priors(self) -> Array:

@@ -17,6 +17,30 @@ from scalar.geometry.se3 import Array
 _MOST_NUMBERS = 2_000_000  # numbers of columns that are copied at once for their products: 16 MB
 
 
+class Rows:
+    """Rows ``(N m, f)`` with which columns are multiplied, and their components along directions.
+
+    Attributes:
+        values: The rows.
+        keep: Whether components are computed once for each array of directions and kept.
+    """
+
+    def __init__(self, values: Array, *, keep: bool = False) -> None:
+        """Begin without any components."""
+        self.values, self.keep = values, keep
+        self._along: dict[int, tuple[Array, Array]] = {}
+
+    def along(self, directions: Array) -> Array:
+        """Return the components ``(N, f)`` along directions ``(N, m)``, one for each pose."""
+        if id(directions) in self._along:
+            return self._along[id(directions)][1]
+        N, m = directions.shape
+        found = (directions[:, None, :] @ self.values.reshape(N, m, -1))[:, 0]
+        if self.keep:
+            self._along[id(directions)] = directions, found  # held, so that no others have their id
+        return found
+
+
 @dataclass(frozen=True, eq=False)
 class ColumnBlock:
     """Columns of one joint, or any others.
@@ -31,12 +55,9 @@ class ColumnBlock:
     rows: Array
     directions: Array | None
 
-    def products_with(self, rows: Array) -> Array:
+    def products_with(self, rows: Rows) -> Array:
         """Return the inner products ``(k, f)`` with rows ``(N m, f)``."""
-        if self.directions is not None:
-            N, m = self.directions.shape
-            rows = (self.directions[:, None, :] @ rows.reshape(N, m, -1))[:, 0]
-        return self.rows @ rows
+        return self.rows @ (rows.values if self.directions is None else rows.along(self.directions))
 
 
 class ColumnProducts:
@@ -62,9 +83,9 @@ class ColumnProducts:
         """Return the size of the columns in memory [bytes]."""
         return sum(block.rows.nbytes for block in self.blocks)
 
-    def with_rows(self, rows: Array) -> Array:
+    def with_rows(self, rows: Rows) -> Array:
         """Return the inner products ``(e, f)`` of the columns with rows ``(N m, f)``."""
-        found = np.zeros((len(self.squared_lengths), rows.shape[1]))
+        found = np.zeros((len(self.squared_lengths), rows.values.shape[1]))
         for block in self.blocks:
             found[block.at] = block.products_with(rows)
         return found

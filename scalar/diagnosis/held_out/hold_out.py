@@ -201,7 +201,7 @@ def _held_out_errors(
             whitened_squares[i, out] = np.sum(errors**2, axis=1)
             errors = (r_metric[test_metric] + J_metric[test_metric] @ step).reshape(-1, m_metric)
             squares[i, out] = np.sum(errors**2, axis=1)
-    _, counts = state.residuals.squared_distances(state.model)
+    counts = state.once(("points of each pose",), lambda: state.residuals.squared_distances(state.model)[1])
     settings = state.settings.hold_out
     return [
         HeldOutErrors(of_rows, of_points / counts, counts, block, settings)
@@ -229,7 +229,7 @@ def in_metres(state: FittedState) -> tuple[Array, Array]:
 
     rows, metres = state.once(("rows in metres",), measured_in_metres)
     residual, J = rows.linearise_measured(state.model)
-    return residual * metres, J[:, state.free] * metres
+    return residual * metres, J.take(np.flatnonzero(state.free), axis=1) * metres
 
 
 def improvement(before: HeldOutErrors, after: HeldOutErrors) -> float:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.diagnosis.fit.background import Background
+from scalar.diagnosis.fit.column_products import Rows
 from scalar.diagnosis.fit.effect_columns import Bases
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.scoring.candidate_set import candidates, changes, elements
@@ -194,7 +195,7 @@ class CandidateColumns:
     def _condition_on(self, full: Background) -> None:
         """Take a background with all effects, and the products with it from which others follow."""
         self.full = full
-        along = self.products.with_rows(np.column_stack([full.Q, full.residual.ravel()]))
+        along = self.products.with_rows(full.as_rows())
         self._along, self._projection = along[:, :-1], along[:, -1]
         self._given_all = self.products.squared_lengths - np.einsum("ef,ef->e", self._along, self._along)
         self._change_columns: dict[int, ChangeColumns] = {}
@@ -248,7 +249,7 @@ class CandidateColumns:
             released = background.released
             residual = background.residual.reshape(-1, 1)
             rows = residual if released is None else np.column_stack([residual, released])
-            along = self.products.with_rows(rows)
+            along = self.products.with_rows(Rows(rows))
             return along[:, 0], None if released is None else along[:, 1:]
         released = self._along @ background.left_out.freed
         return self._projection + released @ background.left_out.gained, released

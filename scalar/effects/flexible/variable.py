@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from scalar.data.poses import Poses, is_joint
 from scalar.effects.effect import GRAVITY as GRAVITY
 from scalar.geometry.se3 import Array
+
+_UNITS: WeakKeyDictionary[Poses, dict[Variable, Array]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True)
@@ -40,8 +43,12 @@ class Variable:
         return np.where(np.isfinite(x), x, self.centre + self.half)
 
     def unit(self, poses: Poses) -> Array:
-        """Return u ``(N,)``, from -1 to 1; outside the measured range the value at the nearer end."""
-        return np.minimum(np.maximum((self.values(poses) - self.centre) / self.half, -1.0), 1.0)
+        """Return u ``(N,)``, from -1 to 1; outside the measured range the value at the nearer end; read-only, since many terms share it."""
+        known = _UNITS.setdefault(poses, {})
+        if self not in known:
+            known[self] = np.minimum(np.maximum((self.values(poses) - self.centre) / self.half, -1.0), 1.0)
+            known[self].setflags(write=False)
+        return known[self]
 
     def clipped(self, poses: Poses) -> Array:
         """Return the variable at poses ``(N,)`` in the unit of its column; outside the measured range the value at the nearer end."""

@@ -58,7 +58,7 @@ def _touched_twice(dataset: Dataset, angles: Sequence[bytes]) -> str:
 
 def reads_again(standstill: Array) -> bool:
     """Return whether more than a few rows are further readings of a standstill; ``standstill`` ``(N,)`` is that of each row (``standstills``)."""
-    return len(standstill) - len(np.unique(standstill)) >= LEAST_SHARE * len(standstill)
+    return len(standstill) - (standstill.max(initial=-1) + 1) >= LEAST_SHARE * len(standstill)
 
 
 def repeated_readings(dataset: Dataset) -> str:

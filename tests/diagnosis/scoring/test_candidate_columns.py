@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.fit.background import Background
-from scalar.diagnosis.fit.column_products import one_joint_each
+from scalar.diagnosis.fit.column_products import Rows, one_joint_each
 from scalar.diagnosis.fit.effect_columns import Bases
 from scalar.diagnosis.fit.fitted_state import refit
 from scalar.diagnosis.fit.held_arrays import held_bytes
@@ -150,7 +150,10 @@ def test_products_of_columns_are_those_of_the_columns_themselves():
     lengths = np.linalg.norm(E, axis=0)
     np.testing.assert_allclose(products.squared_lengths, lengths**2, rtol=1e-12)
     limit = 1e-12 * lengths.max() * np.linalg.norm(rows)
-    np.testing.assert_allclose(products.with_rows(rows), E.T @ rows, rtol=0, atol=limit)
+    np.testing.assert_allclose(products.with_rows(Rows(rows)), E.T @ rows, rtol=0, atol=limit)
+    kept = Rows(rows, keep=True)
+    for _ in range(2):  # the second time from components that are known
+        np.testing.assert_array_equal(products.with_rows(kept), products.with_rows(Rows(rows)))
     for groups in pool.groups.values():
         own = E.T[groups]
         limit = 1e-12 * lengths.max() ** 2
