@@ -103,6 +103,14 @@ def test_a_wrong_zero_is_named(pieces: Pieces, joint: int, degrees: int) -> None
         assert any("or correct sensor.nominal_pose" in one for one in said)
 
 
+@pytest.mark.parametrize(("joint", "degrees"), [(1, 20.0), (2, -38.0), (3, 140.0), (4, 64.0)])
+def test_a_zero_between_right_angles_is_named(pieces: Pieces, joint: int, degrees: float) -> None:
+    """The zero of a joint is fitted together with scanner and planes where no simpler reading explains the scans."""
+    (said,) = said_of(replace(roughly(pieces), q=pieces.q + np.radians(degrees) * np.eye(6)[joint]))
+    words, _, rest = said.partition(" with ")[2].partition(" degrees added to ")
+    assert float(words) == pytest.approx(-degrees, abs=0.5) and rest.startswith(f"joint {joint + 1} ")
+
+
 @pytest.mark.parametrize(
     ("wrong", "says"),
     [

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scalar.ingest.bag.placement import NO_PLANE, Placement
-from scalar.ingest.bag.readings import Reading, other_readings
+from scalar.ingest.bag.readings import Reading, other_readings, readings_with_any_zero
 from scalar.ingest.bag.straight_scans import Pieces
 from scalar.units import DEG, MM
 
@@ -64,14 +64,22 @@ def better_reading(
     for done, reading in enumerate(tried):
         told(done, len(tried))
         _ = reading.cost
-    least = min(reading.cost for reading in tried)
-    if least > pieces.placement.cost - CLEARLY_BETTER:
-        return None
-    likely = [reading for reading in tried if reading.cost <= least + _AS_GOOD and _explains(reading, pieces)]
+    told(0, 0)
+    likely = _likely(tried, pieces) or _likely(list(readings_with_any_zero(pieces, names)), pieces)
     if not likely:
         return None
     sentences = tuple(_in_words(reading, pieces, len(likely)) for reading in likely)
     return BetterReading(_as_described(pieces, likely[0]), sentences)
+
+
+def _likely(tried: Sequence[Reading], described: Pieces) -> list[Reading]:
+    """Return the most probable of some readings, and those that are about as probable, as far as they explain the recording far better."""
+    least = min((reading.cost for reading in tried), default=np.inf)
+    if least > described.placement.cost - CLEARLY_BETTER:
+        return []
+    return [
+        reading for reading in tried if reading.cost <= least + _AS_GOOD and _explains(reading, described)
+    ]
 
 
 def _explains(reading: Reading, described: Pieces) -> bool:

@@ -8,6 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
+from scalar.geometry.angles import within_half_turn
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array, log_so3
 from scalar.ingest.bag.far_guesses import with_far_guesses
@@ -15,6 +16,8 @@ from scalar.ingest.bag.straight_scans import Pieces
 from scalar.units import DEG
 
 _ZEROS = (90, -90, 180)  # degrees that a table of joints and a controller usually differ by
+_BETWEEN_ZEROS = 30  # degrees between zeros from which a fit starts
+_LEAST_ZERO = 8 * DEG  # a zero that is less far off is found by a calibration
 _AXES = {
     "x of the scan reversed": np.array([[-1.0, 0.0], [0.0, 1.0]]),
     "z of the scan reversed": np.array([[1.0, 0.0], [0.0, -1.0]]),
@@ -108,6 +111,23 @@ def _with_other_zeros(pieces: Pieces, names: Sequence[str]) -> Iterator[Reading]
             what = f"{degrees} degrees added to joint {j + 1} ({names[j]})"
             remedy = f": add {degrees * DEG:.6f} to theta of joint {j + 1} in robot.joints"
             yield Reading(what, remedy + _seen_alike(j, len(names), degrees), pieces.read_otherwise(q))
+
+
+def readings_with_any_zero(pieces: Pieces, names: Sequence[str]) -> Iterator[Reading]:
+    """Yield for every joint that turns the reading in which its zero is where a fit has it.
+
+    The last joint is left out, since a scanner that is turned about its axis explains as much; so are zeros that are hardly off.
+    """
+    for j in np.flatnonzero(~pieces.robot.slides[:-1]).tolist():
+        one = np.arange(len(names)) == j
+        starts = np.arange(-180, 180, _BETWEEN_ZEROS) * DEG
+        fits = [(start, pieces.read_otherwise(pieces.q + start * one).placed(joint=j)) for start in starts]
+        start, placement = min(fits, key=lambda fit: fit[1].cost)
+        angle = float(within_half_turn(start + placement.zero))
+        if abs(angle) >= _LEAST_ZERO:
+            what = f"{angle / DEG:.1f} degrees added to joint {j + 1} ({names[j]})"
+            remedy = f": add {angle:.4f} to theta of joint {j + 1} in robot.joints, or correct the zero of its encoder"
+            yield Reading(what, remedy, pieces.read_otherwise(pieces.q + angle * one))
 
 
 def _seen_alike(joint: int, n: int, degrees: int) -> str:

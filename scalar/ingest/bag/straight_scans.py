@@ -12,7 +12,7 @@ from scalar.geometry.planes import Planes
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 from scalar.ingest.bag.labels import Labels, labels_by
-from scalar.ingest.bag.placement import Placement, distances_from, line_factors, place
+from scalar.ingest.bag.placement import JointAxis, Placement, distances_from, line_factors, place
 
 _MOST_PLACED = 100  # scans from which scanner and planes are found: a wrong description shows in any poses
 
@@ -67,12 +67,21 @@ class Pieces:
         """Return the index of the plane of each piece, ``(S,)``, -1 where it is not clear."""
         return self.labels.index
 
-    def placed(self, used: Array | None = None) -> Placement:
-        """Return where a fit to some of the scans has scanner and planes; only the planes ``used`` ``(K,)`` bool may have scans, None: all."""
+    def placed(self, used: Array | None = None, joint: int | None = None) -> Placement:
+        """Return where a fit to some of the scans has scanner and planes.
+
+        Args:
+            used: ``(K,)`` bool, the planes on which scans may lie; None for all.
+            joint: A joint, from 0, whose zero is free; None if none is.
+        """
         some = np.arange(len(self.q))
         if len(some) > _MOST_PLACED:
             some = np.linspace(0, len(some) - 1, _MOST_PLACED).round().astype(int)
-        return place(self.frames[some], self.factors[some], self.T_flange_sensor, self.planes, used)
+        axis = None
+        if joint is not None:
+            of_joint = self.robot.frames(self.q[some])[:, joint + 1]
+            axis = JointAxis(of_joint[:, :3, 2], of_joint[:, :3, 3])
+        return place(self.frames[some], self.factors[some], self.T_flange_sensor, self.planes, used, axis)
 
     def labels_at(self, placement: Placement) -> Labels:
         """Return the planes of all pieces with scanner and planes at a placement."""
