@@ -125,8 +125,11 @@ def readings_with_any_zero(pieces: Pieces, names: Sequence[str]) -> Iterator[Rea
         start, placement = min(fits, key=lambda fit: fit[1].cost)
         angle = float(within_half_turn(start + placement.zero))
         if abs(angle) >= _LEAST_ZERO:
-            what = f"{angle / DEG:.1f} degrees added to joint {j + 1} ({names[j]})"
+            # That of the first joint is determined by the guesses of the planes alone.
+            written = f"about {angle / DEG:.0f}" if j == 0 else f"{angle / DEG:.1f}"
+            what = f"{written} degrees added to joint {j + 1} ({names[j]})"
             remedy = f": add {angle:.4f} to theta of joint {j + 1} in robot.joints, or correct the zero of its encoder"
+            remedy += _seen_alike(j, len(names), round(angle / DEG))
             yield Reading(what, remedy, pieces.read_otherwise(pieces.q + angle * one))
 
 

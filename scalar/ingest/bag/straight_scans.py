@@ -28,6 +28,7 @@ class Pieces:
         points: S arrays ``(M, 2)`` [m], x and z.
         normals, distances: ``(K, 3)`` and ``(K,)`` [m], guesses of the planes.
         plane_names: Names of the planes.
+        known_factors: ``(S, 3, 3)``, the factors of the points, where they are known already; None to compute them when they are needed.
     """
 
     robot: Robot
@@ -37,6 +38,7 @@ class Pieces:
     normals: Array
     distances: Array
     plane_names: Sequence[str]
+    known_factors: Array | None = None
 
     @cached_property
     def planes(self) -> Planes:
@@ -45,8 +47,8 @@ class Pieces:
 
     @cached_property
     def factors(self) -> Array:
-        """Return the triangular factor of each scan, ``(S, 3, 3)``."""
-        return line_factors(self.points)
+        """Return a factor R of each scan, ``(S, 3, 3)``: ``R'R`` has the mean products of the functions 1, x, z of its points."""
+        return line_factors(self.points) if self.known_factors is None else self.known_factors
 
     @cached_property
     def frames(self) -> Array:
@@ -104,9 +106,13 @@ class Pieces:
             axes: ``(2, 2)``, a matrix by which x and z of the scans are multiplied; None for the unit matrix.
             distances: ``(K,)`` [m], other guesses of the planes' distances; None for the stated ones.
         """
+        factors = self.factors.copy()
+        if axes is not None:
+            factors[:, :, 1:] = factors[:, :, 1:] @ axes.T
         return replace(
             self,
             q=self.q if q is None else q,
             points=self.points if axes is None else [points @ axes.T for points in self.points],
             distances=self.distances if distances is None else distances,
+            known_factors=factors,
         )
