@@ -103,6 +103,14 @@ def test_a_wrong_zero_is_named(pieces: Pieces, joint: int, degrees: int) -> None
         assert any("or correct sensor.nominal_pose" in one for one in said)
 
 
+def test_a_reading_that_leaves_the_scanner_turned_says_so(pieces: Pieces) -> None:
+    """If the sign of joint 2 and the zero of joint 6 are both wrong, the sign is named, and the turn of the scanner that the zero looks like."""
+    q = (pieces.q + np.radians(90.0) * np.eye(6)[5]) * np.where(np.arange(6) == 1, -1.0, 1.0)
+    (said,) = said_of(replace(roughly(pieces), q=q))
+    assert "joint 2 (joint_2) counted the other way" in said
+    assert "which may be a second mistake" in said
+
+
 @pytest.mark.parametrize(("joint", "degrees"), [(1, 20.0), (2, -38.0), (3, 140.0), (4, 64.0)])
 def test_a_zero_between_right_angles_is_named(pieces: Pieces, joint: int, degrees: float) -> None:
     """The zero of a joint is fitted together with scanner and planes where no simpler reading explains the scans."""

@@ -123,6 +123,8 @@ def _in_words(reading: Reading, described: Pieces, one_of: int) -> str:
     figures = f"half of the scans then lie within {_in_mm(labels.typical)} mm of their planes"
     if described.labels.typical >= _FALLS_BY * labels.typical:
         figures += f", and as described within {_in_mm(described.labels.typical)} mm"
+    if (turn := reading.pieces.placement.turn) > _TURNED:
+        figures += f"; the scanner is then turned by {turn / DEG:.0f} degrees from sensor.nominal_pose, which may be a second mistake"
     open_ = "" if one_of == 1 else f"one of {one_of}, which this recording does not distinguish: "
     return f"{open_}{labels.count} of {len(labels.index)} scans would lie on a plane with {reading.what}{reading.remedy}; {figures}"
 
