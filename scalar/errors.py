@@ -14,6 +14,10 @@ _LONGEST_PLACE = (
 )
 
 
+_LINES = (".yaml", ".yml", ".json", ".urdf", ".xacro", ".xml")
+"""Files that are written by hand or by programs line by line; what stands in a line of any other file is a row of a table."""
+
+
 def printable(text: str) -> str:
     """Return `text` as one line that is safe to print: control characters and line ends become escapes.
 
@@ -41,10 +45,10 @@ class Fault:
     column: str | None = None
 
     def __str__(self) -> str:
-        """Return ``poses.csv, row 17, column q3: not a number ('abc'); write radians as 0.123``."""
+        """Return ``poses.csv, row 17, column q3: not a number ('abc'); write radians as 0.123``; a file that is no table has lines."""
         place = self.file
         if self.row is not None:
-            place += f", row {self.row}"
+            place += f", {'line' if self.file.lower().endswith(_LINES) else 'row'} {self.row}"
         if self.column is not None:
             is_table = self.file.endswith((".csv", ".parquet"))
             name = self.column if len(self.column) <= _LONGEST_PLACE else f"{self.column[:_LONGEST_PLACE]}..."

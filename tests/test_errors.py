@@ -15,6 +15,11 @@ def test_a_fault_names_file_row_and_column() -> None:
     assert str(fault) == "poses.csv, row 17, column q3: not a number ('abc'); write radians as 0.123"
 
 
+@pytest.mark.parametrize("file", ["dataset.yaml", "cell.YML", "calibration.json", "arm.urdf"])
+def test_what_is_no_table_has_lines(file: str) -> None:
+    assert str(Fault(file, "missing", 17, "planes")) == f"{file}, line 17, planes: missing"
+
+
 @given(st.text(), st.text(), st.none() | st.text())
 def test_a_fault_is_one_printable_line_whatever_it_quotes(
     file: str, message: str, column: str | None

@@ -11,6 +11,7 @@ import click
 from scalar.cli.group import cli
 from scalar.cli.options import PATH, split_names
 from scalar.cli.outputs import FORCE
+from scalar.cli.progress import progress
 from scalar.cli.terminal import say
 from scalar.cli.validate import describe_content
 from scalar.errors import Fault, InvalidInput
@@ -66,7 +67,9 @@ if TYPE_CHECKING:
     "--degrees", is_flag=True, help="The recorded joint positions are in degrees; JointState has radians."
 )
 @click.option(
-    "--accept-losses", is_flag=True, help="Write the dataset even if most stops have to be left out."
+    "--accept-losses",
+    is_flag=True,
+    help="Write the dataset even if most stops have to be left out, or the recording fits another reading of the set-up far better.",
 )
 @FORCE
 def import_bag(
@@ -92,8 +95,8 @@ def import_bag(
     The arm has to stop at every pose for half a second or more. Of each stop the scan in the middle is taken, cut to its longest straight
     piece, and labelled with the plane on which it lies; scans near no plane, or near two, are left out and counted. If more than half
     of the stops would be left out, nothing is written (exit status 3), and the message states the main reason and what to try. Often the reason is
-    that the joints are recorded in another order, that the scanner's axes have other directions, or that the guess of a plane is far off: if one such
-    correction would put nearly all scans on planes, nothing is written either where more than a tenth of the stops lie on none.
+    that the joints are recorded in another order, with another sign or zero, that the scanner's axes have other directions, or that the guess of a
+    plane is far off: if the scans lie on the planes far better with one such correction, nothing is written either, and the message names it.
 
     \b
     Example:
@@ -112,13 +115,19 @@ def import_bag(
 
     refuse_dataset(output, force)
     content = load_workcell(workcell)
-    recording = read_bag(bag, joint_topic, scan_topic)
-    counts = write_recorded_dataset(
-        recording,
-        content,
-        BagSettings(tuple(split_names(joint_names)), still, settled, least, accept_losses, force, degrees),
-        output,
+    with progress("reading the recording"):
+        recording = read_bag(bag, joint_topic, scan_topic)
+    settings = BagSettings(
+        tuple(split_names(joint_names)), still, settled, least, accept_losses, force, degrees
     )
+    with progress("finding the planes of the scans") as advance:
+        counts = write_recorded_dataset(
+            recording,
+            content,
+            settings,
+            output,
+            lambda done, total: advance("trying other readings of the set-up", done, total),
+        )
     say(f"  joints q1..qn: {', '.join(counts.joint_names)}")
     for line in _left_out(counts):
         say(line)

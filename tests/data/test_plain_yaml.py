@@ -91,11 +91,32 @@ BOMB = "a: &a [x, x]\nb: &b [*a, *a]\nc: [*b, *b]\n"
 def test_harmful_and_broken_files_are_refused(
     tmp_path: Path, text: str | bytes, row: int | None, word: str
 ) -> None:
-    """Tags, anchors, duplicate keys, great depth or length and broken syntax raise InvalidInput, with the row."""
+    """Tags, anchors, duplicate keys, great depth or length and broken syntax raise InvalidInput, with the line."""
     with pytest.raises(InvalidInput, match=word) as caught:
         load_text(tmp_path, text)
     assert [fault.row for fault in caught.value.faults] == [row]
+    assert row is None or f"in.yaml, line {row}" in str(caught.value)
     assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize(
+    ("lines", "at", "word"),
+    [
+        (["a: 1", "b: {x: [1, 2}", "c: 3"], 2, "not YAML"),
+        (["a: 1", "b: {x: 1", "c: 3", "d: 4"], 2, "up to line 3"),
+        (["a: 1", "b: [1,", "  2,", "  3", "c: 4"], 2, "up to line 5"),
+        (["a: 1", "b", "c: 3"], 2, "could not find expected ':'"),
+        (["a: 1", "b: 'x", "c: 3"], 2, "quoted"),
+        (["a:", "  b 1", "  c: 2"], 3, "indentation of this line, or a missing colon in line 2"),
+        (["# a comment", "", "a: 1", "a: 2"], 4, "twice"),
+    ],
+)
+def test_the_line_to_correct_is_named(tmp_path: Path, lines: list[str], at: int, word: str, end: str) -> None:
+    """What is opened and not closed is named in the line in which it stands, although it shows only in a later one."""
+    with pytest.raises(InvalidInput, match=word) as caught:
+        load_text(tmp_path, (end.join(lines) + end).encode())
+    assert f"in.yaml, line {at}" in str(caught.value)
 
 
 def test_the_greatest_depth_is_accepted(tmp_path: Path) -> None:

@@ -132,31 +132,31 @@ GOOD = [("j1", "revolute", "a", "b", LIMIT), ("j2", "continuous", "b", "c", ""),
 
 
 def with_second(kind="revolute", content=LIMIT, parent="b", child="c"):
-    """Return the good joints with the second one replaced; it is in row 8."""
+    """Return the good joints with the second one replaced; it is in line 8."""
     return urdf([GOOD[0], ("j2", kind, parent, child, content), GOOD[2]])
 
 
 BOMB = '<?xml version="1.0"?>\n<!DOCTYPE robot [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]>\n<robot name="&b;"><link name="a"/></robot>'
 REFUSED = {
-    "bomb": (BOMB, "row 2: declares a document type or an entity"),
-    "dtd": ('<!DOCTYPE robot SYSTEM "http://127.0.0.1/x.dtd">\n<robot name="r"/>', "row 1: declares a document type"),
+    "bomb": (BOMB, "line 2: declares a document type or an entity"),
+    "dtd": ('<!DOCTYPE robot SYSTEM "http://127.0.0.1/x.dtd">\n<robot name="r"/>', "line 1: declares a document type"),
     "no xml": ("hello", "not XML"),
     "cut": (urdf(GOOD)[:-20], "not XML"),
     "empty": ("", "not XML"),
     "other root": ('<sdf version="1"/>', "its root is 'sdf'"),
     "xacro": ('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="x"/></robot>', "xacro robot"),
-    "nan": (with_second(content='<origin xyz="0 nan 0"/>' + LIMIT), "row 8: xyz of <origin> in joint 'j2'"),
+    "nan": (with_second(content='<origin xyz="0 nan 0"/>' + LIMIT), "line 8: xyz of <origin> in joint 'j2'"),
     "infinite": (with_second(content='<origin xyz="0 1e999 0"/>' + LIMIT), "write three numbers"),
     "two numbers": (with_second(content='<origin rpy="0 0"/>' + LIMIT), "rpy of <origin> in joint 'j2' is '0 0'"),
     "millimetres": (with_second(content='<origin xyz="0 0 400"/>' + LIMIT), "are these millimetres?"),
     "no axis": (with_second(content='<axis xyz="0 0 0"/>' + LIMIT), "the axis of joint 'j2' has no direction"),
     "limits": (with_second(content='<limit lower="1" upper="-1"/>'), "the limits of joint 'j2' are 1 and -1"),
-    "planar": (with_second("planar"), "row 8: joint 'j2' is planar"),
+    "planar": (with_second("planar"), "line 8: joint 'j2' is planar"),
     "floating": (with_second("floating"), "joint 'j2' is floating"),
     "unknown type": (with_second("hinge"), "the unknown type 'hinge'"),
     "mimic": (with_second(content=LIMIT + '<mimic joint="j1"/>'), "joint 'j2' mimics 'j1'"),
     "missing link": (with_second(child="cc"), "the child of joint 'j2' is 'cc', and there is no such link; did you mean 'c'?"),
-    "two parents": (urdf([*GOOD, ("j9", "revolute", "a", "c", LIMIT)]), "row 10: the link 'c' is the child of joint 'j2' and of 'j9'"),
+    "two parents": (urdf([*GOOD, ("j9", "revolute", "a", "c", LIMIT)]), "line 10: the link 'c' is the child of joint 'j2' and of 'j9'"),
     "circle": (urdf([*GOOD, ("j9", "revolute", "d", "a", LIMIT)]), "is above itself: a closed loop"),
     "two names": (urdf([*GOOD, ("j2", "fixed", "d", "e", "")], "abcde"), "the joint 'j2' is already defined in line 9"),
     "no parent": (urdf(GOOD).replace('<parent link="b"/>', ""), "joint 'j2' has no parent"),

@@ -3,7 +3,7 @@
 The scalars are those of YAML 1.2's core schema, so ``1e-4`` is a number and ``no`` is text. The document is
 built straight from the parser's events, with the limits checked while they stream: no tag, no anchor and no
 alias is ever followed, so a "billion laughs" bomb is refused at its first anchor. Every value remembers its
-line, so that a fault found later can name the row.
+line, so that a fault found later can name the line.
 """
 
 import math
@@ -39,6 +39,10 @@ _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _TEXT_KEYS = frozenset({"name", "source"})
 """Keys whose values are text in every file that SCALAR reads, even if YAML would read a number: 7113e31 may be a commit."""
 _CHARACTER = re.compile(r"\\U([0-9a-fA-F]{8})")
+_OPENED = ("while parsing a flow", "while scanning a quoted scalar", "while scanning a simple key")
+"""How the parser begins to say that something was opened in one line and not closed, or had no colon, up to a later one."""
+_NO_VALUE_HERE = "mapping values are not allowed here"
+_LINE_END = re.compile(r"\r\n|\r|\n")
 _MAX_DIGITS = 400  # no number needs more, and Python refuses to convert integers of several thousand digits
 
 
@@ -181,26 +185,46 @@ def parse_yaml(file: str, raw: bytes, text_keys: bool = True) -> tuple[Any, Line
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        row = raw.count(b"\n", 0, error.start) + 1
+        line = raw.count(b"\n", 0, error.start) + 1
         message = f"byte {error.start} is not UTF-8; save the file as UTF-8 text"
-        raise InvalidInput(Fault(file, message, row)) from error
+        raise InvalidInput(Fault(file, message, line)) from error
     builder = _Builder(file, YAML(typ="safe", pure=True).parse(StringIO(text)), text_keys)
     try:
         return builder.document(), builder.lines
     except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        what = " ".join(filter(None, [error.context, error.problem]))
-        row = None if mark is None else mark.line + 1
-        remedy = "indent with spaces, not with a tab" if r"'\t'" in what else "correct this place"
-        raise InvalidInput(Fault(file, f"not YAML ({what}); {remedy}", row)) from error
+        raise InvalidInput(_not_yaml(file, text, error)) from error
     except (ValueError, OverflowError) as error:  # an escape that names no character
         wrong = (found for found in _CHARACTER.finditer(text) if int(found[1], 16) > sys.maxunicode)
-        row = next((text.count("\n", 0, found.start()) + 1 for found in wrong), None)
+        line = next((text.count("\n", 0, found.start()) + 1 for found in wrong), None)
         message = "an escape that names no character; the last character is \\U0010ffff"
-        raise InvalidInput(Fault(file, message, row)) from error
+        raise InvalidInput(Fault(file, message, line)) from error
     except YAMLError as error:
         message = f"not YAML ({' '.join(str(error).split())}); save it as plain text"
         raise InvalidInput(Fault(file, message)) from error
+
+
+def _not_yaml(file: str, text: str, error: MarkedYAMLError) -> Fault:
+    """Return the fault of a text that is no YAML, in the line that has to be corrected.
+
+    A bracket, a quotation mark or a key without its colon shows only in a later line; the line in which it stands is the one to correct.
+    """
+    what = " ".join(filter(None, [error.context, error.problem]))
+    mark = error.problem_mark or error.context_mark
+    remedy = "indent with spaces, not with a tab" if r"'\t'" in what else "correct this place"
+    if mark is None:
+        return Fault(file, f"not YAML ({what}); {remedy}")
+    if error.context_mark is not None and (error.context or "").startswith(_OPENED):
+        if mark.line > error.context_mark.line:
+            what += f" up to line {mark.line + 1}"
+        mark = error.context_mark
+    elif error.problem == _NO_VALUE_HERE and mark.line > 0 and _colons(text, mark.line) == 1:
+        remedy = f"correct the indentation of this line, or a missing colon in line {mark.line}"
+    return Fault(file, f"not YAML ({what}); {remedy}", mark.line + 1)
+
+
+def _colons(text: str, line: int) -> int:
+    """Return how many colons stand in a line, from 0."""
+    return "".join(_LINE_END.split(text)[line : line + 1]).count(":")
 
 
 def load_yaml(path: str | os.PathLike[str]) -> Any:

@@ -1,4 +1,4 @@
-"""A plane whose guess is too far off for the scans on it: where these scans show it to be, by the nominal arm.
+"""Planes whose guesses are too far off for the scans on them: where these scans show them to be, by the nominal arm.
 
 The scans of such a plane are lost, although nothing is wrong with the joints. A wrong zero of joint 1 may put them on another plane of the same
 distance, so that the guess has to be compared with every other reading.
@@ -6,59 +6,71 @@ distance, so that the guess has to be compared with every other reading.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from scalar.geometry.se3 import Array
-from scalar.ingest.bag.labels import FARTHEST, Labels, label_scans
+from scalar.ingest.bag.straight_scans import Pieces
+from scalar.units import MM
 
+USUAL_STEP = 250 * MM
+"""Usual size of a mistake in the distance of a plane: that of a number that was measured to the wrong surface. Chosen."""
 _FARTHEST_GUESS = 1.0  # m; chosen: a guess that is farther off is none of this plane
 _FEWEST = 3  # scans that show a plane
-_MOST_KEPT = (
-    0.1  # share of the lost scans that a plane may have as it was guessed: else its guess is near enough
-)
+_LOST = (
+    30 * MM
+)  # distance from every other plane from which on a scan may be one of the plane that is looked for
+_TOGETHER = (
+    75 * MM
+)  # scans of one plane, with the tilt of its guess, have distances along its normal that differ by less
+_BETTER_BY = 5.0  # by how much the cost has to fall
 
 
-def with_far_guesses(scans: Sequence[Array], normals: Array, distances: Array) -> tuple[Array, Labels]:
-    """Return other distances of planes ``(K,)`` [m], with which lost scans lie on them, and the planes of all scans then.
+def with_far_guesses(pieces: Pieces) -> Iterator[tuple[Array, float]]:
+    """Yield other distances of planes ``(K,)`` [m], one plane more at a time, each with what is added to the cost for its improbability.
 
-    A distance is changed only of a plane on which hardly any scan lies, and only if the lost scans, as they are, lie on one plane parallel to it.
-
-    Args:
-        scans: S arrays ``(M, 3)`` [m], in the base frame.
-        normals, distances: ``(K, 3)`` and ``(K,)`` [m], guesses: ``normal . p = distance``.
+    A distance is changed only if scans that lie on no other plane then lie on this one.
     """
-    distances = distances.copy()
-    labels = label_scans(scans, normals, distances)
-    for _ in range(len(normals)):
-        best: tuple[Array, Labels] | None = None
-        lost = np.flatnonzero(labels.index < 0)
-        for k in range(len(normals)):
-            if len(lost) < _FEWEST or np.count_nonzero(labels.index == k) > _MOST_KEPT * len(lost):
-                continue
+    distances, least = pieces.distances, pieces.placement.cost
+    for _ in pieces.plane_names:
+        found: list[tuple[float, Array, float]] = []
+        for k in np.flatnonzero(distances == pieces.distances).tolist():
             moved = distances.copy()
-            moved[k] = _densest(
-                [float(np.mean(scans[i] @ normals[k])) for i in lost.tolist()], float(distances[k])
+            moved[k] = _shown(pieces.read_otherwise(distances=distances), k)
+            if moved[k] == distances[k]:
+                continue
+            added = 0.5 * float(np.sum(((moved - pieces.distances) / USUAL_STEP) ** 2))
+            found.append((pieces.read_otherwise(distances=moved).placement.cost + added, moved, added))
+        best = min(found, key=lambda entry: entry[0], default=None)
+        if best is None or best[0] > least - _BETTER_BY:
+            return
+        least, distances, added = best
+        yield distances, added
+
+
+def _shown(pieces: Pieces, k: int) -> float:
+    """Return the distance [m] at which scans that lie on no other plane show plane k; the guess if too few do."""
+    used = np.arange(len(pieces.plane_names)) != k
+    placement = pieces.placed(used)
+    frames = pieces.frames @ placement.T_flange_sensor
+    others = pieces.nearest_of(placement, used)
+    offsets = [
+        float(
+            np.mean(
+                (points[:, :1] * pose[:3, 0] + points[:, 1:] * pose[:3, 2] + pose[:3, 3]) @ pieces.normals[k]
             )
-            found = label_scans(scans, normals, moved)
-            if _count(found) > _count(best[1] if best else labels):
-                best = moved, found
-        if best is None:
-            break
-        distances, labels = best
-    return distances, labels
-
-
-def _count(labels: Labels) -> int:
-    """Return how many scans lie on a plane."""
-    return int(np.count_nonzero(labels.index >= 0))
+        )
+        for points, pose, nearest in zip(pieces.points, frames, others, strict=True)
+        if nearest > _LOST
+    ]
+    return _densest(offsets, float(pieces.distances[k]))
 
 
 def _densest(offsets: Sequence[float], guess: float) -> float:
     """Return the median [m] of the largest group of distances along a normal that lie near one another, none too far from a guess; else the guess."""
     near = np.array([offset for offset in offsets if abs(offset - guess) <= _FARTHEST_GUESS])
-    if not len(near):
+    if len(near) < _FEWEST:
         return guess
-    together = np.abs(near[:, None] - near) <= FARTHEST / 2
+    together = np.abs(near[:, None] - near) <= _TOGETHER
     return float(np.median(near[together[int(np.argmax(together.sum(axis=1)))]]))

@@ -1,18 +1,23 @@
-"""Which target plane each scan lies on, by the nominal arm and the guesses of the planes; the guesses are corrected by the scans on them."""
+"""Which target plane each scan lies on, by its distances from the planes as fitted with the nominal arm."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from scalar.geometry.se3 import Array
+from scalar.units import MM
 
-FARTHEST = 0.15  # m, largest distance of a scan from its plane: guesses are wrong by up to a decimetre
-CLEARLY = 2.0  # a scan's plane is clear if every other plane is more than this many times farther away
-ROUNDS = 3
-_ENOUGH = 3  # least number of scans to which a plane is fitted
+FARTHEST = 150 * MM
+"""Largest distance of a scan from its plane, however badly the nominal arm fits."""
+_NEAREST = (
+    30 * MM
+)  # a scan that is nearer may lie on its plane, however well the others fit: the nominal arm errs more in some poses
+_TIMES_USUAL = (
+    5.0  # times the median distance: a scan that is farther from every plane lies on another surface
+)
+_CLEARLY = 2.0  # a scan's plane is clear if every other plane is more than this many times farther away
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,47 +26,31 @@ class Labels:
 
     Attributes:
         index: ``(S,)``, the index of the plane; -1 where none is near, or two are.
-        distance: ``(S,)`` [m], root mean square distance of the scan from that plane, as corrected; from the first plane where the index is -1.
+        nearest: ``(S,)`` [m], root mean square distance of the scan from the nearest plane.
     """
 
     index: Array
-    distance: Array
+    nearest: Array
+
+    @property
+    def count(self) -> int:
+        """Return how many scans lie on a plane."""
+        return int(np.count_nonzero(self.index >= 0))
+
+    @property
+    def typical(self) -> float:
+        """Return the median distance from the nearest plane [m]; infinite without scans."""
+        return float(np.median(self.nearest)) if len(self.nearest) else np.inf
 
 
-def label_scans(scans: Sequence[Array], normals: Array, distances: Array) -> Labels:
-    """Return which plane each scan lies on.
-
-    Args:
-        scans: S arrays ``(M, 3)`` [m], in the base frame.
-        normals, distances: ``(K, 3)`` and ``(K,)`` [m], guesses: ``normal . p = distance``.
-    """
-    normals, distances = normals.copy(), distances.copy()
-    index = np.full(len(scans), -1)
-    away = np.zeros((len(scans), len(normals)))
-    for _ in range(ROUNDS):
-        for i, points in enumerate(scans):
-            away[i] = np.sqrt(np.mean((points @ normals.T - distances) ** 2, axis=0))
-        order = np.sort(away, axis=1)
-        clear = (order[:, 0] < FARTHEST) & (order[:, 1] > CLEARLY * order[:, 0])
-        new = np.where(clear, np.argmin(away, axis=1), -1)
-        if np.array_equal(new, index):
-            break
-        index = new
-        for k in range(len(normals)):
-            mine = [scan for scan, plane in zip(scans, index, strict=True) if plane == k]
-            if len(mine) >= _ENOUGH:
-                normals[k], distances[k] = _plane(np.concatenate(mine), normals[k], distances[k])
-    return Labels(index, away[np.arange(len(scans)), np.maximum(index, 0)])
-
-
-def _plane(points: Array, normal: Array, distance: float) -> tuple[Array, float]:
-    """Return normal and distance [m] of the least-squares plane through points ``(M, 3)`` [m].
-
-    The given plane is returned instead if the points nearly lie on a line, or if the two planes differ by more than 45 degrees.
-    """
-    centre = points.mean(axis=0)
-    sizes, axes = np.linalg.svd(points - centre, full_matrices=False)[1:]
-    if sizes[1] < 0.05 * sizes[0] or abs(float(axes[2] @ normal)) < np.cos(np.pi / 4):
-        return normal, distance
-    found = axes[2] * np.sign(axes[2] @ normal)
-    return found, float(found @ centre)
+def labels_by(distances: Array) -> Labels:
+    """Return which plane each scan lies on, by root mean square distances ``(S, K)`` [m]."""
+    order = np.sort(distances, axis=1)
+    nearest = order[:, 0]
+    if not len(nearest):
+        return Labels(np.zeros(0, dtype=int), nearest)
+    limit = min(FARTHEST, max(_NEAREST, _TIMES_USUAL * float(np.median(nearest))))
+    clear = nearest < limit
+    if order.shape[1] > 1:
+        clear &= order[:, 1] > _CLEARLY * nearest
+    return Labels(np.where(clear, np.argmin(distances, axis=1), -1), nearest)

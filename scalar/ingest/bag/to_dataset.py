@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,10 +20,12 @@ from scalar.data.unit_suspicions import suspect_description
 from scalar.errors import Fault, InvalidInput, Undetermined
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array, transform_from_rotation_vector
-from scalar.ingest.bag.losses import LEAST_KEPT, Pieces, StopCounts, better_reading, clearly_better_reading
+from scalar.ingest.bag.better_reading import better_reading
+from scalar.ingest.bag.losses import LEAST_KEPT, StopCounts
 from scalar.ingest.bag.messages import Recording
 from scalar.ingest.bag.pieces import straight_piece
 from scalar.ingest.bag.stops import Stop, find_stops
+from scalar.ingest.bag.straight_scans import Pieces
 from scalar.units import DEG
 
 TOLERANCE = 1.5e-3
@@ -46,7 +48,7 @@ class BagSettings:
         still: Most by which a joint that stands still may move [rad, m].
         settled: Time from the last motion until the arm counts as settled [s].
         least_time: Least time for which it then stands still [s].
-        accept_losses: Whether a dataset is written even if most stops become no poses.
+        accept_losses: Whether a dataset is written even if most stops become no poses, or another reading explains the recording far better.
         force: Whether a dataset at the output is replaced, whoever wrote it.
         degrees: Whether the positions of joints that turn were recorded in degrees.
     """
@@ -88,7 +90,11 @@ def load_workcell(path: Path) -> dict[str, Any]:
 
 
 def write_recorded_dataset(
-    recording: Recording, workcell: dict[str, Any], settings: BagSettings, target: str | os.PathLike[str]
+    recording: Recording,
+    workcell: dict[str, Any],
+    settings: BagSettings,
+    target: str | os.PathLike[str],
+    told: Callable[[int, int], None] = lambda done, total: None,
 ) -> StopCounts:
     """Write the dataset of a recording, which appears whole or not at all, and return how many stops became poses.
 
@@ -97,10 +103,12 @@ def write_recorded_dataset(
         workcell: The content of dataset.yaml, as ``load_workcell`` returns it.
         settings: How the recording is cut.
         target: The folder to write; a dataset there is replaced if SCALAR wrote it and nobody changed it since, or by ``settings.force``.
+        told: Takes how many other readings of the set-up were tried, and how many there are.
 
     Raises:
         InvalidInput: The recorded joints are not those of the robot.
-        Undetermined: The arm never stands still, fewer than three planes are seen, or most stops become no poses and ``accept_losses`` is not set.
+        Undetermined: The arm never stands still, fewer than three planes are seen, or ``accept_losses`` is not set and most stops become no poses or
+            another reading of the set-up explains the recording far better.
     """
     robot = Robot.from_mapping(workcell["robot"])
     order, names = _joint_order(recording, workcell["robot"]["joints"], settings.joint_names)
@@ -132,23 +140,33 @@ def write_recorded_dataset(
     counts = StopCounts(
         len(stops), len(stops) - len(chosen), len(chosen) - len(pieces), len(pieces) - len(kept), names
     )
-    seen = [plane.name for k, plane in enumerate(planes) if k in index]
-    if len(seen) < MIN_PLANES:
-        on = f"only {' and '.join(seen)} {'is' if len(seen) == 1 else 'are'}" if seen else "no plane is"
-        on = f", and {on} seen of the three that are needed"
-        raise Undetermined(_with_advice(counts.sentence(on), better_reading(found, names)))
-    if counts.kept < LEAST_KEPT * counts.still and not settings.accept_losses:
-        said = f"{counts.sentence()}; --accept-losses writes the dataset all the same"
-        raise Undetermined(_with_advice(said, better_reading(found, names)))
-    if not settings.accept_losses and (better := clearly_better_reading(found, names, len(kept))):
-        raise Undetermined([f"{counts.sentence()}; --accept-losses writes the dataset all the same", better])
+    _refuse(found, counts, settings, told)
     poses, scans = _tables([pieces[i] for i in kept], [planes[k].name for k in index[kept]])
     write_dataset(target, mapping=workcell, poses=poses, scans=scans, force=settings.force)
     return counts
 
 
-def _with_advice(said: str, better: str | None) -> list[str]:
-    return [said] if better is None else [said, better]
+def _refuse(
+    found: Pieces, counts: StopCounts, settings: BagSettings, told: Callable[[int, int], None]
+) -> None:
+    """Refuse a recording of which too few stops become poses, or that fits another reading of the set-up far better."""
+    index = found.plane_index()
+    seen = [name for k, name in enumerate(found.plane_names) if k in index]
+    few = len(seen) < MIN_PLANES
+    if settings.accept_losses and not few:
+        return
+    better = better_reading(found, counts.joint_names, told)
+    anyway = "; --accept-losses writes the dataset all the same"
+    if few:
+        on = f"only {' and '.join(seen)} {'is' if len(seen) == 1 else 'are'}" if seen else "no plane is"
+        said = counts.sentence(f", and {on} seen of the three that are needed")
+    elif counts.kept < LEAST_KEPT * counts.still:
+        said = counts.sentence() + anyway
+    elif better:
+        said = better.as_described + anyway
+    else:
+        return
+    raise Undetermined([said, *(better.sentences if better else ())])
 
 
 def _joint_order(
