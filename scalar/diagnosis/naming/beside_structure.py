@@ -16,7 +16,6 @@ from scalar.diagnosis.naming.finding import Finding, limited_where
 from scalar.diagnosis.naming.most_confidence import NEARLY_SURE
 from scalar.diagnosis.naming.rival_sets import CLEAR_ODDS
 from scalar.effects.effect import WEIGHT
-from scalar.effects.flexible.measured_space import UnattributedSpace
 
 A_PART_OF_IT = (
     "structure without a name was found as well, and this may be the part of it that follows the arm's weight"
@@ -33,7 +32,7 @@ def limited_beside_structure(
         n_poses: Number of poses that were fitted.
         least_confidence: A name with less confidence is doubtful, between 0 and 1.
     """
-    if not has_structure(found) and not any(isinstance(f.effect, UnattributedSpace) for f in found):
+    if not has_structure(found) and not any(f.effect.distorts_space for f in found):
         return tuple(found)
     few = n_poses < FEW_POSES
 
