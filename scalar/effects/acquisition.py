@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scalar.data.moves import STILL, moves, side_column
+from scalar.data.path import follow_one_path
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -65,6 +66,11 @@ def order_and_time(dataset: Dataset) -> tuple[Array, Array | None]:
         poses["order"].to_numpy(dtype=float) if "order" in poses else np.arange(dataset.n_poses, dtype=float)
     )
     return order, poses["time"].to_numpy(dtype=float) if "time" in poses else None
+
+
+def on_one_path(dataset: Dataset) -> bool:
+    """Return whether the poses, in the order in which they were measured, follow one path (``follow_one_path``)."""
+    return follow_one_path(dataset.q[np.argsort(order_and_time(dataset)[0], kind="stable")])
 
 
 def used_planes(dataset: Dataset) -> list[str]:

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from scalar.diagnosis.explained import Explained
@@ -170,7 +171,11 @@ def chosen(
     fewer = SimpleNamespace(is_plausible=plausible)
     after: Any = SimpleNamespace(
         effects=effects,
-        dataset=SimpleNamespace(q=np.linspace(-2.0, 2.0, 180).reshape(30, 6)),
+        dataset=SimpleNamespace(
+            q=np.linspace(-2.0, 2.0, 180).reshape(30, 6),
+            poses=pd.DataFrame({"order": np.random.default_rng(1).permutation(30)}),
+            n_poses=30,
+        ),
         model=None,
         settings=DEFAULTS,
         refitted=lambda *_: fewer,

@@ -14,6 +14,7 @@ from scalar.diagnosis.naming.few_positions import limited_by_few_positions
 from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.naming.many_orders import limited_by_many_orders
 from scalar.diagnosis.naming.one_joint_moves import limited_by_one_joint
+from scalar.diagnosis.naming.one_path import limited_by_path
 from scalar.diagnosis.naming.orders_between import limited_by_orders_between
 from scalar.diagnosis.naming.rounded_record import limited_by_rounding
 from scalar.diagnosis.naming.several_orders import limited_by_several_orders
@@ -41,6 +42,7 @@ def limited_names(
     found = limited_by_many_orders(found, n_poses, settings.spectrum.many_orders, least)
     found = limited_by_orders_between(found, run.after, least)
     found = limited_by_order(found, given, least)
+    found = limited_by_path(found, dataset, least)
     found = limited_beside_joints(found, n_poses, least)
     found = limited_by_one_joint(found, dataset.q, least)
     found = limited_by_few_positions(found, run.after, run.candidates, least)

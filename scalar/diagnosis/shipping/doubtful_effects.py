@@ -1,8 +1,8 @@
 """Which effects without a sure name the shipped model contains.
 
 Their form is a guess, and they may have been selected by chance from many. They therefore have to help more clearly than effects with a sure name,
-and three kinds are not shipped whatever errors are expected: changes among the last few poses, a scale of all lengths, and errors of a joint that
-stands at few positions.
+and four kinds are not shipped whatever errors are expected: changes among the last few poses, a scale of all lengths, errors of a joint that
+stands at few positions, and changes in time of poses that follow one path.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from scalar.data.motion import at_few_positions
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.shipping.nested_models import LIMITS, NestedModels
 from scalar.effects import Effect
+from scalar.effects.acquisition import on_one_path
 from scalar.effects.title import only_joint
 
 LATE = 0.1  # chosen: of the poses; a change that fewer of them show may as well be a few poses that err
@@ -25,9 +26,10 @@ def with_doubtful_that_help(
 
     A change that begins among the last few poses (``LATE``) and has no sure name is not shipped: it would be applied to every later pose. Nor is an
     error of the scale of all lengths: held-out poses do not show whether it is right. Nor is an error of one joint that stands at few positions, as
-    on a grid: held-out poses stand at the same ones, and nothing shows it between them. Changes in time without a sure name are shipped only if the
-    expected error without them, or without any effects, is far larger (``settings.shipped_fit.worth_doubtful``): their form is a guess, and the arm
-    itself need not have changed. Other effects without a sure name have to remove as much within the joint limits as all effects together have to
+    on a grid: held-out poses stand at the same ones, and nothing shows it between them. Nor is a change in time of poses that follow one path, which
+    may as well depend on the place. Other changes in time without a sure name are shipped only if the expected error without them, or without any
+    effects, is far larger (``settings.shipped_fit.worth_doubtful``): their form is a guess, and the arm itself need not have changed. Other effects
+    without a sure name have to remove as much within the joint limits as all effects together have to
     (``settings.shipped_fit.worth_correcting``).
 
     Effects without a sure name may have been selected by chance from many. If few equations are measured for each parameter of the geometry
@@ -42,15 +44,17 @@ def with_doubtful_that_help(
     """
     effects, shipping = after.effects, after.settings.shipped_fit
     few = at_few_positions(after.dataset.q)
+    in_time = [i for i in doubtful if _changes_in_time(effects[i])]
+    on_path = in_time if in_time and on_one_path(after.dataset) else []
     unshown = [
         i
         for i in doubtful
         if _is_late(effects[i], after)
         or effects[i].stretches_lengths
         or only_joint(effects[i].target, effects[i].depends_on) in few
+        or i in on_path
     ]
     kept = _without(kept, unshown)
-    in_time = [i for i in doubtful if _changes_in_time(effects[i])]
     for which, worth in ((in_time, shipping.worth_doubtful), (doubtful, shipping.worth_correcting)):
         if not _is_worth_correcting(wide, kept, which, worth):
             kept = _without(kept, which)
