@@ -37,6 +37,13 @@ def test_poses_in_random_order_and_returns_are_none(seed):
     assert not follow_one_path(rng.permutation(on_path))
 
 
+def test_an_arm_that_goes_home_between_poses_comes_back():
+    """Every second pose is the same one, whatever lies between."""
+    q = path(np.random.default_rng(7))
+    q[::2] = 0.0
+    assert not follow_one_path(q)
+
+
 def test_few_poses_and_poses_that_never_change_are_none():
     """Nothing is known of them."""
     assert not follow_one_path(np.zeros((0, 6)))
