@@ -95,18 +95,15 @@ def plane_centre(dataset: Dataset, plane: str) -> tuple[float, float, float]:
 
 
 def range_middle(dataset: Dataset) -> float:
-    """Return the middle [m] between the distances of the nearest and of the farthest scan, along the axis in which the scanner errs.
+    """Return the middle [m] between the shortest and the longest measured range, along the axis in which the scanner errs.
 
     Makers state the linearity of a scanner as its deviation from the best straight line over the whole measuring range. For a curved error, this
-    line is parallel to the curve in the middle of that range. A scanner that scans planes from many distances uses its range to both sides of the
-    middle, so the extent of these distances shows where the middle is; their mean does not, since it depends on where the poses are. The distance
-    of a scan is the median of its ranges: an inclined plane is scanned farther beyond its middle than before it, so the longest of all ranges is
-    farther from the middle than the shortest.
+    line is parallel to the curve in the middle of that range. A scanner that scans planes from many distances measures out to both ends of its
+    range, so the extent of the measured ranges shows where the middle is; their mean does not, since it depends on where the poses are.
     """
     points = dataset.points
     ranges = points[:, 1] if dataset.sensor.error_axis == "z" else np.linalg.norm(points, axis=1)
-    distances = [np.median(scan) for scan in np.split(ranges, dataset.starts[1:-1]) if len(scan)]
-    return float((min(distances) + max(distances)) / 2)
+    return float((ranges.min() + ranges.max()) / 2)
 
 
 def missing_column(dataset: Dataset, name: str) -> str | None:

@@ -55,9 +55,9 @@ class Effect(Described):
     # Log odds [nats] that nearly all right names of this kind reach in simulated exams, and wrong ones seldom; infinitely small if no odds do so.
     usual_odds: ClassVar[float] = -np.inf
     borne_out_by_others: ClassVar[bool] = False  # whether another finding of this kind makes that irrelevant
-    # Whether it is an error of the scale of all lengths, which leaves no residual; whether it distorts the space in which an instrument measures.
-    stretches_lengths: ClassVar[bool] = False
-    distorts_space: ClassVar[bool] = False
+    stretches_lengths: ClassVar[bool] = (
+        False  # whether it is an error of the scale of all lengths, which leaves no residual
+    )
     contains_imitated: ClassVar[bool] = False  # whether the effect that it imitates is a special case of it
     most_words: ClassVar[int] = 1  # most words that may follow the name on a command line
 

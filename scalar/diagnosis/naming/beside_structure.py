@@ -3,8 +3,7 @@
 What gives way under the weight of the arm varies slowly with the posture, and so does the slow part of many errors for which there is no name: of a
 floor that gives way, a loose mount, or a vibration that has not died away. The rest of such an error is then found as structure without a name. In
 nine simulated exams there was such structure together with 109 of these names with a confidence of 0.8 or more, from fewer than 100 poses or with log
-odds of less than 20 nats; 20 of them were wrong. An instrument that distorts the space in which it measures is such structure too: of its errors,
-that of one encoder may be found, and that of the other be taken for a base that gives way.
+odds of less than 20 nats; 20 of them were wrong.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ def limited_beside_structure(
         n_poses: Number of poses that were fitted.
         least_confidence: A name with less confidence is doubtful, between 0 and 1.
     """
-    if not has_structure(found) and not any(f.effect.distorts_space for f in found):
+    if not has_structure(found):
         return tuple(found)
     few = n_poses < FEW_POSES
 

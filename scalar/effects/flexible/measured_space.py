@@ -72,7 +72,6 @@ class UnattributedSpace(Unattributed, PointEffect):
     kind: ClassVar[str] = "distortion of the measured space"
     reported_with: ClassVar[str] = "measured_space"
     of_instrument: ClassVar[bool] = True
-    distorts_space: ClassVar[bool] = True
     place: ClassVar[str] = "measured_space"
     basis_names: ClassVar[tuple[str, ...]] = ()
 

@@ -4,8 +4,10 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from scalar.data.poses import Poses
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.diagnosis.shipping import doubtful_effects, focused_choice
 from scalar.diagnosis.shipping.doubtful_effects import _is_late
@@ -17,15 +19,22 @@ from scalar.effects.thermal_drift import ThermalDrift
 from scalar.estimation.measured_ranges import measured_columns, ranges_of_columns
 from tests.effects.injected import make_cell
 
-MOVING = SimpleNamespace(q=np.random.default_rng(0).uniform(-2, 2, (100, 3)))
+COUNT = 100
 
 
-def state(n: int = 100):
+def at(q: np.ndarray):
+    """Return a stand-in for a dataset whose joints stand at ``(N, n)`` [rad] in the order of its rows."""
+    return SimpleNamespace(q=q, poses=pd.DataFrame({"order": np.arange(float(len(q)))}), n_poses=len(q))
+
+
+MOVING = at(np.random.default_rng(0).uniform(-2, 2, (COUNT, 3)))
+ON_PATH = at(np.sin(np.linspace(0.0, 2.0, COUNT)[:, None] + np.arange(3.0)))
+
+
+def state(n: int = COUNT):
     """Return a stand-in for a state with n poses, in the order of which the time passes."""
     order = np.arange(n, dtype=float)
-    poses = SimpleNamespace(order=order, columns={"time": order})
-    poses.column = lambda name: poses.columns[name]
-    poses.__len__ = lambda: n
+    poses = Poses.from_arrays(np.zeros((n, 3)), {"order": order, "time": order}, 3)
     return SimpleNamespace(residuals=SimpleNamespace(poses=poses))
 
 
@@ -35,15 +44,28 @@ def test_a_slip_before_the_last_tenth_is_late(first, is_late):
     assert _is_late(SensorSlip(float(first)), state()) == is_late
 
 
-@pytest.mark.parametrize(("unsure", "left_out"), [(True, 1), (False, 0)])
-def test_only_a_late_change_without_a_sure_name_is_not_corrected(unsure, left_out, monkeypatch):
-    """A doubtful slip that six of a hundred poses show is not applied to later poses; one with a sure name is."""
-    slip = SensorSlip(94.0)
+@pytest.mark.parametrize(
+    ("first", "dataset", "unsure", "left_out"),
+    [
+        (94, MOVING, True, 1),
+        (94, MOVING, False, 0),
+        (50, MOVING, True, 0),
+        (50, ON_PATH, True, 1),
+        (50, ON_PATH, False, 0),
+    ],
+    ids=["late", "late and sure", "in the middle", "on a path", "on a path and sure"],
+)
+def test_only_a_late_change_or_one_on_a_path_is_not_corrected_without_a_sure_name(
+    first, dataset, unsure, left_out, monkeypatch
+):
+    """A doubtful slip that six of a hundred poses show is not applied to later poses, nor one where the poses follow one path."""
+    slip = SensorSlip(float(first))
     wide = SimpleNamespace(errors=lambda kept: (1.0 if kept else 9.0,) * 3, std=lambda kept: 1.0)
     monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
     monkeypatch.setattr(focused_choice, "nuisances_beside", lambda *_: [])
+    monkeypatch.setattr(doubtful_effects, "_explain_much", lambda *_: True)
     after = state()
-    after.effects, after.dataset, after.settings, after.is_plausible = (slip,), MOVING, DEFAULTS, True
+    after.effects, after.dataset, after.settings, after.is_plausible = (slip,), dataset, DEFAULTS, True
     after.refitted = lambda _: SimpleNamespace(is_plausible=True)
     assert len(focused_choice.focused_choice(after, [slip.key] if unsure else []).left_out) == left_out
 
@@ -66,7 +88,7 @@ def test_an_error_of_a_joint_at_few_positions_is_corrected_only_with_a_sure_name
     after = state()
     after.effects, after.dataset, after.settings, after.is_plausible = (
         (scale,),
-        SimpleNamespace(q=q),
+        at(q),
         DEFAULTS,
         True,
     )
