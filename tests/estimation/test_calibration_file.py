@@ -77,6 +77,8 @@ DAMAGE = [
     (("summary", "misfit_p_value"), 2.0, "summary.misfit_p_value"),
     (("summary", "misfit_shift_m"), None, "summary.misfit_shift_m"),
     (("summary", "sigma_m"), [1e-4], "summary.sigma_m"),
+    (("summary", "setup"), "[2J", "summary.setup"),
+    (("summary", "setup"), [{"what": "zero"}], "summary.setup[0].sentence"),
 ]  # fmt: skip
 
 
