@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from scalar.data.moves import STILL
+
 # Chosen. At random poses the median ratio of the distances below is 0.5 to 0.9, and 1 to 2.8 on grids, in sockets of a plate, and on planes that are
 # scanned one after the other; on one path of real and of simulated arms it is 3.4 to 5.4.
 _TIMES_FARTHER = 3.0
@@ -11,7 +13,6 @@ _MOST_ASKED = 200  # poses whose neighbours are looked for
 _FEWEST = 20  # poses, below which a path is not known from others
 _LATER = 5  # a later time begins after this part of all poses: a fifth
 _SOON = 20  # the part of all poses that are of the same time: a twentieth
-_ONE_POSE = 2e-3  # chosen [rad or m]: joints that have moved by less stand at the same pose
 
 
 def follow_one_path(q: np.ndarray) -> bool:
@@ -22,11 +23,11 @@ def follow_one_path(q: np.ndarray) -> bool:
     Args:
         q: ``(N, n)`` [rad; m of a joint that slides], in the order of acquisition.
     """
-    moved = np.ptp(q, axis=0) > _ONE_POSE if len(q) else np.zeros(q.shape[1], dtype=bool)
+    moved = np.ptp(q, axis=0) > STILL if len(q) else np.zeros(q.shape[1], dtype=bool)
     q = q[:, moved]
     if not q.size:
         return False
-    q = q[np.r_[True, np.any(np.abs(np.diff(q, axis=0)) > _ONE_POSE, axis=1)]]
+    q = q[np.r_[True, np.any(np.abs(np.diff(q, axis=0)) > STILL, axis=1)]]
     count = len(q)
     if count < _FEWEST:
         return False
