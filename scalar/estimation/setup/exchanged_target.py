@@ -22,9 +22,8 @@ from scalar.units import MM
 
 LEAST_POSES = 10  # with each target: with fewer, another place of the target may explain gross errors
 LATER = ", from there on"  # ends the name of a target after the change
-FARTHEST = (
-    300 * MM
-)  # residual as described: a reflector that is put elsewhere on a flange is moved by less, and leaves less
+# Largest residual of the set-up as described: a reflector that is put elsewhere on a flange is moved by less, and leaves less.
+FARTHEST = 300 * MM
 IN_ITS_PLACE = 0.1  # of the distance between two targets: if each sits so near to where the other one sat, their names are exchanged
 
 

@@ -37,20 +37,17 @@ FALLS_TO = 0.2  # ratio of the residual after a fit to that of the set-up as des
 WORTH_FITTING = 0.6  # the same ratio before a fit; it is less strict, because both residuals contain the errors of the nominal arm
 MOST_LEFT = 3 * MM
 """Largest residual after a fit if the set-up is described correctly: effects on arms cause tenths of a millimetre."""
-NOMINAL_LEFT = (
-    30 * MM
-)  # the same before a fit, with the nominal arm, whose own errors are several millimetres
+# The same before a fit, with the nominal arm, whose own errors are several millimetres.
+NOMINAL_LEFT = 30 * MM
 AS_GOOD = 3.0  # two residuals count as equally good if neither exceeds the other by more than this factor
 LIKE = 1.2  # two first looks are alike if one residual exceeds the other by less than this factor
 NEAR = 30 * DEG  # to dataset.yaml: an initial guess of a plane or of the sensor may be wrong by as much
-CLEARLY_NEARER = (
-    20 * DEG
-)  # of two corrections that fit equally well, the one that is nearer to dataset.yaml by so much is taken
+# Of two corrections that fit equally well, the one that is nearer to dataset.yaml by so much is taken.
+CLEARLY_NEARER = 20 * DEG
 NEAR_SHIFT = 50 * MM  # the same for places, which are measured by hand
 CLEARLY_NEARER_SHIFT = 30 * MM  # the same for places
-TIMES_NEARER = (
-    2.0  # places may be guessed badly: to be taken, a correction has to be nearer by this factor as well
-)
+# Places may be guessed badly: to be taken, a correction has to be nearer by this factor as well.
+TIMES_NEARER = 2.0
 SINGLE = (
     alternatives,
     twist_signs,

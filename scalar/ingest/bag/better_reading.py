@@ -16,18 +16,14 @@ CLEARLY_BETTER = 20.0
 """By how much the cost of another reading has to be lower: its probability is then higher by a factor of 10^8. Chosen."""
 _AS_GOOD = 5.0  # two readings whose costs differ by less are not distinguished
 _CLOSE = 20 * MM  # a scan within this distance of a plane lies on it as far as a nominal arm can tell
-_ENOUGH = (
-    0.8  # share of the scans that have to lie on planes under another reading: a few were taken on the way
-)
-_STILL_LOST = (
-    1.0 / 3.0
-)  # of the scans that lie on no plane as described, the largest share that may lie on none under another reading either
-_FEW_LOST = 0.1  # share of the scans on no plane up to which these alone suggest nothing
-_FALLS_BY = 3.0  # or the median distance has to fall by this factor
-_TURNED, _NEARLY = (
-    45 * DEG,
-    30 * DEG,
-)  # or the scanner sits turned from its stated pose by more as described, and by less then
+# Share of the scans that have to lie on planes under another reading: a few scans were taken between the planes.
+_ENOUGH = 0.8
+# Of the scans that lie on no plane as described, the largest share that may lie on none under another reading either.
+_STILL_LOST = 1.0 / 3.0
+_FEW_LOST = 0.1  # share of the scans up to which scans on no plane alone suggest no other reading
+_FALLS_BY = 3.0  # factor by which the median distance falls under a reading that explains the scans
+# The scanner is turned from its stated pose by more than the first as described, and by less than the second under a reading that explains this.
+_TURNED, _NEARLY = 45 * DEG, 30 * DEG
 
 
 @dataclass(frozen=True)

@@ -18,12 +18,10 @@ USUAL_STEP = 250 * MM
 """Usual size of a mistake in the distance of a plane: that of a number that was measured to the wrong surface. Chosen."""
 _FARTHEST_GUESS = 1.0  # m; chosen: a guess that is farther off is none of this plane
 _FEWEST = 3  # scans that show a plane
-_LOST = (
-    30 * MM
-)  # distance from every other plane from which on a scan may be one of the plane that is looked for
-_TOGETHER = (
-    75 * MM
-)  # scans of one plane, with the tilt of its guess, have distances along its normal that differ by less
+# Distance from every other plane from which on a scan may lie on the plane that is looked for.
+_LOST = 30 * MM
+# Scans of one plane, with the tilt of its guess, have distances along its normal that differ by less.
+_TOGETHER = 75 * MM
 _BETTER_BY = 5.0  # by how much the cost has to fall
 
 
