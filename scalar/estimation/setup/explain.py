@@ -90,7 +90,7 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
         if count > 1 and any(
             look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in with_lengths_near_table(found)
         ):
-            break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then
+            break  # a pair is reported together with a single alternative that explains the data as well; three are not tried then
     if not with_lengths_near_table(found):
         found += _explaining(itertools.chain(many_signs(dataset), two_zeros(dataset)), as_it_is, before)
     if not with_lengths_near_table(found):
