@@ -271,7 +271,7 @@ def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
         "CandidateColumns": SimpleNamespace(of=lambda *_: None),
         "evidence_without_a_name": lambda *_: [[]],
         "leads_of_terms": lambda *_: [-np.inf],
-        "_beside_all": lambda *_: [],
+        "_scores_given_all": lambda *_: [],
         "held_out_errors": lambda _: None,
         "rivals": lambda *_: (own, [own, scored(near, 96.0), scored(far, 93.0)]),
         "rivals_of_strongest_part": lambda *_: [],

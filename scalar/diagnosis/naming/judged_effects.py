@@ -36,7 +36,7 @@ from scalar.diagnosis.structure.unmodelled_structure import evidence_without_a_n
 from scalar.effects import Effect
 
 _LIMITED_BY_STRUCTURE = (
-    "structure without a name, or an error of the instrument, explains the residual about as well"
+    "unmodelled structure, or an error of the instrument, explains the residual about as well"
 )
 _LIMITED_BY_SETS = "two or three other effects together explain about as much"
 NEAREST_RIVALS = 8  # number of rivals, those with the most evidence, with which an effect is compared again without each fold of the poses

@@ -17,7 +17,7 @@ from scalar.diagnosis.naming.rival_sets import CLEAR_ODDS
 from scalar.effects.effect import WEIGHT
 
 A_PART_OF_IT = (
-    "structure without a name was found as well, and this may be the part of it that follows the arm's weight"
+    "unmodelled structure was found as well, and this may be the part of it that follows the arm's weight"
 )
 
 

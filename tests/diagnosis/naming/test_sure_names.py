@@ -96,7 +96,7 @@ def test_what_gives_way_is_not_sure_beside_structure_without_a_name(
     ],
 )
 def test_several_orders_are_not_sure(effect, others, limited):
-    """Three orders chosen one by one are never sure; two are not beside structure without a name, or with the first beside what gives way."""
+    """Three orders chosen one by one are never sure; two are not beside unmodelled structure, or with the first beside what gives way."""
     answer, *rest = limited_by_several_orders([found(effect), *others], LEAST)
     expected = (NEARLY_SURE, several_orders.ANOTHER_FORM) if limited else (SURE, "")
     assert (answer.confidence, answer.limit, answer.doubtful) == (*expected, False)
