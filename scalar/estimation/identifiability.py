@@ -161,6 +161,12 @@ def _null_space(J: Array, tolerance: float) -> tuple[Array, Array, Array, Array]
 
 
 def _null_space_of_scaled(J: Array, tolerance: float) -> tuple[Array, Array, Array]:
+    """Return singular values over the largest ``(F,)``, the directions ``(F, r)`` of those below the tolerance, and the factor R of J.
+
+    Args:
+        J: ``(rows, F)``, columns of unit length.
+        tolerance: Relative singular value below which a direction is not observable.
+    """
     factor = np.asarray(np.linalg.qr(J, mode="r"))
     _, s, Vt = np.linalg.svd(factor, full_matrices=True)
     values = np.zeros(J.shape[1])

@@ -80,6 +80,7 @@ def coarsely_consistent(dataset: Dataset, usable: Array, settings: GrossErrorSet
 
 
 def _merged(planes: Planes, found: Planes) -> Planes:
+    """Return planes with the normals and distances of those planes that were found, by their names."""
     normals, distances = planes.normals.copy(), planes.distances.copy()
     for name, normal, distance in zip(found.names, found.normals, found.distances, strict=True):
         k = planes.names.index(name) if name in planes.names else None

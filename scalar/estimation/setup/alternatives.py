@@ -144,6 +144,7 @@ def with_zero_moved(robot: Robot, joint: int, angle: float) -> Robot:
 
 
 def _convention(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield the alternative in which the table of joints follows the other convention of Denavit and Hartenberg; none with a parameter beta."""
     robot = dataset.robot
     if robot.geometry[BETA].any():
         return
@@ -157,6 +158,7 @@ def _convention(dataset: Dataset) -> Iterator[Alternative]:
 
 
 def _zeros(dataset: Dataset, joint: int) -> Iterator[Alternative]:
+    """Yield the alternatives in which the zero of a joint, from 0, is elsewhere, in steps of ``ZERO_STEP``."""
     for k in range(1, round(2 * np.pi / ZERO_STEP)):
         angle = float(within_half_turn(k * ZERO_STEP))
         yield replace(
@@ -174,6 +176,7 @@ def _zeros(dataset: Dataset, joint: int) -> Iterator[Alternative]:
 
 
 def _planes_swapped(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield the alternatives in which the labels of two target planes are exchanged."""
     names = [plane.name for plane in dataset.planes]
     if "plane" not in dataset.poses.columns:
         return

@@ -16,7 +16,7 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import Alternative
 from scalar.estimation.setup.exchanged_names import with_names_exchanged
 from scalar.estimation.setup.first_pose_after import best_break
-from scalar.estimation.setup.trial import first_look, full_fit
+from scalar.estimation.setup.trial import full_fit, nominal_fit
 from scalar.sensors import Target, kind_of, measure, on_flange
 from scalar.units import MM
 
@@ -32,7 +32,7 @@ def exchanged_targets(dataset: Dataset) -> Iterator[Alternative]:
 
     The pose is the one that leaves the smallest residual.
     """
-    if on_flange(measure(dataset).initial_target(dataset)) is None or first_look(dataset).rms > FARTHEST:
+    if on_flange(measure(dataset).initial_target(dataset)) is None or nominal_fit(dataset).rms > FARTHEST:
         return
     k = best_break(dataset, _with_break, LEAST_POSES)
     if k is None:

@@ -42,7 +42,7 @@ class BetterReading:
 def better_reading(
     pieces: Pieces,
     names: Sequence[str],
-    told: Callable[[int, int], None] = lambda done, total: None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> BetterReading | None:
     """Return the other readings that explain the recording far better than the description; None if none does.
 
@@ -51,16 +51,16 @@ def better_reading(
     Args:
         pieces: The straight pieces of the recording.
         names: Names of the recorded joints in the assumed order.
-        told: Takes how many readings were tried, and how many there are.
+        progress: Called with the number of readings that were tried, and the number of all.
     """
     least_possible = -len(pieces.q) * np.log1p(np.exp(-0.5 * NO_PLANE**2))
     if pieces.placement.cost - least_possible < CLEARLY_BETTER:
         return None
     tried = other_readings(pieces, names)
     for done, reading in enumerate(tried):
-        told(done, len(tried))
+        progress(done, len(tried))
         _ = reading.cost
-    told(0, 0)
+    progress(0, 0)
     likely = _likely(tried, pieces) or _likely(list(readings_with_any_zero(pieces, names)), pieces)
     if not likely:
         return None
@@ -101,6 +101,7 @@ def _lost(pieces: Pieces) -> int:
 
 
 def _as_described(pieces: Pieces, reading: Reading) -> str:
+    """Return the clause on how badly the scans fit the description, compared with one of the other readings."""
     if _turned_less(reading.pieces.placement, pieces.placement) and _lost(pieces) <= _FEW_LOST * len(
         pieces.q
     ):
@@ -115,6 +116,7 @@ def _as_described(pieces: Pieces, reading: Reading) -> str:
 
 
 def _in_words(reading: Reading, described: Pieces, one_of: int) -> str:
+    """Return the sentence on a reading that explains the recording, one of so many."""
     labels = reading.pieces.labels
     figures = f"half of the scans then lie within {_in_mm(labels.typical)} mm of their planes"
     if described.labels.typical >= _FALLS_BY * labels.typical:
