@@ -13,9 +13,9 @@ from scalar.ingest.bag.straight_scans import Pieces
 from scalar.units import DEG, MM
 
 CLEARLY_BETTER = 20.0
-"""By how much the cost of another reading has to be lower: its probability is then higher by a factor of 10^8. Chosen."""
-_AS_GOOD = 5.0  # two readings whose costs differ by less are not distinguished
-_CLOSE = 20 * MM  # a scan within this distance of a plane lies on it as far as a nominal arm can tell
+"""By how much the cost of another reading has to be lower [nats]: its posterior probability is then higher by a factor of 5e8. Chosen."""
+_AS_GOOD = 5.0  # chosen, nats: two readings whose costs differ by less are not distinguished
+_CLOSE = 20 * MM  # chosen: a scan this near to a plane may lie on it, given the errors of a nominal arm
 # Share of the scans that have to lie on planes under another reading: a few scans were taken between the planes.
 _ENOUGH = 0.8
 # Of the scans that lie on no plane as described, the largest share that may lie on none under another reading either.

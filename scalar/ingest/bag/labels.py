@@ -10,7 +10,7 @@ from scalar.geometry.se3 import Array
 from scalar.units import MM
 
 FARTHEST = 150 * MM
-"""Largest distance of a scan from its plane, however badly the nominal arm fits."""
+"""Largest distance of a scan from its plane, however badly the nominal arm fits. Chosen."""
 # A scan that is nearer may lie on its plane, however well the others fit: the nominal arm errs more in some poses.
 _NEAREST = 30 * MM
 # Multiple of the median distance: a scan that is farther from every plane lies on another surface.
