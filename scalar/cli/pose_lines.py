@@ -21,12 +21,8 @@ MOST_SHOWN = 10
 """Most poses that are listed one by one."""
 _FEW_ROWS = 3  # chosen: so few poses may all be near zero
 _SMALL_TRAVEL = 10.0  # mm, chosen: if no travel in a program is larger, its numbers are probably metres
-_OF_THE_TABLE = (
-    "robot",
-    "joint_zero",
-    "joint_reading",
-    "length_unit",
-)  # what a calibration may doubt in the table of joints
+# What a calibration may doubt in the table of joints.
+_OF_THE_TABLE = "robot", "joint_zero", "joint_reading", "length_unit"
 _LARGE_TURN, _LARGE_TRAVEL = 1 * DEG, 10 * MM
 """Chosen: ten times what the errors of an arm usually take away from singularities."""
 _MOST_JOINTS = 3  # named in the line on measured ranges, those with the most poses outside first

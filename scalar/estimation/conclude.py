@@ -28,11 +28,11 @@ from scalar.estimation.result import Calibration
 from scalar.estimation.scanner_scale import SCANNER_SCALE_SHIFT, unchecked_scale
 from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.copies import reads_again
-from scalar.estimation.setup.few_in_session import undetermined_session
 from scalar.estimation.setup.lengths import LENGTH_UNIT
 from scalar.estimation.setup.plainer_reading import instead, plainer_reading
 from scalar.estimation.setup.plausibility import implausible
 from scalar.estimation.setup.suspicion import Suspicion, WrongSetup
+from scalar.estimation.setup.undetermined_session import undetermined_session
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import as_stated
 from scalar.sensors.pose_noise import ROTATION_NOISE
@@ -268,8 +268,8 @@ def _check_rank(dataset: Dataset, model: Model, decomposed: Decomposed, free: Ar
         return
     names = np.array(model.names)[free]
     largest = names[np.argsort(-np.abs(decomposed.weakest))[:4]]
-    if told := undetermined_session(dataset, largest.tolist()):
-        raise Undetermined([told])
+    if sentence := undetermined_session(dataset, largest.tolist()):
+        raise Undetermined([sentence])
     raise Undetermined(
         [
             f"the data do not distinguish {as_stated(', '.join(largest), model.nominal)}: measure more poses that "

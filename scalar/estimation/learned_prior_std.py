@@ -24,9 +24,8 @@ from scalar.geometry.se3 import Array
 _ROUNDS = 200
 _SETTLED = 1e-3  # change of the logarithm of a standard deviation below which it has converged
 _UNIT_INFORMATION = 1.0  # number of corrections that a weak prior counts as (Kass and Wasserman, J. American Statistical Association 90, 1995)
-_RIDGE = (
-    1e-14  # of unit columns: keeps the inverse finite where neither data nor priors determine a direction
-)
+# Added to the squares of columns of unit length: it keeps the inverse finite where neither data nor priors determine a direction.
+_RIDGE = 1e-14
 
 
 @cache

@@ -26,10 +26,8 @@ _ROUNDS = 12  # most rounds of fitting and setting aside; usually nothing change
 _CONCENTRATIONS = 4  # fits to the best-fitting poses; later ones change nothing
 _LEAST_RETURNS = 3  # poses at one place; with fewer, none could be left out
 _MOST_RETURN = 0.5  # share of the poses
-_LEAST_SHARE, _MOST_SHARE = (
-    1e-3,
-    0.95,
-)  # bounds of the share of poses that are off, from which the length of runs by chance is computed
+# Bounds of the share of poses that are off, from which the length of runs by chance is computed.
+_LEAST_SHARE, _MOST_SHARE = 1e-3, 0.95
 
 
 def pose_distances(measurement: Measurement, T_base_sensor: Array, planes: Planes, index: Array) -> Array:
@@ -82,6 +80,7 @@ def coarsely_consistent(dataset: Dataset, usable: Array, settings: GrossErrorSet
 
 
 def _merged(planes: Planes, found: Planes) -> Planes:
+    """Return planes with the normals and distances of those planes that were found, by their names."""
     normals, distances = planes.normals.copy(), planes.distances.copy()
     for name, normal, distance in zip(found.names, found.normals, found.distances, strict=True):
         k = planes.names.index(name) if name in planes.names else None

@@ -48,6 +48,13 @@ def joints_within(limits: Array, count: int, seed: int) -> Poses:
 
 @lru_cache(maxsize=_MOST_KEPT)
 def _kept_joints(limits: bytes, count: int, seed: int) -> Poses:
+    """Return random poses of joints within limits, which are kept for the next call; the arguments are hashable for that reason.
+
+    Args:
+        limits: The bytes of ``(n, 2)`` [rad; m where a joint slides].
+        count: Number of poses.
+        seed: Of the random numbers.
+    """
     low, high = np.frombuffer(limits).reshape(-1, 2).T
     q = low + (high - low) * np.random.default_rng(seed).random((count, len(low)))
     q.setflags(write=False)

@@ -55,6 +55,7 @@ class BoundPointEffect:
 
     @cached_property
     def _course(self) -> tuple[str, BoundPointEffect, Array] | None:
+        """Return the effect of which this one is shares (``course``): its key, the same bound to the poses, and the shares ``(N,)``; or None."""
         found = self.effect.course(self.poses)
         if found is None:
             return None

@@ -110,11 +110,11 @@ def repeated_in_words(dataset: Dataset, model: Model) -> str:
     return (
         f"Repeated poses scatter by {words.length(found.scatter)} (root mean square; the arm came back {found.returns} times, to {poses}). "
         "This is the least error of any model of the joint angles: it holds the arm's repeatability, the noise of the tracker, and what changed "
-        f"in between.{_beside_stated_noise(found)}"
+        f"in between.{_compared_with_stated_noise(found)}"
     )
 
 
-def _beside_stated_noise(found: RepeatedPoses) -> str:
+def _compared_with_stated_noise(found: RepeatedPoses) -> str:
     """Return a sentence if the stated noise contradicts the scatter of repeated poses, or explains only a part of it; else nothing."""
     if found.by_stated_noise is None:
         return ""

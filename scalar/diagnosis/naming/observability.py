@@ -39,14 +39,14 @@ class Unobservable:
         prediction_error: [m], root mean square over random poses within the joint limits if the effect is present in its natural size; the largest
             if it has several coefficients.
         consequence: The same in words.
-        beside: Whether it looks like an effect that was found, and may be there besides it.
+        may_accompany: Whether it looks like an effect that was found, and may be present together with it.
     """
 
     effect: Effect
     observability: float
     prediction_error: float
     consequence: str
-    beside: bool = False
+    may_accompany: bool = False
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the entry of ``diagnosis.json``.
@@ -143,7 +143,7 @@ def _unseen_like_the_found(
         share = float(np.linalg.norm(_unexplained(background, rows)) / np.linalg.norm(rows))
         (error,) = prediction_errors(state, candidate, part * rows[:, None], part * coefficients[:, None])
         words = consequence_if_unseen(place, max(sizes), float(error))
-        result.append(Unobservable(candidate, share, float(error), words, beside=True))
+        result.append(Unobservable(candidate, share, float(error), words, may_accompany=True))
     return result
 
 

@@ -18,9 +18,8 @@ from scalar.diagnosis.scoring.merging import merged
 from scalar.diagnosis.scoring.ranking import Scored
 from scalar.diagnosis.scoring.score_test import fall
 
-MOST_ERROR = (
-    0.02  # chosen: of the gain; a rival whose score is smaller by a larger share is no nearer after a fit
-)
+# Chosen, a share of the gain: a rival whose linear score is smaller by a larger share is no nearer after a fit.
+MOST_ERROR = 0.02
 FITTED = 2  # chosen: number of rivals that are fitted, those with the most evidence
 
 
