@@ -65,7 +65,7 @@ def _lines_on_effects(diagnosis: Diagnosis, entries: list[dict[str, Any]]) -> It
     """Yield the findings: their names with sizes and confidences, and what they are confounded with.
 
     Args:
-        diagnosis: Whose findings are told.
+        diagnosis: Whose findings are stated.
         entries: Of ``effects`` in diagnosis.json. Those of the findings with a name come first, in their order.
     """
     # The findings without a name share one entry.

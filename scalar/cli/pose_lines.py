@@ -54,14 +54,14 @@ def lines_on_limits(
         shown, limits = convention.to_controller(q), convention.limits_at(q, robot.limits)
     lines = []
     for i in there:
-        told = []
+        clauses = []
         for joint in np.flatnonzero(beyond[i]):
             unit, size = unit_of_joint(joint in robot.prismatic)
             low, high = limits[i, joint] / size
-            told.append(
+            clauses.append(
                 f"joint {joint + 1} at {shown[i, joint] / size:.3f} {unit} is beyond its limits {low:.1f} to {high:.1f} {unit}"
             )
-        lines.append(f"  pose {ids[i]}: {'; '.join(told)}")
+        lines.append(f"  pose {ids[i]}: {'; '.join(clauses)}")
     return first_lines(lines)
 
 

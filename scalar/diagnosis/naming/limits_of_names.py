@@ -1,4 +1,4 @@
-"""The rules that limit the confidence in a name where something explains as much that neither the trials nor the score contain."""
+"""The rules that limit the confidence in a name where an explanation that neither the trials nor the scores contain explains as much."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Lower the confidence in a harmonic of several orders where something else may have added one of them.
+"""Lower the confidence in a harmonic of several orders, some of which another error may have caused.
 
 A gear may err with several periods a turn. So does a belt over a part of a turn, or a worn tooth, which needs many orders; and where the arm gives
 way under its weight, an order 1 may stand for what the fitted masses leave. In nine simulated exams, in which no gear erred in more than one order,
-fifteen harmonics of several orders had a confidence of 0.8 or more: nine were other errors, and six were true harmonics with orders too many.
+fifteen harmonics of several orders had a confidence of 0.8 or more: nine were other errors, and six were true harmonics with additional orders.
 """
 
 from __future__ import annotations
