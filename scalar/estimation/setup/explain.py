@@ -76,7 +76,8 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
     explains the data with sensor and planes near their stated places. A zero between the steps, and a sign and a zero of one joint, are tried before
     the pairs, where no single alternative explains the data; more signs, two zeros, the other arms of the library, and errors from a pose on, last.
-    If the data do not distinguish several alternatives, all are returned. If measurements have nothing to do with the angles, no more is tried.
+    If the data do not distinguish several alternatives, all are returned. If measurements have nothing to do with the angles, only a move of tracker
+    or base is tried, for places before and after it are in different frames.
     """
     as_it_is = first_look(dataset)
     before = _residual(full_fit(dataset), as_it_is)
@@ -87,7 +88,9 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
         found += _explaining(tried, as_it_is, before)
         if count == 1 and not found:
             if unrelated(dataset):
-                return (Suspicion("unrelated_rows", "poses.csv", unrelated_in_words(dataset), before),)
+                moved = _explaining_fully(dataset, moved_targets(dataset), before)
+                nothing = Suspicion("unrelated_rows", "poses.csv", unrelated_in_words(dataset), before)
+                return _likely(moved, before) or (nothing,)
             zeros = itertools.chain(fitted_zeros(dataset), signs_and_zeros(dataset))
             found += _explaining(zeros, as_it_is, before)
         if count > 1 and any(
@@ -101,9 +104,18 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
         found += [entry for entry in fitting if stays_that_arm(entry[1], entry[2].model.robot)]
     for alternatives_of in LAST:
         found = found or _explaining_fully(dataset, alternatives_of(dataset), before)
+    return _likely(with_lengths_near_table(found) or found, before)
+
+
+def _likely(found: list[tuple[Look, Alternative, Trial]], before: float | None) -> tuple[Suspicion, ...]:
+    """Return the suspicions for those that explain the data about as well as the best, with sensor and planes about as near to their stated places.
+
+    Args:
+        found: The alternatives that explain the data; there may be none.
+        before: Residual of the set-up as described [m], or None if it could not be fitted.
+    """
     if not found:
         return ()
-    found = with_lengths_near_table(found) or found
     lowest = min(trial.rms for _, _, trial in found)
     turn = min(look.turn for look, _, _ in found)
     shift = min(look.shift for look, _, _ in found)
