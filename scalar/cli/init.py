@@ -157,8 +157,12 @@ def _described(
         mapping = robot_of_chain(document.name, chain)[0].to_mapping()
         for joint, named in zip(mapping["joints"], chain.moving, strict=True):
             joint["name"] = named.name  # by which `scalar import-bag` finds it among the recorded joints
-        lines = [f"From {urdf.name}" + (f", {base} to {tip}." if base and tip else ".")]
+        lines = [f"From {urdf.name}, {chain.base} to {chain.tip}."]
         remarks: list[str] = []
+        if tip is None:
+            remarks.append(
+                f"The sensor is described from link {chain.tip!r}, the only last one: if that is not the flange, name the flange by --tip."
+            )
         if without := [joint.name for joint in chain.moving if not joint.states_limits]:
             remarks.append(
                 f"No limits stated: {listed(without)}. Those in dataset.yaml are assumed: correct them, since plans stay within them."

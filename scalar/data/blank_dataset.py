@@ -122,6 +122,11 @@ def _robot_block(robot: Mapping[str, Any], about_robot: Sequence[str]) -> list[s
     for key in ("base", "flange", "gravity", "tolerance"):
         if key in robot:
             lines.append(f"  {key}: {_flow(robot[key])}")
+    if "gravity" not in robot:
+        lines.append(
+            "  # gravity: [0.0, 0.0, 9.81]  # [m/s^2] in the base frame, where the arm hangs from a ceiling or stands on a wall; it is "
+            "[0, 0, -9.81] if not stated"
+        )
     if "tolerance" not in robot:
         lines.append(
             "  # tolerance: {length: 3.0e-4, angle: 3.0e-4}  # of the maker's geometry, if stated: one standard deviation [m, rad]"

@@ -56,13 +56,17 @@ class Content:
     references: Table | None = None
 
 
+RESULTS = ("calibration.json", "diagnosis.json", "after.json")
+"""Files by which a folder is known to be the output of a calibration or a diagnosis."""
+
+
 def examine_folder(path: Path, faults: list[Fault]) -> Content | None:
     """Return the content of a dataset folder, or None if `faults` is not empty afterwards; every fault found is added to it."""
     names = _list_folder(path, faults)
     if names is None:
         return None
-    if DESCRIPTION not in names and (inside := _inside(path, names)):
-        faults.append(inside)
+    if DESCRIPTION not in names and (elsewhere := _elsewhere(path, names)):
+        faults.append(elsewhere)
         return None
     description = Description(None, {})
     if DESCRIPTION in names:
@@ -149,9 +153,13 @@ def _list_folder(path: Path, faults: list[Fault]) -> list[str] | None:
     return names
 
 
-def _inside(path: Path, names: list[str]) -> Fault | None:
-    """Return the fault that names the one folder inside this one that holds a dataset; None if there is none, or several."""
+def _elsewhere(path: Path, names: list[str]) -> Fault | None:
+    """Return the fault of a folder that holds results, or of one in which one folder holds a dataset; None if it is neither."""
     inside = [name for name in names if (path / name / DESCRIPTION).is_file()]
+    results = [name for name in RESULTS if name in names]
+    if results and not inside and POSES not in names:
+        message = f"this folder holds results ({', '.join(results)}); give the folder with what was measured, which holds {DESCRIPTION} and {POSES}"
+        return Fault(str(path), message)
     if len(inside) != 1:
         return None
     message = f"the file is missing here, and is in a folder inside; give {str(path / inside[0])!r}"

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import partial
+from typing import ClassVar
 
 import numpy as np
 
@@ -21,11 +22,14 @@ HEADER_AGAIN = (
     "the names of the columns stand here again, as where two tables were joined; remove this row, and see whether the numbers of poses after it "
     "begin anew"
 )
+DIRECTIONS = (
+    "write 1 or -1: 1 where the joint arrived with a growing position, and -1 where with a falling one"
+)
 MAX_SHOWN = 100
 """Most faults of one kind in one column that are listed; one more line counts the rest."""
 _ROWS_SHOWN = 3  # rows that are listed of a label that is wrong in several
 # More rows than so many are reported in one line if they have the same fault, or if they are all rows of the table.
-_MANY_ROWS = 10
+MANY_ROWS = 10
 _IDS_SHOWN = 3  # poses that are reported one by one; more poses than these are reported in one line
 MAX_COLUMNS = 2000
 """Most columns of a table that is read; the log of a robot has hundreds."""
@@ -83,6 +87,8 @@ class Table:
     columns: dict[str, np.ndarray]
     line_numbers: Callable[[], np.ndarray]
     whole: bool = True
+    translated: ClassVar[str] = ""
+    """What a message about a name adds, where names of another table can be translated."""
     bad: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
@@ -105,7 +111,7 @@ class Table:
         bad[rows] = True
         lines = self.line_numbers()
         texts = [message(int(i)) for i in rows[:MAX_SHOWN]]
-        if rows.size > _MANY_ROWS and (rows.size == self.n_rows or len(set(texts)) == 1):
+        if rows.size > MANY_ROWS and (rows.size == self.n_rows or len(set(texts)) == 1):
             some = ", ".join(str(line) for line in lines[rows[:_ROWS_SHOWN]])
             which = "all" if rows.size == self.n_rows else f"{some}, ..."
             text = f"{texts[0]} ({rows.size} rows with this fault: {which})"

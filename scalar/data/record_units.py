@@ -1,6 +1,6 @@
 """Records of poses.csv that are probably in another unit.
 
-Loads in newtons or grams, temperatures in degrees Fahrenheit or kelvin, times in milliseconds.
+Loads in newtons or grams, temperatures in degrees Fahrenheit or kelvin, times in milliseconds or in days.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ OVERLOAD = 2.0  # of the rated payload; chosen: arms are rarely loaded with more
 IN_GRAMS = 30.0  # of the rated payload: from here on, newtons would be three times the rated payload, and grams are likelier
 HOT = 60.0  # degrees Celsius; chosen: a hall is cooler, and so is the housing of a joint; in degrees Fahrenheit it is 16 degrees Celsius
 KELVIN = 200.0  # likewise: no arm works at it, and in kelvin it is -73 degrees Celsius
+FAST = 0.01  # s; chosen: no arm is measured at a hundred poses a second, and in days, as spreadsheets count, 0.01 is a quarter of an hour
 SLOW = 1200.0  # s; chosen: the usual time from one pose to the next is seconds or minutes, and in milliseconds thousands
 
 
@@ -38,9 +39,15 @@ def units_suspected(columns: Mapping[str, np.ndarray], rated: float | None = Non
             "stated for each kelvin"
         )
     times = _numbers(columns, "time")
-    if len(times) > 1 and (step := float(np.median(np.abs(np.diff(np.sort(times)))))) > SLOW:
+    step = float(np.median(np.diff(np.sort(times)))) if len(times) > 1 else 0.0
+    if step > SLOW:
         found.append(
             f"time has {step / 60:.0f} minutes between poses in the median; are these milliseconds? write seconds"
+        )
+    elif 0.0 < step < FAST:
+        found.append(
+            f"time has {step:.2g} s between poses in the median; are these days, as a spreadsheet counts them, or hours? write "
+            "seconds"
         )
     return found
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from scalar.data.description import DESCRIPTION, MIN_PLANES, Description
 from scalar.data.formats import COMMANDED, DATASET_FORMAT, PAYLOAD, TORQUE
-from scalar.data.located_table import Layout, Table, did_you_mean, shorten
+from scalar.data.located_table import DIRECTIONS, Layout, Table, did_you_mean, shorten
 from scalar.data.pose_numbers import report_shifted
 from scalar.data.sensor_formats import MeasuredTable, sensor_formats
 from scalar.data.unique_numbers import check_unique
@@ -75,7 +75,7 @@ def check_poses(
             faults,
             name,
             wrong,
-            lambda i, v=values: f"neither -1 nor 1 ({v[i]:g}); write the sign of the arrival",
+            lambda i, v=values: f"neither -1 nor 1 ({v[i]:g}); {DIRECTIONS}",
         )
     version_2 = description.is_version_2
     stems = ("approach", COMMANDED, TORQUE) if version_2 else ("approach",)
@@ -171,7 +171,7 @@ def _check_plane_names(poses: Table, description: Description, faults: list[Faul
 
     def message(i: int) -> str:
         hint = did_you_mean(str(found[i]), names)
-        return f"unknown plane {shorten(found[i])}; {hint}{DESCRIPTION} names {', '.join(names)}"
+        return f"unknown plane {shorten(found[i])}; {hint}{DESCRIPTION} names {', '.join(names)}{poses.translated}"
 
     poses.report_labels(faults, "plane", unknown, message)
     present = set(found)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scalar.data.located_table import Table
+from scalar.data.located_table import MANY_ROWS, Table
 from scalar.errors import Fault
 
 
@@ -29,9 +29,14 @@ def check_unique(table: Table, column: str, faults: list[Fault], advice: str = "
     elsewhere = _in_other_files(table, np.flatnonzero(repeated), first)
     repeated[[i for rows in elsewhere.values() for i in rows[1:]]] = False
 
+    at = int(np.argmax(repeated))
+    in_all = f"{column} {values[at]:.15g} stands already in row {lines[first[at]]}, and so do the numbers of more rows in rows before them"
+
     def message(i: int) -> str:
         row = lines[first[i]]
         if table.file_of(i) == (other := table.file_of(int(first[i]))):
+            if np.count_nonzero(repeated) > MANY_ROWS and not elsewhere:
+                return f"{in_all}; give each row a number of its own, here and in every table that belongs to it{advice}"
             return f"{column} {values[i]:.15g} stands already in row {row}; correct or remove one{advice}"
         what = f"{column} {values[i]:.15g} stands already in {other}, row {row}"
         if more := len(elsewhere[table.file_of(i), other]) - 1:

@@ -21,6 +21,7 @@ BASE_NOT_SHOWN = (
 """The reason of parameters of joint 1 that are fixed because the place of the base is not measured."""
 
 _WORTH_NAMING = 0.02  # of the largest component: below it a parameter is not named in a direction
+_LEAST = 1e-4  # likewise where no other parameter is worth naming: below it nothing takes up a change [m/rad, or a ratio]
 _SHORTEST_LENGTH = 0.01  # m: shorter lengths do not show whether a direction stretches them in proportion
 _SAME_RATIO = 0.05  # of the largest: ratios that differ by less are taken as equal
 
@@ -66,6 +67,8 @@ def explain(
     weight = np.abs(direction)
     order = np.argsort(-weight, kind="stable")
     others = [i for i in order[weight[order] > _WORTH_NAMING * weight.max()].tolist() if i != index]
+    if not others:  # lengths are small numbers beside an angle: a tip 12 mm off an axis takes up its zero by 0.012 m for each radian
+        others = [i for i in order[weight[order] > _LEAST * weight.max()].tolist() if i != index]
     moves_with = tuple(names[i] for i in others)
     name = names[index]
     joint = int(name.rsplit("_", 1)[1]) if name.rsplit("_", 1)[-1].isdigit() else 0

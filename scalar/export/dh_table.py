@@ -130,9 +130,10 @@ def beyond_standard_dh(robot: Robot) -> str:
         return ""
     q = random_joints(robot)
     distance = np.linalg.norm((robot.flange(q) - without_beta(robot).flange(q))[:, :3, 3], axis=1)
-    rows = ", ".join(str(i + 1) for i in np.flatnonzero(betas))
+    *others, last = (str(i + 1) for i in np.flatnonzero(betas))
+    rows = f"rows {', '.join(others)} and {last}" if others else f"row {last}"
     return (
-        f"Standard DH alone has no beta: a controller that cannot take it in row {rows} puts the flange "
+        f"Standard DH alone has no beta: a controller that cannot take it in {rows} puts the flange "
         f"{np.sqrt(np.mean(distance**2)) / MM:.4f} mm RMS (at most {distance.max() / MM:.4f} mm) off at {len(q)} random poses."
     )
 

@@ -29,6 +29,7 @@ _OTHER_LIMITS = {
 }
 _QUARTERS = 4  # a twist is a turn at most
 _ROUNDED = 6e-3  # of a number such as 1.57 or 3.14 in the column
+_SHOWN = 8  # joints that a message lists
 _TYPE, _JOINT = "type", "joint"
 _TYPES = ("revolute", "prismatic")
 
@@ -70,7 +71,11 @@ def robot_from_dh_table(path: Path, convention: str, name: str) -> dict[str, Any
     if table is None or faults:
         raise InvalidInput(faults)
     if not _in_order([str(name) for name in table.columns.get(_JOINT, ())]):
-        message = "the rows are not joints 1, 2, ... in this order; write them base to flange, or leave the column out"
+        names = ", ".join(str(name) for name in table.columns[_JOINT][:_SHOWN])
+        message = (
+            f"the rows are not joints 1, 2, ... in this order, but {names}; write them base to flange; where the maker leaves out a number (as in "
+            "J1, J2, J3, J5, J6 of some arms with five axes), leave the column out"
+        )
         faults.append(Fault(path.name, message, None, _JOINT))
     types = _types(path, table, faults)
     values = {

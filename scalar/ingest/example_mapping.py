@@ -51,6 +51,7 @@ def example_mapping(folder: Path) -> str:
         "    pose: {column: pose}",
         *_plane(description),
         *_joints(description),
+        "    # time: {column: time}  # likewise session (another value from where anything was set up anew), temperature, approach1 and so on",
     ]
     if table is not None:
         lines += [
@@ -64,6 +65,10 @@ def example_mapping(folder: Path) -> str:
         lines += [
             f"    {name}: {{column: {name}, unit: {_IN_TABLES[unit]}}}" for name, unit in table.units.items()
         ]
+    if table is not None and "rx" in table.optional:
+        lines.append(
+            "    # whole poses: qw: {column: qw}, likewise qx, qy, qz; or Euler angles e1, e2, e3, with euler_axes (docs/mapping.md)"
+        )
     lines.append(f"dataset: {json.dumps(f'{folder.name}/{DESCRIPTION}', ensure_ascii=False)}")
     return "\n".join(lines)
 

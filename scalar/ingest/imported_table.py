@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,6 +24,9 @@ class ImportedTable(Table):
         midnight: the midnight after which its times count, in seconds of the Unix epoch; None if they have no dates.
     """
 
+    translated: ClassVar[str] = (
+        "; or translate it by names of this column in the mapping: names: {'1': floor}"
+    )
     files: Array = field(default_factory=lambda: np.empty(0, dtype=object))
     labels: dict[str, str] = field(default_factory=dict)
     midnight: float | None = None

@@ -77,10 +77,14 @@ def _environment() -> Environment:
     """Return what loads and compiles the templates; it keeps those that are compiled."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    return Environment(
+    from scalar.report.lead_in import lead_in
+
+    environment = Environment(
         loader=PackageLoader("scalar.report"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.globals["lead_in"] = lead_in
+    return environment

@@ -112,6 +112,19 @@ def test_a_robot_from_a_urdf(tmp_path):
     assert [joint["name"] for joint in joints] == [f"joint{i}" for i in range(1, 7)]
 
 
+def test_a_robot_from_a_urdf_says_between_which_links(tmp_path):
+    """Without --base and --tip the links are chosen, and the flange may be another one than the last."""
+    links = "".join(f'<link name="{name}"/>' for name in ("world", "arm", "gripper"))
+    turning = '<joint name="j" type="continuous"><parent link="world"/><child link="arm"/><axis xyz="0 0 1"/></joint>'
+    fixed = '<joint name="g" type="fixed"><parent link="arm"/><child link="gripper"/></joint>'
+    path = tmp_path / "r.urdf"
+    path.write_text(f'<robot name="r">{links}{turning}{fixed}</robot>')
+    result = run("init", tmp_path / "cell", "--urdf", path, "--sensor", "tracker")
+    assert "From r.urdf, world to gripper." in result.output and "name the flange by --tip" in result.output
+    result = run("init", tmp_path / "other", "--urdf", path, "--tip", "arm", "--sensor", "tracker")
+    assert "From r.urdf, world to arm." in result.output and "--tip" not in result.output
+
+
 def test_limits_that_a_urdf_does_not_state_are_called_assumed(tmp_path):
     """The terminal and dataset.yaml name the joints without limits, and those alone; with limits in all joints nothing is said."""
     joint = '<joint name="{0}" type="{1}"><parent link="l{2}"/><child link="l{3}"/><axis xyz="0 {4} 1"/>{5}</joint><link name="l{3}"/>'
@@ -194,6 +207,10 @@ def test_a_robot_from_a_table(units, factor, names, tmp_path):
         ),
         ("joint,a_mm,alpha_deg,d_mm,theta_deg\n2,0,0,0,0\n1,0,0,0,0\n", "base to flange"),
         ("joint,a_mm,alpha_deg,d_mm,theta_deg\nJ2,0,0,0,0\nJ1,0,0,0,0\n", "base to flange"),
+        (
+            "joint,a_mm,alpha_deg,d_mm,theta_deg\nJ1,0,0,9,0\nJ3,0,0,9,0\n",
+            "but J1, J3; write them base to flange",
+        ),
         ("joint,a_mm,alpha_deg,d_mm,theta_deg\n2.0,0,0,0,0\n1.0,0,0,0,0\n", "base to flange"),
         ("joint,a_mm,alpha_deg,d_mm,theta_deg\n1,0,0,0,0\n,0,0,0,0\n", "an empty cell"),
         ("a_mm,alpha_deg,d_mm,theta_deg,Min_deg,max_deg\n400,90,300,0,-90,90\n", "did you mean 'lower_deg'?"),

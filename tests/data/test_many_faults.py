@@ -33,3 +33,14 @@ def test_a_thousand_faults_of_one_kind_are_counted_not_listed(tmp_path: Path) ->
             f"{count} more rows" in faults[-1].message
             or f"{count} rows with this fault" in faults[-1].message
         )
+
+
+def test_poses_that_are_counted_anew_are_one_fault(tmp_path: Path) -> None:
+    """If a table was joined of two whose numbers begin alike, one line says so; a few numbers that stand twice are named one by one."""
+    write_dataset(tmp_path / "d", mapping=description(), **tables())
+    poses = (tmp_path / "d" / "poses.csv").read_text(encoding="utf-8").splitlines()
+    for again, lines in ((2 * poses[1:], 1), (poses[1:3], 2)):
+        (tmp_path / "d" / "poses.csv").write_text("\n".join([*poses, *again]) + "\n", encoding="utf-8")
+        faults = [fault for fault in validate_dataset(tmp_path / "d") if fault.file == "poses.csv"]
+        assert len(faults) == lines and faults[0].row == len(poses) + 1
+        assert "stands already in row 2" in faults[0].message

@@ -15,6 +15,7 @@ MINUTES = 60.0 * np.arange(20)
         ("temperature", np.array([68.0, 86.0]), "Fahrenheit"),
         ("temperature", np.array([293.0, 301.0]), "kelvin"),
         ("time", 1000.0 * MINUTES, "milliseconds"),
+        ("time", 46146.375 + MINUTES / 86400.0, "days"),
     ],
 )
 def test_a_record_in_another_unit_is_asked_about(column, values, word):

@@ -181,3 +181,22 @@ def test_another_separator_is_named(sign, called, tmp_path):
         read_dataset(folder)
     said = [fault.message for fault in refused.value.faults if fault.file == "poses.csv"]
     assert len(said) == 1 and f"separated by {called}; separate them by commas" in said[0]
+
+
+def test_a_row_without_any_content_is_a_blank_line(tmp_path):
+    """Spreadsheets save rows that were emptied as separators alone."""
+    write_dataset(tmp_path / "d", mapping=description(), **tables())
+    before = read_dataset(tmp_path / "d")
+    edit_lines(
+        tmp_path / "d",
+        "poses.csv",
+        lambda lines: [*lines[:3], "," * lines[0].count(","), *lines[3:], " ," * lines[0].count(",")],
+    )
+    assert read_dataset(tmp_path / "d").poses.equals(before.poses)
+
+
+def test_a_folder_of_results_is_called_so(tmp_path):
+    """The output of a diagnosis is no dataset, and the message says what the folder is."""
+    (tmp_path / "after.json").write_text("{}", encoding="utf-8")
+    (fault,) = validate_dataset(tmp_path)
+    assert "this folder holds results (after.json)" in fault.message

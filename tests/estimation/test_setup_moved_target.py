@@ -12,6 +12,7 @@ import pytest
 from scalar.data.dataset import Dataset
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.suspicion import WrongSetup
+from scalar.estimation.setup.unrelated_rows import unrelated
 from scalar.geometry.se3 import exp_so3
 from scalar.units import MM
 from tests.random_scene import make_scene
@@ -52,6 +53,16 @@ def test_a_tracker_that_moved_is_named_with_the_pose(scene, k, shift):
     assert named_pose(moved) == moved.pose_ids[k]
     session = np.where(np.arange(moved.n_poses) < k, 1, 2)
     assert calibrate(replace(moved, poses=moved.poses.assign(session=session))).residual_rms < 0.5 * MM
+
+
+def test_a_tracker_that_went_to_the_other_side_is_named_with_the_pose():
+    """It then measures in so different a frame that the angles explain no more of the places than in random order; the move is named all the same."""
+    dataset = make_scene("panda", "tracker", poses_per_plane=30, noise=1e-4, seed=4).dataset
+    points = dataset.points.copy()
+    points[50:] = points[50:] @ exp_so3([0.1, 0.2, 2.5]).T + [2.0, -3.0, 0.5]
+    moved = replace(dataset, points=points)
+    assert unrelated(moved)
+    assert named_pose(moved) == moved.pose_ids[50]
 
 
 @pytest.mark.slow

@@ -151,3 +151,13 @@ def test_quaternions_whose_columns_were_exchanged_are_named(tracked, shift, word
     swapped = Rotation.from_quat(np.roll(rotations(tracked).as_quat(), shift, axis=1)).as_rotvec()
     with pytest.raises(InvalidInput, match=f"quaternions whose columns are {words}"):
         calibrate(with_columns(tracked, swapped))
+
+
+def test_whole_poses_that_are_inverse_are_named(tracked):
+    """Poses of the tracker in the target's frame are inverse in their places as well, and to change the signs of the orientations is not enough."""
+    R = rotations(tracked).inv()
+    inverse = replace(with_columns(tracked, R.as_rotvec()), points=-R.apply(tracked.points))
+    with pytest.raises(
+        InvalidInput, match="x,y,z,rx,ry,rz: these are the poses of the tracker in the frame of the target"
+    ):
+        calibrate(inverse)

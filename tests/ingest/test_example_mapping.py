@@ -83,3 +83,21 @@ def test_the_readme_names_the_mapping_and_says_where_a_scanner_measures_to(senso
     assert run("init", tmp_path / "cell", "--robot", "ur5e", "--sensor", sensor).exit_code == 0
     readme = (tmp_path / "cell" / "README.txt").read_text()
     assert ("z points from the scanner" in readme) == said and "import --example" in readme
+
+
+def test_a_plane_that_is_called_otherwise_is_refused_with_how_a_mapping_translates_it(tmp_path):
+    """A table of the robot often numbers the planes; in a dataset itself nothing is said of mappings."""
+    made = make_scene("vs060", "probe", seed=3, poses_per_plane=5).dataset
+    made.write(tmp_path / "cell")
+    mapping = printed(tmp_path / "cell").replace("  files: [{name: robot.csv}]\n", "")
+    (tmp_path / "mapping.yaml").write_text(mapping, encoding="utf-8")
+    table = pd.read_csv(tmp_path / "cell" / "poses.csv").rename(
+        columns={f"q{i}": f"J{i}" for i in range(1, 7)}
+    )
+    table.assign(plane="Surface 1").to_csv(tmp_path / "robot.csv", index=False)
+    result = run("import", tmp_path / "mapping.yaml", tmp_path / "robot.csv", "-o", tmp_path / "out")
+    assert result.exit_code == 2 and "names of this column in the mapping: names:" in result.output
+    table = pd.read_csv(tmp_path / "cell" / "poses.csv").assign(plane="Surface 1")
+    table.to_csv(tmp_path / "cell" / "poses.csv", index=False)
+    result = run("validate", tmp_path / "cell")
+    assert result.exit_code == 2 and "unknown plane" in result.output and "mapping" not in result.output

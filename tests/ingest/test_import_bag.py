@@ -9,8 +9,11 @@ from click.testing import CliRunner
 from scalar.cli import cli
 from scalar.data.dataset import Dataset, read_dataset
 from scalar.data.io.plain_yaml import dump_yaml, load_yaml
+from scalar.errors import InvalidInput
 from scalar.geometry.se3 import log_so3, transform_from_rotation_vector
+from scalar.ingest.bag.messages import read_bag
 from scalar.ingest.bag.stops import find_stops
+from scalar.ingest.bag.to_dataset import BagSettings, load_workcell, write_recorded_dataset
 from tests.ingest.bags import JOINTS, SCANS, write_bag
 
 pytest.importorskip("pybullet")
@@ -159,6 +162,16 @@ def test_damaged_and_missing_recordings_are_refused(workcell, bag, tmp_path):
     assert run("import-bag", workcell, tmp_path / "empty", "-o", tmp_path / "d")[0] == 2
     assert "no such file" in run("import-bag", workcell, tmp_path / "x.bag", "-o", tmp_path / "d")[1]
     assert not (tmp_path / "d").exists()
+
+
+def test_scans_in_millimetres_are_refused(bag, workcell, tmp_path):
+    """Messages of ROS have metres; nothing is searched for in scans that are a thousand times as large."""
+    recording = read_bag(bag)
+    large = replace(recording, scans=[1000.0 * points for points in recording.scans])
+    with pytest.raises(InvalidInput, match="in millimetres"):
+        write_recorded_dataset(
+            large, load_workcell(workcell), BagSettings((), 5e-4, 0.2, 0.3), tmp_path / "dataset"
+        )
 
 
 def test_a_recording_of_an_arm_that_never_stops_is_refused(campaign, workcell, tmp_path):

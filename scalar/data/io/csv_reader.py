@@ -21,6 +21,7 @@ from scalar.data.io.grouped_digits import remedy_of_groups
 from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
 from scalar.data.io.semicolons import with_commas
 from scalar.data.located_table import (
+    DIRECTIONS,
     HEADER_AGAIN,
     MAX_SHOWN,
     Layout,
@@ -227,6 +228,8 @@ def _read_rows(
         cells = split(line)
         if cells is None:
             wrong.append((number, "a quote is not closed; close or remove it"))
+        elif not any(cells):
+            continue  # a blank line too, as spreadsheets save it
         elif cells == names:
             wrong.append((number, HEADER_AGAIN))
         elif len(cells) != width:
@@ -280,8 +283,8 @@ def _check_numeric_cells(
         hint = remedy_of_groups(cells[i]) or hint
         if cells[i][0] in "\u2012\u2013\u2014\u2212":
             hint = f"its minus is another character (a dash): write - of the keyboard{', and a decimal point' if ',' in cells[i] else ''}"
-        if cells[i] in ("+", "-") and name.startswith("approach"):
-            hint = "write 1 or -1"
+        if name.startswith("approach"):
+            hint = DIRECTIONS
         if ":" in cells[i] and name == "time":
             hint = "write seconds from any moment on, or read the table with `scalar import`, which takes times of day"
         return f"not a number ({shorten(cells[i])}); {hint}"

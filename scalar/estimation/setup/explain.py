@@ -71,7 +71,8 @@ MOST_FITTED = 4  # alternatives that are fitted in full
 def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     """Return which errors in the description of the set-up would explain a dataset that does not fit it; none if nothing explains it.
 
-    If the data do not distinguish several alternatives, all are returned. If measurements have nothing to do with the angles, that is returned.
+    If the data do not distinguish several alternatives, all are returned. If measurements have nothing to do with the angles, and not because tracker
+    or base moved, that is returned.
     """
     described = nominal_fit(dataset)
     before = _residual(full_fit(dataset), described)
@@ -87,6 +88,7 @@ def _first_explaining(
 ) -> list[tuple[NominalFit, Alternative, Trial]] | None:
     """Return the alternatives that explain the data among the simplest kinds of which any does; None if measurements and angles are unrelated.
 
+    Places before and after a move of tracker or base are in different frames, so that measurements and angles seem unrelated: such a move is tried.
     Every alternative is compared with the arm nominal. The few with the smallest residuals, and with sensor and planes nearest to where
     dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
     explains the data with sensor and planes near their stated places. A zero between the steps, and a sign and a zero of one joint, are tried before
@@ -104,7 +106,7 @@ def _first_explaining(
         found += _explaining(tried, described, before)
         if count == 1 and not found:
             if unrelated(dataset):
-                return None
+                return _explaining_fully(dataset, moved_targets(dataset), before) or None
             zeros = itertools.chain(fitted_zeros(dataset), signs_and_zeros(dataset))
             found += _explaining(zeros, described, before)
         # A pair is reported together with a single alternative that explains the data as well; three signs are then not tried.

@@ -34,6 +34,7 @@ _MISREAD_AXES = ("ZYX", "zyx", "XYZ", "xyz")  # of Euler angles that an import m
 _ROUNDING = 1e-6  # of rotations that are the same
 _NEARLY_HALF_A_TURN = 3.0  # rad: beyond it, a small error may turn the axis round
 _WIDE = 50.0  # times what the positions leave: over places that are spread as far, a frame is known to about a degree
+_INVERTED = "the inverse rotation, from the tracker's axes to the target's"
 _SWAPPED = "quaternions whose columns"
 _LEAST_POSES = 4  # with fewer, a few turns may agree by chance
 
@@ -42,8 +43,8 @@ def refuse_wrong_orientations(dataset: Dataset) -> None:
     """Refuse a dataset whose measured orientations are not those of the arm although its positions are; do nothing if none were measured.
 
     Raises:
-        InvalidInput: Read in another way (inverted, as Euler angles, in degrees) they are; or another description of the set-up explains them alone;
-            or nothing does, and positions alone fit.
+        InvalidInput: Read in another way (inverted, alone or with the positions, as Euler angles, in degrees) they are; or another description of
+            the set-up explains them alone; or nothing does, and positions alone fit.
         WrongSetup: Another description of the set-up explains both.
     """
     columns = dataset.point_columns
@@ -61,6 +62,8 @@ def refuse_wrong_orientations(dataset: Dataset) -> None:
     least = AS_GOOD * min(left for left, _, _ in readings)
     left, says, remedy = next(reading for reading in readings if reading[0] <= least)
     if left <= most:
+        if says == _INVERTED:
+            _refuse_inverse_poses(dataset)
         swapped = [what for alike, what, _ in readings if alike <= least and what.startswith(_SWAPPED)]
         message = f"they are {says}: {_then(left, as_read)}; {remedy}"
         # Where both frames are free, quaternions in the wrong order cannot be distinguished from inverse rotations.
@@ -85,6 +88,23 @@ def refuse_wrong_orientations(dataset: Dataset) -> None:
             [Fault("dataset.yaml", f"{best.says}: {best.changed} {_then(left, as_read)}; {best.remedy}")]
         )
     _refuse_if_positions_fit(dataset, as_read)
+
+
+def _refuse_inverse_poses(dataset: Dataset) -> None:
+    """Refuse whole poses that are those of the tracker in the target's frame, as hand-eye programs have them; do nothing if they are not.
+
+    Raises:
+        InvalidInput: The positions of the inverse poses fit.
+    """
+    inverse = -np.einsum("pji,pj->pi", exp_so3(_vectors(dataset)), dataset.points)
+    trial = full_fit(without_orientations(replace(dataset, points=inverse)))
+    if trial is None or trial.rms > MOST_LEFT:
+        return
+    message = (
+        "these are the poses of the tracker in the frame of the target, and needed are those of the target in the frame of the tracker: with all of "
+        f"them inverted the positions alone fit to {trial.rms / MM:.2g} mm; invert them (with R the rotation of a row, and p its place: R' and -R' p)"
+    )
+    raise InvalidInput([Fault(_FILE, message, column="x,y,z,rx,ry,rz")])
 
 
 def _refuse_if_positions_fit(dataset: Dataset, as_read: float) -> None:
@@ -197,8 +217,7 @@ def _readings(dataset: Dataset, frames: Array | None) -> Iterator[tuple[float, s
     """
     vectors = _vectors(dataset)
     convert = "write rotation vectors (the axis times the angle, in radians); 'scalar import' converts Euler angles (euler_axes in the mapping)"
-    inverted = "the inverse rotation, from the tracker's axes to the target's"
-    yield disagreement(dataset, exp_so3(-vectors), frames), inverted, "change the sign of all three columns"
+    yield disagreement(dataset, exp_so3(-vectors), frames), _INVERTED, "change the sign of all three columns"
     as_read = np.roll(Rotation.from_rotvec(vectors).as_quat(), 1, axis=1)  # qw, qx, qy, qz
     for roll, read, is_ in ((0, "qw,qx,qy,qz", "qx,qy,qz,qw"), (-2, "qx,qy,qz,qw", "qw,qx,qy,qz")):
         R = Rotation.from_quat(np.roll(as_read, roll, axis=1)).as_matrix()

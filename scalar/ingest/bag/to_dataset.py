@@ -33,6 +33,9 @@ TOLERANCE = 1.5e-3
 SIGMAS = 5.0
 """The same in standard deviations of the stated noise."""
 _SEED = 0
+_FARTHEST = (
+    20.0  # m; scanners of profiles measure over a few metres at most, and hardly any nearer than 20 mm
+)
 _SEVERAL = 2  # joints: a single one may well turn endlessly
 # Radians of joints within a turn are no larger than this; an arm that is calibrated has larger positions in degrees.
 _A_TURN = 2.0 * np.pi
@@ -106,7 +109,7 @@ def write_recorded_dataset(
         told: Takes how many other readings of the set-up were tried, and how many there are.
 
     Raises:
-        InvalidInput: The recorded joints are not those of the robot.
+        InvalidInput: The recorded joints are not those of the robot, or the scans are in millimetres.
         Undetermined: The arm never stands still, fewer than three planes are seen, or ``accept_losses`` is not set and most stops become no poses or
             another reading of the set-up explains the recording far better.
     """
@@ -126,6 +129,7 @@ def write_recorded_dataset(
             f"all joints within {settings.still:g} rad (m): record a stop of a second at every pose, or allow more with --still"
         )
     chosen = [(stop, scan) for stop in stops if (scan := _scan_of(recording, stop)) is not None]
+    _refuse_millimetres(recording, [points for _, (_, points) in chosen])
     noise = float(workcell["sensor"].get("noise") or 0.0)
     rng = np.random.default_rng(_SEED)
     pieces = [
@@ -212,6 +216,21 @@ def _in_radians(recording: Recording, positions: Array, slides: Array, degrees: 
         )
         raise InvalidInput(Fault(recording.joint_topic, message))
     return positions
+
+
+def _refuse_millimetres(recording: Recording, scans: Sequence[Array]) -> None:
+    """Refuse scans ``(M, 2)`` whose points lie farther away than any scanner of profiles measures.
+
+    Raises:
+        InvalidInput: Half of the points are more than ``_FARTHEST`` away.
+    """
+    distances = [np.linalg.norm(points, axis=1) for points in scans if len(points)]
+    if distances and (typical := float(np.median(np.concatenate(distances)))) > _FARTHEST:
+        message = (
+            f"its points lie {typical:.0f} m from the scanner in the median: they are probably in millimetres, and messages of ROS have metres; "
+            "record them in metres, or write the profiles as a table and read it with `scalar import`"
+        )
+        raise InvalidInput(Fault(recording.scan_topic, message))
 
 
 def _scan_of(recording: Recording, stop: Stop) -> tuple[float, Array] | None:
