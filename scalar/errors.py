@@ -9,9 +9,8 @@ There are two main kinds, because the user does different things about them: the
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-_LONGEST_PLACE = (
-    200  # characters of a column or key that are shown; a damaged file may have names of any length
-)
+# Characters of a column or key that are shown: a damaged file may have names of any length.
+_LONGEST_PLACE = 200
 
 
 _LINES = (".yaml", ".yml", ".json", ".urdf", ".xacro", ".xml")

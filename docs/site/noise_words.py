@@ -52,9 +52,9 @@ NOISE_WORDS = {
             f"{_COMMON_RULE} Its confidence is at most {NOT_SURE:g} unless the arm came back to some of the poses and erred otherwise there: "
             "over poses that all differ, the pull of a hose or a loose mount scatters as a jitter does. Without such returns it keeps its name only "
             "if neighbouring poses show that most of the scatter does not vary smoothly with the joint angles, which takes some hundred poses or "
-            "more, and if no structure without a name was found as well; else it is reported as structure without a name that resembles a jitter. "
+            "more, and if no unmodelled structure was found as well; else it is reported as unmodelled structure that resembles a jitter. "
             "A random error at one place, such as one joint or the mount, that explains the scatter clearly better is reported in its stead as "
-            "structure without a name."
+            "unmodelled structure."
         ),
         advice=(
             f"If its confidence is below {SURE:g}: {REPEAT_POSES[:1].lower()}{REPEAT_POSES[1:]}",

@@ -14,7 +14,7 @@ from scalar.effects.registry import module_of
 from scalar.estimation.misfit import lacks_something
 from scalar.report import words
 from scalar.report.diagnosed_workspace import before_and_after_in_words
-from scalar.report.excess_words import cause_of_excess, excess_beside_findings
+from scalar.report.excess_words import cause_of_excess, unexplained_excess
 from scalar.report.few_poses import few_poses
 from scalar.report.opening import verdict_on_effects, verdict_on_structure
 from scalar.report.pose_numbers import with_pose_numbers
@@ -66,7 +66,7 @@ def _lines_on_effects(diagnosis: Diagnosis, entries: list[dict[str, Any]]) -> It
     """Yield the findings: their names with sizes and confidences, and what they are confounded with.
 
     Args:
-        diagnosis: Whose findings are told.
+        diagnosis: Whose findings are stated.
         entries: Of ``effects`` in diagnosis.json. Those of the findings with a name come first, in their order.
     """
     # The findings without a name share one entry.
@@ -147,7 +147,7 @@ def _lines_on_errors(diagnosis: Diagnosis, entry: Mapping[str, Any]) -> Iterator
     workspace = before_and_after_in_words(diagnosis)
     for sentence in [
         *([workspace] if workspace else []),
-        *excess_beside_findings(diagnosis),
+        *unexplained_excess(diagnosis),
         *few_poses(diagnosis),
         *unseen_sentences(diagnosis, entry),
         unmeasured_sentence(entry),

@@ -63,7 +63,7 @@ def run_all(
         cores: Number of jobs that run at once.
         done: Called with the index of each job and its line when it is finished.
     """
-    _sweep_beside(jobs)
+    _sweep_output_folders(jobs)
     method = "fork" if "fork" in get_all_start_methods() else "spawn"
     context: Any = get_context(method)
     rows: dict[int, dict[str, Any]] = {}
@@ -98,11 +98,11 @@ def run_all(
         for _, process in running.values():
             process.join()
         # Processes of a killed run may have written for a moment after the first sweep.
-        _sweep_beside(jobs)
+        _sweep_output_folders(jobs)
     return [rows[k] for k in range(len(jobs))]
 
 
-def _sweep_beside(jobs: Sequence[Job]) -> None:
+def _sweep_output_folders(jobs: Sequence[Job]) -> None:
     """Remove the temporary files that killed runs have left next to the results."""
     for folder in {job.output.parent for job in jobs}:
         sweep(folder)

@@ -1,4 +1,4 @@
-"""Refuse tables of targets that hold something else than they should: frames for joint angles, rows of both kinds, degrees, places far away."""
+"""Refuse tables of targets that hold something else than is needed: frames for joint angles, rows of both kinds, degrees, places far away."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ _OF_MAKERS = (
     ({"q1", "q2", "q3", "q4"}, "q1, q2, q3, q4 of an orientation in RAPID (ABB) are qw, qx, qy, qz"),
 )
 """How makers call the columns of an orientation, and what these are here."""
-_FAR = 20.0  # times the length of all links: places farther away were probably given in millimetres and read as metres
-_A_TURN = 6.3  # rad
-_MANY = 0.25  # share of poses: single ones may have wound up
+_FAR = 20.0  # chosen: times the length of all links: places farther away were probably given in millimetres and read as metres
+_A_TURN = 6.3  # rad; a little more than 2 pi, since angles are rounded
+_MANY = 0.25  # chosen: share of the poses; in a few, a controller may count whole turns
 
 
 def refuse_frames(columns: Sequence[str], file: str) -> None:

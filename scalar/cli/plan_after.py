@@ -34,7 +34,7 @@ def plan_after(
     path: Path,
     poses: int | None,
 ) -> tuple[Candidates, ChosenPoses]:
-    """Return candidates, the poses of them that separate the effects which a diagnosis could not distinguish, and what is told of them.
+    """Return candidates, the poses of them that separate the effects which a diagnosis could not distinguish, and what is reported on them.
 
     No candidates are chosen if the diagnosis leaves nothing open that other poses would answer.
 
@@ -76,9 +76,11 @@ def plan_after(
         "not_answered_by_poses": not_by_poses,
         "poses": len(after.chosen),
     }
-    told = [f"  {with_pose_numbers(answer.question.title, dataset)}: {outcome(answer)}" for answer in answers]
+    of_answers = [
+        f"  {with_pose_numbers(answer.question.title, dataset)}: {outcome(answer)}" for answer in answers
+    ]
     turning = _lines_on_turns(found.q[after.chosen], workcell.model.nominal.prismatic)
-    said = [*told, *_lines_on_signal(answers), *lines, *turning]
+    said = [*of_answers, *_lines_on_signal(answers), *lines, *turning]
     return found, ChosenPoses(after.chosen, content, said, [], None)
 
 
@@ -98,7 +100,7 @@ def _lines_on_turns(q: Array, prismatic: Sequence[int]) -> list[str]:
 
 
 def _lines_on_signal(answers: Sequence[Answer]) -> list[str]:
-    """Return what the numbers of the answers mean; and, where the measured poses should tell two effects apart already, why the question is open."""
+    """Return what the numbers of the answers mean; and, where the measured poses should distinguish two effects already, why the question is open."""
     from scalar.planning.separation import ANSWERED
 
     lines = [

@@ -25,7 +25,7 @@ _TOUCHING_SHOWN = 6
 
 @dataclass(frozen=True, eq=False)
 class ChosenPoses:
-    """The poses of a plan, and what is told of them.
+    """The poses of a plan, and what is reported on them.
 
     Attributes:
         indices: Which candidates are chosen.

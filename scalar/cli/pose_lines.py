@@ -21,12 +21,8 @@ MOST_SHOWN = 10
 """Most poses that are listed one by one."""
 _FEW_ROWS = 3  # chosen: so few poses may all be near zero
 _SMALL_TRAVEL = 10.0  # mm, chosen: if no travel in a program is larger, its numbers are probably metres
-_OF_THE_TABLE = (
-    "robot",
-    "joint_zero",
-    "joint_reading",
-    "length_unit",
-)  # what a calibration may doubt in the table of joints
+# What a calibration may doubt in the table of joints.
+_OF_THE_TABLE = "robot", "joint_zero", "joint_reading", "length_unit"
 _LARGE_TURN, _LARGE_TRAVEL = 1 * DEG, 10 * MM
 """Chosen: ten times what the errors of an arm usually take away from singularities."""
 _MOST_JOINTS = 3  # named in the line on measured ranges, those with the most poses outside first
@@ -58,14 +54,14 @@ def lines_on_limits(
         shown, limits = convention.to_controller(q), convention.limits_at(q, robot.limits)
     lines = []
     for i in there:
-        told = []
+        clauses = []
         for joint in np.flatnonzero(beyond[i]):
             unit, size = unit_of_joint(joint in robot.prismatic)
             low, high = limits[i, joint] / size
-            told.append(
+            clauses.append(
                 f"joint {joint + 1} at {shown[i, joint] / size:.3f} {unit} is beyond its limits {low:.1f} to {high:.1f} {unit}"
             )
-        lines.append(f"  pose {ids[i]}: {'; '.join(told)}")
+        lines.append(f"  pose {ids[i]}: {'; '.join(clauses)}")
     return first_lines(lines)
 
 

@@ -46,8 +46,10 @@ def notes_on(content: Content, layout: MeasuredTable | None) -> list[str]:
     lines += _beyond_limits(q, poses.columns["pose"], joints, converted)
     lines += _name_of_arm(content.mapping["robot"])
     rated = largest_payload(str(content.mapping["robot"].get("name", "")))
-    lines += [f"  {WARNING} poses.csv: {told}" for told in units_suspected(poses.columns, rated)]
-    lines += [f"  {WARNING} poses.csv: {told}" for told in misspelt_columns(list(poses.columns), len(joints))]
+    lines += [f"  {WARNING} poses.csv: {clause}" for clause in units_suspected(poses.columns, rated)]
+    lines += [
+        f"  {WARNING} poses.csv: {clause}" for clause in misspelt_columns(list(poses.columns), len(joints))
+    ]
     return lines + (_copies(poses, points) if points is not None and not still else [])
 
 
@@ -131,7 +133,7 @@ def _copies(poses: Table, points: Table) -> list[str]:
     for i, pose in enumerate(points.columns["pose"] if repeated else ()):
         if pose in repeated:
             rows[pose].append(tuple(column[i] for column in measured))
-    told = copies_in_words(
+    copied = copies_in_words(
         (int(pose), (q, tuple(rows[pose]))) for q, group in alike.items() for pose in group if pose in rows
     )
-    return [f"  note: {told}; if one is a copy, remove it, since it counts twice"] if told else []
+    return [f"  note: {copied}; if one is a copy, remove it, since it counts twice"] if copied else []

@@ -1,8 +1,8 @@
 """All lengths of an arm that differ by one factor: the instruments of two campaigns have different scales, or the arm was warmer in one of them.
 
 A scanner whose ranges are 0.1 % too long, or a tracker with wrong refraction, stretches the whole calibrated arm and leaves no residual, so neither
-calibration knows. The factor is a candidate of its own beside the single parameters. If it explains the difference, no single length is said to have
-changed.
+calibration knows. The factor is a candidate of its own in addition to the single parameters. If it explains the difference, no single length is said
+to have changed.
 """
 
 from __future__ import annotations

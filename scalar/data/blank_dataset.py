@@ -23,10 +23,8 @@ README = "README.txt"
 _POSES = "poses.csv"
 _ROUNDING = 1e-11  # [m or rad]: a smaller length or angle is a rounding error
 _REMEDY = "a dataset is begun in a new or an empty folder only; give another place"
-_DECIMALS, _LAST_BITS = (
-    12,
-    1e-14,
-)  # a number that differs by less from one with so few decimals is that one, as 0.3500000000000001 is 0.35
+# A number that differs by less than _LAST_BITS from one with so many decimals is that one: 0.3500000000000001 is 0.35.
+_DECIMALS, _LAST_BITS = 12, 1e-14
 _PROFILE = "z points from the scanner to what it measures, and x lies across, in the plane of the laser."
 _PLANES = (
     "",

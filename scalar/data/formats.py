@@ -9,8 +9,6 @@ from __future__ import annotations
 
 DATASET_FORMAT = "scalar-dataset/2"
 """The version that is written."""
-DATASET_FORMATS = ("scalar-dataset/1", DATASET_FORMAT)
-"""The versions that are read."""
 
 COMMANDED, TORQUE = "qc", "tau"
 """Columns of poses.csv, one for each joint: the commanded position [rad, m] and the torque [N m, N]."""

@@ -24,10 +24,9 @@ HEADER_AGAIN = (
 MAX_SHOWN = 100
 """Most faults of one kind in one column that are listed; one more line counts the rest."""
 _ROWS_SHOWN = 3  # rows that are listed of a label that is wrong in several
-_MANY_ROWS = (
-    10  # rows with one fault, beyond which they are one line if the fault is the same, or in all rows
-)
-_IDS_SHOWN = 3  # poses that are reported one by one; if there are more, in one line
+# More rows than so many are reported in one line if they have the same fault, or if they are all rows of the table.
+_MANY_ROWS = 10
+_IDS_SHOWN = 3  # poses that are reported one by one; more poses than these are reported in one line
 MAX_COLUMNS = 2000
 """Most columns of a table that is read; the log of a robot has hundreds."""
 _LONGEST_NAME = 200  # characters; a longer one resembles no name that is known, and comparing a file without separators takes minutes

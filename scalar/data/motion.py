@@ -12,9 +12,8 @@ import numpy as np
 
 from scalar.errors import Fault
 
-_STILL = (
-    1e-4  # rad or m; chosen: encoders and sensors scatter by less, and joints that are moved move by far more
-)
+# [rad or m] chosen: encoders and sensors scatter by less, and joints that are moved move by far more.
+_STILL = 1e-4
 _SEVERAL = 3  # poses; fewer are refused because they are few
 _ONE_POSITION = 2e-3  # chosen [rad or m]: positions that differ by less from their neighbours are one
 # Chosen: numbers of positions of a joint that stands at few; at two, a scale is any error.

@@ -1,4 +1,4 @@
-"""Whether the poses of a campaign follow one path, so that a change in time cannot be told from an error that depends on the place."""
+"""Whether the poses of a campaign follow one path, so that a change in time and an error that depends on the place are confounded."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from scalar.data.moves import STILL
 # Chosen. At random poses the median ratio of the distances below is 0.5 to 0.9, and 1 to 2.8 on grids, in sockets of a plate, and on planes that are
 # scanned one after the other; on one path of real and of simulated arms it is 3.4 to 5.4.
 _TIMES_FARTHER = 3.0
-_MOST_ASKED = 200  # poses whose neighbours are looked for
-_FEWEST = 20  # poses, below which a path is not known from others
-_LATER = 5  # a later time begins after this part of all poses: a fifth
-_SOON = 20  # the part of all poses that are of the same time: a twentieth
+_MOST_COMPARED = 200  # poses whose distances from the others are computed
+_FEWEST = 20  # poses; with fewer, a path is not distinguished from other sequences
+_LATER = 5  # poses are of other times if more than a fifth of all poses lies between them
+_SOON = 20  # poses are of the same time if at most a twentieth of all poses lies between them
 
 
 def follow_one_path(q: np.ndarray) -> bool:
@@ -32,11 +32,11 @@ def follow_one_path(q: np.ndarray) -> bool:
     if count < _FEWEST:
         return False
     q = q / q.std(axis=0)
-    asked = np.unique(np.linspace(0, count - 1, _MOST_ASKED).astype(int))
+    compared = np.unique(np.linspace(0, count - 1, _MOST_COMPARED).astype(int))
     farther = 0
-    for i in asked:
-        apart = np.abs(np.arange(count) - i)
+    for i in compared:
+        between = np.abs(np.arange(count) - i)
         distance = np.linalg.norm(q - q[i], axis=1)
-        soon = distance[(apart > 0) & (apart <= max(2, count // _SOON))].min()
-        farther += distance[apart > count // _LATER].min() > _TIMES_FARTHER * soon
-    return farther > len(asked) / 2
+        soon = distance[(between > 0) & (between <= max(2, count // _SOON))].min()
+        farther += distance[between > count // _LATER].min() > _TIMES_FARTHER * soon
+    return farther > len(compared) / 2

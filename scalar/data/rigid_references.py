@@ -15,9 +15,8 @@ from scalar.geometry.se3 import Array
 _MOST_STD = 10.0  # a distance is wrong that is off by more than this many standard deviations, estimated by the median
 _LEAST = 5e-4  # m: and by more than this, which no noise of a tracker is
 _LEAST_POSES = 5  # poses at which both nests of a pair were seen, from which their distance is known
-_MOST_SHARE = (
-    0.2  # of the readings: where more contradict one another, the nests themselves do not stay where they are
-)
+# Share of the readings. Where more of them contradict one another, the nests themselves do not stay where they are.
+_MOST_SHARE = 0.2
 
 
 def strange_readings(pose: Array, nest: Array, points: Array) -> dict[int, float]:

@@ -38,11 +38,11 @@ def rounded_angles(robot: Robot, q: np.ndarray, residual: float) -> str:
     moved = [column for column in q[:, ~np.asarray(robot.slides)].T if len(np.unique(column)) >= _SEVERAL]
     for step, named in _STEPS if moved else ():
         if all(_are_multiples(column, step, _EXACT_ANGLE / step) for column in moved):
-            told = (
+            suspicion = (
                 f"every joint angle is a multiple of {named}: if they were rounded, each is off by up to {step / 2 / MM:.2g} mm at a distance of "
                 "1 m; write them with all decimals"
             )
-            return told if _LEAST_SHARE * step * reach < residual < _LARGEST_SHARE * step * reach else ""
+            return suspicion if _LEAST_SHARE * step * reach < residual < _LARGEST_SHARE * step * reach else ""
     return ""
 
 

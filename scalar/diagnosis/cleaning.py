@@ -69,8 +69,8 @@ def without_far_poses(dataset: Dataset, cleaned: Cleaned, state: FittedState) ->
     """Return the cleaned dataset without a few poses whose residual is larger than any effect can make it; the same object if there are none.
 
     Cleaning sets a pose aside if its residual exceeds a multiple of the usual residual of the poses. Where the instrument scatters by millimetres,
-    or errs alike at neighbouring poses, a pose may be a centimetre off and stay. It is a gross error nevertheless, and as long as no more
-    than ``most_apart`` of the poses are so far off (one in any case), they say nothing of the others.
+    or its errors at neighbouring poses are correlated, a pose may be a centimetre off and is not set aside. It is a gross error nevertheless. As long
+    as no more than ``most_apart`` of the poses are so far off (one in any case), the others are trusted.
 
     Args:
         dataset: As it was given, before cleaning.
@@ -85,8 +85,10 @@ def without_far_poses(dataset: Dataset, cleaned: Cleaned, state: FittedState) ->
     if not far.any() or far.sum() > max(settings.gross_errors.most_apart * len(far), 1.0):
         return cleaned
     refuse_wrong_setup(dataset)
-    late = tuple(int(pose) for pose in cleaned.dataset.pose_ids[far])
-    return replace(cleaned, dataset=cleaned.dataset.subset(~far), outlier_poses=cleaned.outlier_poses + late)
+    far_ids = tuple(int(pose) for pose in cleaned.dataset.pose_ids[far])
+    return replace(
+        cleaned, dataset=cleaned.dataset.subset(~far), outlier_poses=cleaned.outlier_poses + far_ids
+    )
 
 
 def refuse_gross_errors_left(dataset: Dataset, state: FittedState) -> None:

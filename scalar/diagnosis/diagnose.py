@@ -76,11 +76,7 @@ def diagnose(
     run = explained(dataset, settings, progress)
     final_residuals = FinalResiduals.of(run.after)
     found = findings_of(run, final_residuals)
-    # The bases take 280 MB at 12,000 poses, and the processes for halves would hold them as well.
-    for terms in run.flexible_candidates:
-        terms.bases.forget()
-    for state in (run.before, run.after):
-        state.rows.fitted.forget()
+    _forget_bases(run)
     moving, of_parts = moving_joints(run.before), settings_for_parts(settings, run.cleaned.dataset.n_poses)
     outer = outer_split(dataset, run.cleaned, answer_without, of_parts, outer_folds, on_fold, cores, moving)
     progress("comparing halves of the poses")
@@ -96,7 +92,7 @@ def diagnose(
     final, shipped, component = _shipped(
         run, noise, None if judged is None else judged.errors, _unsure(found, settings)
     )
-    calibration_before, calibration_found, calibration_after = _with_boundaries(
+    calibration_before, calibration_found, calibration_after = _with_suspicions_on_session_and_order(
         given, run, found, final.calibrated(shipped, component)
     )
     return Diagnosis(
@@ -126,6 +122,14 @@ def diagnose(
     )
 
 
+def _forget_bases(run: Explained) -> None:
+    """Forget the bases of a run: they take 280 MB at 12,000 poses, and the processes for halves would hold them as well."""
+    for terms in run.flexible_candidates:
+        terms.bases.forget()
+    for state in (run.before, run.after):
+        state.rows.fitted.forget()
+
+
 def _ranking(run: Explained) -> tuple[Scored, ...]:
     """Return the candidates that explain most if they are added to the model without effects, best first."""
     columns = CandidateColumns.of(run.before, run.candidates)
@@ -138,32 +142,32 @@ def _unsure(found: Sequence[Finding], settings: Settings) -> list[str]:
     return [f.effect.key for f in found if not f.has_name or f.confidence < least]
 
 
-def _with_boundaries(
+def _with_suspicions_on_session_and_order(
     dataset: Dataset, run: Explained, found: Sequence[Finding], calibrations: Sequence[Calibration]
 ) -> list[Calibration]:
-    """Return the calibrations, each with the suspicions that a boundary between sessions is stated at the wrong pose, or not at all, and that the
-    rows are not in the order of acquisition.
+    """Return the calibrations, each with what is suspected of the sessions and of the order of the poses.
 
-    A sign or zero of a joint that explains a geometry far from the table is said in place of that.
-    Where no session explains why poses that follow each other were set aside, something else changed there, which is a suspicion too.
+    A boundary between sessions may be stated at the wrong pose, or not at all, and the rows may not be in the order of acquisition. Where no session
+    explains why successive poses were set aside, something else changed there, which is a suspicion too. If another sign or zero of a joint explains
+    why the geometry is far from the table, this replaces the suspicion on the geometry (``with_plainer_reading``).
 
     Args:
         dataset: All that was measured.
-        run: The run, which knows the poses that were set aside.
-        found: The findings: a change that begins near a stated boundary is such a suspicion.
+        run: The run, with the poses that were set aside.
+        found: The findings: a change that begins near a stated boundary is a suspicion.
         calibrations: The calibration without effects first.
     """
     set_aside = run.cleaned.outlier_poses
-    boundaries = misplaced_boundaries(dataset, set_aside, calibrations[0].model)
+    suspicions = misplaced_boundaries(dataset, set_aside, calibrations[0].model)
     # A boundary at the wrong pose explains what was set aside: the same poses are no session of their own.
-    if not boundaries:
+    if not suspicions:
         unstated = unstated_session(dataset, set_aside)
         changed = run_set_aside(dataset, set_aside) if unstated is None else unstated[0]
-        boundaries += [changed] if changed else []
+        suspicions += [changed] if changed else []
     effects = [finding.effect for finding in found]
-    boundaries += [*boundaries_near_changes(dataset, effects), *unstated_order(dataset, effects)]
+    suspicions += [*boundaries_near_changes(dataset, effects), *unstated_order(dataset, effects)]
     read = with_plainer_reading(run.cleaned.dataset, calibrations)
-    return [with_suspicions(calibration, boundaries) for calibration in read]
+    return [with_suspicions(calibration, suspicions) for calibration in read]
 
 
 def _with_calibrated_effects(found: Sequence[Finding], calibration: Calibration) -> tuple[Finding, ...]:

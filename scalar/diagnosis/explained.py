@@ -38,7 +38,9 @@ from scalar.estimation.prepare import Prepared
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.estimation.result import Calibration
 
-_FAR_ROUNDS = 2  # times that a few poses a centimetre off are set aside; each takes a whole run
+_FAR_ROUNDS = (
+    2  # chosen: times that a few poses a centimetre off are set aside, each of which takes a whole run
+)
 _Progress = Callable[[str], None]
 
 
@@ -151,7 +153,7 @@ def _explained_from(dataset: Dataset, cleaned: Cleaned, settings: Settings, prog
         if not cleanings or (again := cleaned_given(cleaned, after)) is cleaned:
             break
         cleaned, cleanings = again, cleanings - 1
-    if not after.is_plausible:  # each step looks at its own change; this is the last look at all of them
+    if not after.is_plausible:  # each step checks its own change; this checks all of them together
         after = named.after if named.after.is_plausible else named.before
     return replace(named, after=after, flexible_candidates=flexible_candidates, rival=rival)
 

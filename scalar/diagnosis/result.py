@@ -101,13 +101,13 @@ class Diagnosis:
 
     @property
     def unobservable_alone(self) -> tuple[Unobservable, ...]:
-        """Return the unobservable effects but those confounded with a named finding, which already stand there.
+        """Return the unobservable effects without those confounded with a named finding, which are listed with that finding.
 
-        With the finding in the model, an effect that is confounded with it leaves no residual either. Those that may be there besides the finding,
-        and not in its place, are returned.
+        With the finding in the model, an effect that is confounded with it leaves no residual either. Those that may be present together with the
+        finding, and not in its place, are returned.
         """
         rivals = {e.title for finding in self.findings if finding.has_name for e in finding.confounded_with}
-        return tuple(e for e in self.unobservable if e.beside or e.effect.title not in rivals)
+        return tuple(e for e in self.unobservable if e.may_accompany or e.effect.title not in rivals)
 
     @property
     def verdict(self) -> str:
@@ -145,8 +145,9 @@ class Diagnosis:
 
     @property
     def _limit_of_noise(self) -> tuple[float, str]:
-        beside = any(not finding.has_name for finding in self.findings)
-        return limit_of_noise(self.after, self.noise[0], self.halves, beside_structure=beside)
+        """The largest confidence that the rules allow the likeliest variance component, and the reason as a clause."""
+        unnamed = any(not finding.has_name for finding in self.findings)
+        return limit_of_noise(self.after, self.noise[0], self.halves, beside_structure=unnamed)
 
     @property
     def noise_is_doubtful(self) -> bool:

@@ -55,9 +55,8 @@ class Effect(Described):
     # Log odds [nats] that nearly all right names of this kind reach in simulated exams, and wrong ones seldom; infinitely small if no odds do so.
     usual_odds: ClassVar[float] = -np.inf
     borne_out_by_others: ClassVar[bool] = False  # whether another finding of this kind makes that irrelevant
-    stretches_lengths: ClassVar[bool] = (
-        False  # whether it is an error of the scale of all lengths, which leaves no residual
-    )
+    # Whether it is an error of the scale of all lengths, which leaves no residual.
+    stretches_lengths: ClassVar[bool] = False
     contains_imitated: ClassVar[bool] = False  # whether the effect that it imitates is a special case of it
     most_words: ClassVar[int] = 1  # most words that may follow the name on a command line
 

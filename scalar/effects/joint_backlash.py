@@ -126,6 +126,7 @@ class JointBacklash(OneAxis, SingleJointEffect):
         return not self.masses and self.against_its_load(robot, poses)
 
     def _last_move(self, poses: Poses) -> Array:
+        """Return the direction ``(N,)`` in which the joint moved last before each pose: 1, -1, or 0 where it is not known."""
         for column in (f"approach{self.joint}", side_column(self.joint)):
             if column in poses.columns:
                 return np.sign(poses.columns[column])

@@ -182,6 +182,7 @@ class JointCompliance(JointEffect):
         return [self._over_torque(view, joint) for joint in self.target["joints"]]
 
     def _over_torque(self, view: View, joint: int) -> Profile:
+        """Return the picture of the deflection of a joint, from 1, over its gravity torque relative to the largest."""
         fitted = (self.joint_basis(view.nominal, view.poses) @ self.coefficients)[:, joint - 1]
         largest = max(float(np.max(np.abs(fitted))), 1e-300)
         # The deflection is the torque divided by the stiffness, which is not known separately.

@@ -136,7 +136,7 @@ class JointHysteresis(OneAxis, SingleJointEffect):
             travels = tuple(
                 travel
                 for travel in TRAVELS
-                if _share_beside(known[wind_up_column(j, travel)], others) >= OWN_SHARE
+                if _unexplained_share(known[wind_up_column(j, travel)], others) >= OWN_SHARE
             )
             if travels:
                 found.append(cls(j, travels, bool(dataset.robot.slides[j - 1])))
@@ -190,7 +190,7 @@ class JointHysteresis(OneAxis, SingleJointEffect):
         return [joint_profile(view, self, self.joint, axis, self._wind_up(view.poses).mean(axis=1))]
 
 
-def _share_beside(values: Array, others: Array) -> float:
+def _unexplained_share(values: Array, others: Array) -> float:
     """Return the share of the variance of values ``(N,)`` that no combination of the columns ``(N, k)`` explains."""
     centred = values - values.mean()
     total = float(centred @ centred)

@@ -130,8 +130,8 @@ class LinkEffect(Effect):
 
     acts_on_arm: ClassVar[bool] = True
 
-    def course(self, poses: Poses) -> tuple[LinkEffect, Array] | None:
-        """Return an effect that acts alike at all poses and the shares of it ``(N,)`` that act at each, if this effect is that product; else None.
+    def constant_and_shares(self, poses: Poses) -> tuple[LinkEffect, Array] | None:
+        """Return an effect that acts alike at all poses and the shares of it ``(N,)`` that act at each, if this effect is their product; else None.
 
         Many candidates may be shares of effects with the same ``key``, whose columns are then computed once.
         """
@@ -170,8 +170,8 @@ class PointEffect(Effect):
     acts_by_joint_angles: ClassVar[bool] = False
     basis_names: ClassVar[tuple[str, ...]]
 
-    def course(self, poses: Poses) -> tuple[PointEffect, Array] | None:
-        """Return an effect that acts alike at all poses and the shares of it ``(N,)`` that act at each, if this effect is that product; else None.
+    def constant_and_shares(self, poses: Poses) -> tuple[PointEffect, Array] | None:
+        """Return an effect that acts alike at all poses and the shares of it ``(N,)`` that act at each, if this effect is their product; else None.
 
         Many candidates may be shares of the same effect, whose columns are then computed once.
         """

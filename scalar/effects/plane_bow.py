@@ -40,9 +40,8 @@ class PlaneBow(PointEffect):
 
     name: ClassVar[str] = "plane_bow"
     in_every_setup: ClassVar[bool] = True  # no plane is quite flat
-    usual_odds: ClassVar[float] = (
-        30.0  # where one plane is bowed, wrong in 7 of 81 with less, 0 of 528 with more
-    )
+    # In simulated exams where one plane was bowed, the name was wrong in 7 of 81 cases with less, and in none of 528 with more.
+    usual_odds: ClassVar[float] = 30.0
     borne_out_by_others: ClassVar[bool] = True  # with two bowed planes or more, wrong in 3 of 4,000
     kind: ClassVar[str] = "bow"
     sentence: ClassVar[str] = "the target plane is not flat but bowed"

@@ -94,7 +94,7 @@ class PlaneMoved(PointEffect):
             for b in (-1.0, 0.0, 1.0)
         ]
 
-    def course(self, poses: Poses) -> tuple[PointEffect, Array] | None:
+    def constant_and_shares(self, poses: Poses) -> tuple[PointEffect, Array] | None:
         """Return the plane that stands elsewhere all the time, and the profile."""
         always = replace(self, order=ALWAYS, time=None, creep_span=0.0)
         return None if self.order == ALWAYS else (always, self.profile(poses.order))

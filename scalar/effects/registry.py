@@ -84,8 +84,8 @@ def known() -> dict[str, type[Effect]]:
     return {kind.name: kind for kind in BUILT_IN} | {name: kind for name, (kind, _) in _of_users().items()}
 
 
-def nuisances_beside(dataset: Dataset, effects: Sequence[Effect]) -> list[Effect]:
-    """Return what every set-up has to a small degree (``Effect.in_every_setup``) at places at which none of ``effects`` acts."""
+def missing_nuisances(dataset: Dataset, effects: Sequence[Effect]) -> list[Effect]:
+    """Return the nuisances (``Effect.in_every_setup``) at places at which none of some effects acts."""
     kinds = [kind for kind in known().values() if kind.in_every_setup]
     possible = [nuisance for kind in kinds for nuisance in kind.candidates(dataset)]
     return [e for e in possible if not any(e.same_place(other) for other in effects)]

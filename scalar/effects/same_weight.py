@@ -19,24 +19,24 @@ class ActsLikeCompliance(Protocol):
     """An effect of the arm's weight that can act as another effect of the same weight does, with coefficients that follow from those of the other."""
 
     def giving_way_like(self, other: Effect) -> list[tuple[str, Array]]:
-        """Return the coefficients with which this effect gives way as much as another one does under the same moments.
+        """Return the coefficients with which this effect deflects as much as another one under the same moments.
 
         Args:
             other: With fitted coefficients.
 
         Returns:
-            One pair for each place at which the other gives way: its name in a sentence (``joint 2``), and the coefficients ``(e,)`` of this effect
+            One pair for each place of the other: its name in a sentence (``joint 2``), and the coefficients ``(e,)`` of this effect
             [its ``coefficient_units``]. No pair if the other is no such effect.
         """
         ...
 
 
-def consequence_if_unseen(found: str, size: float, error: float) -> str:
+def consequence_if_unobserved(found: str, size: float, error: float) -> str:
     """Return the sentence on an effect that these data cannot distinguish from a part of one that was found.
 
     Args:
         found: The part of the workcell that gives way according to what was found: ``joint 2``.
-        size: Root mean square distance [m] by which it may move the sensor unseen.
+        size: Root mean square distance [m] by which it may move the sensor unobserved.
         error: Error of predicted positions [m] if the effect is present in that size and not in the model.
     """
     off = f"by less than {length(LEAST_HARM)}" if error < LEAST_HARM else f"by about {length(error)}"

@@ -159,6 +159,7 @@ class KnownTorques(JointEffect):
         return [self._over_torque(view, k) for k in range(len(self.joints))]
 
     def _over_torque(self, view: View, k: int) -> Profile:
+        """Return the picture of the deflection of the k-th of the joints, k from 0, over its torque [N m]."""
         joint = self.joints[k]
         torque = self.torques(view.nominal, view.poses)[:, joint - 1]
         ends = np.array([float(torque.min()), float(torque.max())])

@@ -34,6 +34,7 @@ def with_names(text: str, kinds: Mapping[str, type[Effect]]) -> str:
     )
 
     def named(found: re.Match[str]) -> str:
+        """Return the words of ``--effects`` for a title that was found."""
         kind = found["of_joint"] or found["of_plane"] or found["anywhere"] or "thermal drift"
         numbers = [
             *re.findall(r"\d+", found["joints"] or ""),

@@ -29,6 +29,7 @@ _JOINTS = ("joint", "source", "joints")
 
 @cache
 def _validator() -> Draft202012Validator:
+    """Return the validator of calibration files."""
     schemas = resources.files("scalar.estimation").joinpath("schemas")
     return strict_validator(
         json.loads(schemas.joinpath("calibration.schema.json").read_text(encoding="utf-8"))

@@ -28,11 +28,11 @@ from scalar.estimation.result import Calibration
 from scalar.estimation.scanner_scale import SCANNER_SCALE_SHIFT, unchecked_scale
 from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.copies import reads_again
-from scalar.estimation.setup.few_in_session import undetermined_session
 from scalar.estimation.setup.lengths import LENGTH_UNIT
 from scalar.estimation.setup.plainer_reading import instead, plainer_reading
 from scalar.estimation.setup.plausibility import implausible
 from scalar.estimation.setup.suspicion import Suspicion, WrongSetup
+from scalar.estimation.setup.undetermined_session import undetermined_session
 from scalar.estimation.unseen_directions import UNSEEN_DIRECTIONS, unseen_directions
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import as_stated
@@ -49,7 +49,7 @@ def conclude(
     """Return the calibration of a converged fit: reporting coordinates, standard errors, which parameters are fixed and why.
 
     The covariance follows from the noise. If the residual is larger than the noise explains, it is multiplied by the misfit's inflation and by the
-    design effect: what a model lacks makes the residuals of similar poses alike, so that they determine less than their number says.
+    design effect: what a model lacks makes the residuals of similar poses correlated, so that they determine less than their number says.
 
     Args:
         dataset: What was measured.
@@ -64,14 +64,14 @@ def conclude(
     model = reporting(found.model.released(), prepared.guess)
     of_noise = _covariance_of_noise(dataset, model, residuals, found.free)
     lack = misfit(residuals, model, found.free, settings.misfit_p_value)
-    alike = _design_effect(model, residuals, found.free, lack, settings)
-    covariance = of_noise * (lack.inflation * alike)
+    design_factor = _design_effect(model, residuals, found.free, lack, settings)
+    covariance = of_noise * (lack.inflation * design_factor)
     _check_plausible(model, settings)
     rms, std = residuals.rms(model), _std(covariance, found.free)
     suspicions = _suspicions(dataset, prepared, model, residuals, std, lack, rms)
     if units := tuple(suspicion for suspicion in suspicions if suspicion.what == LENGTH_UNIT):
         raise WrongSetup(units)
-    summary = _summary(dataset, prepared, found, residuals, model, of_noise, lack, alike)
+    summary = _summary(dataset, prepared, found, residuals, model, of_noise, lack, design_factor)
     free = tuple(name for name, is_free in zip(model.names, found.free, strict=True) if is_free)
     if unseen := unseen_directions(residuals, model, free, covariance):
         summary[UNSEEN_DIRECTIONS] = unseen
@@ -200,7 +200,7 @@ def _summary(
     model: Model,
     covariance: Array,
     lack: Misfit,
-    alike: float,
+    design_factor: float,
 ) -> dict[str, Any]:
     """Return the summary of a calibration, with an empty list of suspicions.
 
@@ -212,7 +212,7 @@ def _summary(
         model: The fitted model in reporting coordinates.
         covariance: ``(f, f)``, of the f free parameters, as it follows from the noise.
         lack: How the residual compares with the noise.
-        alike: The design effect.
+        design_factor: The design effect.
     """
     summary: dict[str, Any] = {
         "poses": dataset.n_poses,
@@ -223,7 +223,7 @@ def _summary(
         "sigma_stated": residuals.measurement.sigma_stated,
         "misfit": lack.ratio,
         "misfit_p_value": lack.p_value,
-        "design_effect": alike,
+        "design_effect": design_factor,
         "misfit_shift_m": unexplained_shift(residuals, model, lack),
         "started_from": prepared.initial.origin,
         "start_rms_m": prepared.initial.rms,
@@ -249,11 +249,11 @@ def with_suspicions(calibration: Calibration, suspicions: Sequence[Suspicion]) -
 
 
 def with_plainer_reading(dataset: Dataset, calibrations: Sequence[Calibration]) -> list[Calibration]:
-    """Return the calibrations of a dataset with the sign or zero of a joint that explains an implausible fit, in place of what it was suspected of.
+    """Return the calibrations of a dataset; a sign or zero of a joint that explains an implausible fit replaces the suspicions on that fit.
 
     Args:
         dataset: What was measured.
-        calibrations: The rigid one first: it is looked at, and what is found holds for all.
+        calibrations: The rigid one first: it is examined, and what is found holds for all.
     """
     first = calibrations[0]
     plainer = plainer_reading(dataset, first.model, first.summary["setup"])
@@ -275,8 +275,8 @@ def _check_rank(dataset: Dataset, model: Model, decomposed: Decomposed, free: Ar
         return
     names = np.array(model.names)[free]
     largest = names[np.argsort(-np.abs(decomposed.weakest))[:4]]
-    if told := undetermined_session(dataset, largest.tolist()):
-        raise Undetermined([told])
+    if sentence := undetermined_session(dataset, largest.tolist()):
+        raise Undetermined([sentence])
     raise Undetermined(
         [
             f"the data do not distinguish {as_stated(', '.join(largest), model.nominal)}: measure more poses that "

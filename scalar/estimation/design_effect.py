@@ -26,9 +26,8 @@ from scalar.geometry.se3 import Array
 # 16 or 64 groups the results on measured grids are about the same.
 GROUPS = 32
 LEAST_POSES = 6  # in a group; in smaller groups, similar poses would often be in different groups
-_GROUPS_OF: WeakKeyDictionary[Poses, Array] = (
-    WeakKeyDictionary()
-)  # which a diagnosis asks for at each of its fits
+# A diagnosis asks for the groups of the same poses at each of its fits.
+_GROUPS_OF: WeakKeyDictionary[Poses, Array] = WeakKeyDictionary()
 _LEAST_DIAGONAL = 1e-8  # of a triangular factor, as a share of the largest: with a smaller one, dividing by it loses too many digits
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeGuard
 
 import numpy as np
 
@@ -17,11 +16,6 @@ from scalar.effects import BaseEffect, Effect, JointEffect, LinkEffect, SingleJo
 from scalar.effects.checked_basis import checked_basis
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
-
-
-def acts_on_joints(effect: Effect) -> TypeGuard[JointEffect]:
-    """Return whether an effect is an error of the joint angles."""
-    return isinstance(effect, JointEffect)
 
 
 @dataclass(frozen=True, eq=False)

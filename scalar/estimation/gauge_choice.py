@@ -14,7 +14,7 @@ from scalar.geometry.parallel_axes import near_parallel
 from scalar.geometry.robot import GEOMETRY, Robot
 from scalar.geometry.se3 import Array
 
-_BEYOND_ROUNDING = 1.01  # factor on a singular value that a Cholesky factor is to prove
+_BEYOND_ROUNDING = 1.01  # factor on a bound of a singular value, so that rounding does not decide
 
 
 def preference(robot: Robot, names: tuple[str, ...]) -> list[int]:
@@ -80,18 +80,18 @@ def choose_fixed(
     if set(chosen) == set(revealing):
         return chosen
     preferred, other = (np.delete(scaled, fixed, axis=1) for fixed in (chosen, revealing))
-    # No singular value of columns is below all their lengths, so this much is surely enough.
+    # The smallest singular value of columns is no larger than the shortest column, so this bound is sufficient.
     enough = float(np.sqrt(np.einsum("rc,rc->c", other, other).min())) / settings.condition_slack
-    if _surely_longer(preferred, _BEYOND_ROUNDING * enough):
+    if _exceeds_surely(preferred, _BEYOND_ROUNDING * enough):
         return chosen
     least, best = (float(np.linalg.svd(kept, compute_uv=False)[-1]) for kept in (preferred, other))
     return revealing if least < best / settings.condition_slack else chosen
 
 
-def _surely_longer(columns: Array, least: float) -> bool:
-    """Return whether the smallest singular value of columns ``(rows, k)`` exceeds ``least``; a Cholesky factor tells in a tenth of its time.
+def _exceeds_surely(columns: Array, least: float) -> bool:
+    """Return whether a Cholesky factor proves that the smallest singular value of columns ``(rows, k)`` exceeds ``least``.
 
-    Where it does not, or rounding might decide, the answer is no.
+    It takes a tenth of the time of the singular values. False does not mean that the value is smaller.
     """
     gram = columns.T @ columns
     gram[np.diag_indices_from(gram)] -= least**2

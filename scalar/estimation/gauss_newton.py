@@ -22,11 +22,10 @@ from scalar.geometry.se3 import Array
 _STEPS = 200  # largest number of steps, those included that raised the cost; usually three suffice
 _LEAST_DROP = 1e-6  # a step that is expected to lower the cost by a smaller share of the residual's mean square (at least 1) is the last
 # Along a curved valley steps stay short. The last one is then that before which this many others have lowered the cost by less than this many times
-# the residual's mean square: the data do not tell such models apart.
+# the residual's mean square: the data do not distinguish such models.
 _SLOW_STEPS, _SLOW_DROP = 10, 0.1
-_LEAST_EIGENVALUE = (
-    1e-11  # as a share of the largest: with a smaller one, normal equations lose too many digits
-)
+# Share of the largest eigenvalue: with a smaller one, normal equations lose too many digits.
+_LEAST_EIGENVALUE = 1e-11
 _CLEARLY_CONDITIONED = 1e9  # condition number below which they certainly lose fewer digits than that
 _FIRST_DAMPING = 1e-6  # share of the largest eigenvalue
 _LEAST_DAMPING = 1e-10  # the same; a smaller one is none

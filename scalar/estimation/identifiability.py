@@ -29,9 +29,8 @@ from scalar.geometry.parallel_axes import with_parallel_axes
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
-STRUCTURAL_POSES_PER_TARGET = (
-    40  # random poses within the limits: they give many more equations than there are parameters
-)
+# Random poses within the limits: they give many more equations than there are parameters.
+STRUCTURAL_POSES_PER_TARGET = 40
 _ZERO_COLUMN = 1e-12  # of the largest column: no residual depends on a parameter whose column is shorter
 _ROUNDING = 1e-13  # of the trace of J'J: some hundred times what rounding changes in a factor
 _STRUCTURAL = 1e-5  # of a direction of unit length: a smaller part outside the structural null space is a rounding error
@@ -162,6 +161,12 @@ def _null_space(J: Array, tolerance: float) -> tuple[Array, Array, Array, Array]
 
 
 def _null_space_of_scaled(J: Array, tolerance: float) -> tuple[Array, Array, Array]:
+    """Return singular values over the largest ``(F,)``, the directions ``(F, r)`` of those below the tolerance, and the factor R of J.
+
+    Args:
+        J: ``(rows, F)``, columns of unit length.
+        tolerance: Relative singular value below which a direction is not observable.
+    """
     factor = np.asarray(np.linalg.qr(J, mode="r"))
     _, s, Vt = np.linalg.svd(factor, full_matrices=True)
     values = np.zeros(J.shape[1])

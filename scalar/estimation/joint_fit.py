@@ -21,7 +21,7 @@ from scalar.estimation.settings import DEFAULTS, EstimationSettings
 from scalar.estimation.sufficiency import check_effects
 from scalar.geometry.se3 import Array
 
-_DEPENDENT = 1e-5  # of a column's length: normal equations of columns of which less remains beside the others have lost too many digits
+_DEPENDENT = 1e-5  # of a column's length: normal equations of columns of which less remains given the others have lost too many digits
 _ROUNDS = 6  # of fitting and recomputing the weights; usually two suffice
 
 

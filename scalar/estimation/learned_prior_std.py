@@ -24,9 +24,8 @@ from scalar.geometry.se3 import Array
 _ROUNDS = 200
 _SETTLED = 1e-3  # change of the logarithm of a standard deviation below which it has converged
 _UNIT_INFORMATION = 1.0  # number of corrections that a weak prior counts as (Kass and Wasserman, J. American Statistical Association 90, 1995)
-_RIDGE = (
-    1e-14  # of unit columns: keeps the inverse finite where neither data nor priors determine a direction
-)
+# Added to the squares of columns of unit length: it keeps the inverse finite where neither data nor priors determine a direction.
+_RIDGE = 1e-14
 
 
 @cache
@@ -60,11 +59,16 @@ def learned_prior_stds(
     for prior in model.priors:
         if prior.name in at:
             means[at[prior.name]], stds[at[prior.name]] = prior.mean, prior.std
-    off = np.where(np.isfinite(stds), model.vector[index] - means, 0.0)
+    corrections = np.where(np.isfinite(stds), model.vector[index] - means, 0.0)
     group = np.array([group_of(name) for name in names])
     groups = {g: group == g for g in ("length", "angle", "zero")}
     return most_likely_prior_stds(
-        normal.gram / variance, normal.gradient / variance, off, stds, groups, typical_prior_stds(settings)
+        normal.gram / variance,
+        normal.gradient / variance,
+        corrections,
+        stds,
+        groups,
+        typical_prior_stds(settings),
     )
 
 
@@ -80,7 +84,7 @@ def typical_prior_stds(settings: IdentifiabilitySettings) -> dict[str, tuple[flo
 def most_likely_prior_stds(
     gram: Array,
     gradient: Array,
-    off: Array,
+    corrections: Array,
     stds: Array,
     groups: Mapping[str, Array],
     typical: Mapping[str, tuple[float, float]],
@@ -89,8 +93,8 @@ def most_likely_prior_stds(
 
     Args:
         gram: ``(F, F)``, J'J of the whitened rows divided by the misfit ratio.
-        gradient: ``(F,)``, J'r of the same rows, where the corrections are ``off``.
-        off: ``(F,)`` [m or rad], the corrections at which the model was linearised.
+        gradient: ``(F,)``, J'r of the same rows, at these corrections.
+        corrections: ``(F,)`` [m or rad], the corrections at which the model was linearised.
         stds: ``(F,)``, prior standard deviations, infinite where there is no prior.
         groups: For each group ``(F,)`` bool, which corrections belong to it.
         typical: For each group the usual standard deviation [m or rad] and the number of corrections that it counts as.
@@ -107,8 +111,8 @@ def most_likely_prior_stds(
         scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-300))
         H *= scale[:, None] * scale
         diagonal += _RIDGE
-        step, variance = solved(H, scale * (gradient + weight * off))
-        m = off - scale * step
+        step, variance = solved(H, scale * (gradient + weight * corrections))
+        m = corrections - scale * step
         determined = belongs @ (1.0 - weight * variance * scale**2)
         new = np.sqrt((belongs @ m**2 + count * prior**2) / (np.maximum(determined, 0.0) + count))
         change = np.max(np.abs(np.log(new / prior_stds)))

@@ -26,6 +26,7 @@ class _Minimizer(lmfit.Minimizer):
     """
 
     def _calculate_uncertainties_correlations(self) -> None:
+        """Set standard errors and correlations of all parameters at once; lmfit takes one pair of parameters after another."""
         result: Any = self.result
         std = np.sqrt(np.diag(result.covar))
         if self.scale_covar or not np.all(std > 0):

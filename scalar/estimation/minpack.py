@@ -50,6 +50,7 @@ def levenberg_marquardt(
         return np.concatenate([[0.0], residual(guarded[1:-1]), [0.0]])
 
     def guarded_jacobian(guarded: Array) -> Array:
+        """Return the Jacobian ``(R + 2, F + 2)`` between two guards: a first column that is longer than any other, and a last one that is tiny."""
         J = jacobian(guarded[1:-1])
         extended = np.zeros((len(J) + 2, J.shape[1] + 2))
         extended[1:-1, 1:-1] = J

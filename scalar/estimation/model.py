@@ -120,6 +120,7 @@ class Model:
 
     @cached_property
     def _prior_places(self) -> tuple[Array, Array, Array]:
+        """Return for each of P priors the index of its parameter, its mean, and its standard deviation in fits, ``(P,)`` each."""
         places = {name: i for i, name in enumerate(self.names)}
         index = np.array([places[prior.name] for prior in self.priors], dtype=int)
         means = np.array([prior.mean for prior in self.priors], dtype=float)

@@ -10,9 +10,8 @@ from scalar.data.sensor_formats import sensor_formats
 from scalar.errors import Fault, InvalidInput
 from scalar.units import MM
 
-_LEAST_OUT_OF_PLANE = (
-    10 * MM
-)  # standard deviation of the nominal flange across the plane that fits its places best
+# Standard deviation of the places of the nominal flange across the plane that fits them best.
+_LEAST_OUT_OF_PLANE = 10 * MM
 _SEVERAL = 5  # points; fewer may have a coordinate in common
 _RETURNS = 3  # poses at each place on average, from which on the places are stated, as those of sockets, and may have a coordinate in common
 

@@ -12,9 +12,8 @@ from scipy.linalg.lapack import dpotrf, dpotri, dpotrs  # pyright: ignore[report
 
 from scalar.geometry.se3 import Array
 
-_WELL_CONDITIONED = (
-    1e8  # condition number of J'J with unit columns, at most: of some sixteen digits half are lost
-)
+# Largest condition number of J'J with unit columns: of some sixteen digits, half are then lost.
+_WELL_CONDITIONED = 1e8
 _ROUNDING = 1e-11  # of the trace of J'J: more than rounding errors change an eigenvalue
 
 

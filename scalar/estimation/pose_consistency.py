@@ -25,11 +25,9 @@ from scalar.sensors.robust_scale import robust_std
 _ROUNDS = 12  # most rounds of fitting and setting aside; usually nothing changes after two
 _CONCENTRATIONS = 4  # fits to the best-fitting poses; later ones change nothing
 _LEAST_RETURNS = 3  # poses at one place; with fewer, none could be left out
-_MOST_RETURN = 0.5  # share of the poses
-_LEAST_SHARE, _MOST_SHARE = (
-    1e-3,
-    0.95,
-)  # bounds of the share of poses that are off, from which the length of runs by chance is computed
+_LEAST_RETURNING = 0.5  # share of the poses that has to be at such places
+# Bounds of the share of poses that are off, from which the length of runs by chance is computed.
+_LEAST_SHARE, _MOST_SHARE = 1e-3, 0.95
 
 
 def pose_distances(measurement: Measurement, T_base_sensor: Array, planes: Planes, index: Array) -> Array:
@@ -82,6 +80,7 @@ def coarsely_consistent(dataset: Dataset, usable: Array, settings: GrossErrorSet
 
 
 def _merged(planes: Planes, found: Planes) -> Planes:
+    """Return planes with the normals and distances of those planes that were found, by their names."""
     normals, distances = planes.normals.copy(), planes.distances.copy()
     for name, normal, distance in zip(found.names, found.normals, found.distances, strict=True):
         k = planes.names.index(name) if name in planes.names else None
@@ -202,6 +201,7 @@ def _heavy_tailed(distances: Array, settings: GrossErrorSettings) -> bool:
 
 
 def _agreeing(dataset: Dataset, distance: Array, trusted: Array, settings: GrossErrorSettings) -> Array:
+    """Return which poses ``(N,)`` bool are no outliers given those that are trusted, or belong to runs of poses that are all off."""
     agrees = distance < outlier_limit(distance[trusted], settings)
     return agrees | (in_runs(dataset, ~agrees, settings) & (distance < settings.coarse_pose_error))
 
@@ -209,8 +209,8 @@ def _agreeing(dataset: Dataset, distance: Array, trusted: Array, settings: Gross
 def best_fitting(dataset: Dataset, distance: Array, usable: Array, settings: GrossErrorSettings) -> Array:
     """Return which poses ``(N,)`` bool are trusted at first: of the usable poses on every plane, the share with the smallest distances.
 
-    Where a tracker's target returns to a few places, of the poses at every place: without a pose at one of two places in a session, nothing says
-    how the tracker's frame is turned there, and all poses at the other place would seem to be off.
+    Where a tracker's target returns to a few places, the share is taken of the poses at every place: without a pose at one of two places in a
+    session, the orientation of the tracker's frame is not determined there, and all poses at the other place would seem to be off.
     """
     core = np.zeros(len(usable), dtype=bool)
     index = dataset.plane_index if dataset.planes else places_returned_to(dataset)
@@ -227,15 +227,15 @@ def places_returned_to(dataset: Dataset) -> Array:
     It is 0 for all poses unless most of them are at such places, as with a ball that is put into sockets whose places are stated. A tracker that
     lost its target repeats a reading too, but in few poses, and these contradict the others.
     """
-    one = np.zeros(dataset.n_poses, dtype=int)
+    no_place = np.zeros(dataset.n_poses, dtype=int)
     if np.any(np.diff(dataset.starts) != 1):
-        return one
-    session = one if dataset.session is None else dataset.session
+        return no_place
+    session = no_place if dataset.session is None else dataset.session
     read = np.column_stack([session, dataset.points])
     index, counts = np.unique(read, axis=0, return_inverse=True, return_counts=True)[1:]
     index = index.ravel()
     often = counts[index] >= _LEAST_RETURNS
-    return np.where(often, index + 1, 0) if often.mean() > _MOST_RETURN else one
+    return np.where(often, index + 1, 0) if often.mean() > _LEAST_RETURNING else no_place
 
 
 def distances_under(dataset: Dataset, model: Model) -> Array:

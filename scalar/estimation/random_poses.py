@@ -48,6 +48,13 @@ def joints_within(limits: Array, count: int, seed: int) -> Poses:
 
 @lru_cache(maxsize=_MOST_KEPT)
 def _kept_joints(limits: bytes, count: int, seed: int) -> Poses:
+    """Return random poses of joints within limits, which are kept for the next call; the arguments are hashable for that reason.
+
+    Args:
+        limits: The bytes of ``(n, 2)`` [rad; m where a joint slides].
+        count: Number of poses.
+        seed: Of the random numbers.
+    """
     low, high = np.frombuffer(limits).reshape(-1, 2).T
     q = low + (high - low) * np.random.default_rng(seed).random((count, len(low)))
     q.setflags(write=False)
@@ -59,19 +66,19 @@ def _joints(model: Model, count: int, rng: np.random.Generator) -> Array:
     return rng.uniform(limits[:, 0], limits[:, 1], (count, len(limits)))
 
 
-def poses_within_limits(limits: Array, seen: Poses, count: int, seed: int) -> Poses:
+def poses_within_limits(limits: Array, measured_poses: Poses, count: int, seed: int) -> Poses:
     """Return random poses within joint limits; other columns take random measured values, and the order of all is the measured median.
 
     Args:
         limits: ``(n, 2)`` [rad; m of a prismatic joint].
-        seen: The measured poses.
+        measured_poses: The poses with what was recorded of them.
         count: How many.
         seed: Of the draws.
     """
     rng = np.random.default_rng(seed)
     q = rng.uniform(limits[:, 0], limits[:, 1], size=(count, len(limits)))
-    columns = {name: rng.choice(values, count) for name, values in seen.columns.items()}
-    return Poses(q, np.full(count, float(np.median(seen.order))), columns)
+    columns = {name: rng.choice(values, count) for name, values in measured_poses.columns.items()}
+    return Poses(q, np.full(count, float(np.median(measured_poses.order))), columns)
 
 
 def limits_or_measured_ranges(limits: Array, q: Array) -> Array:

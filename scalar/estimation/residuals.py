@@ -49,13 +49,14 @@ class BoundPointEffect:
         """Return the coefficients ``(k,)`` of the effect."""
         return self.effect.coefficients
 
-    def course(self) -> tuple[str, BoundPointEffect, Array] | None:
-        """Return the effect that acts alike at all poses with a text that tells it from others, and the shares of it; None if there is none."""
-        return self._course
+    def constant_and_shares(self) -> tuple[str, BoundPointEffect, Array] | None:
+        """Return a key of the effect that acts alike at all poses, this effect, and its shares ``(N,)``; None if there is none (``PointEffect``)."""
+        return self._constant_and_shares
 
     @cached_property
-    def _course(self) -> tuple[str, BoundPointEffect, Array] | None:
-        found = self.effect.course(self.poses)
+    def _constant_and_shares(self) -> tuple[str, BoundPointEffect, Array] | None:
+        """Return what ``constant_and_shares`` returns, computed once."""
+        found = self.effect.constant_and_shares(self.poses)
         if found is None:
             return None
         return (

@@ -22,9 +22,8 @@ SCALE = next(kind for kind in BUILT_IN if kind.stretches_lengths)
 """The effect that is an error of the scale."""
 NATURAL = SCALE.natural["m/m"]
 """Standard deviation of a scanner's scale before anything is measured, as a share of all lengths."""
-DETERMINED = (
-    0.5  # of the natural size, chosen: with a smaller standard deviation, the data determine the scale
-)
+# Chosen, a share of the natural size: with a smaller standard deviation, the data determine the scale.
+DETERMINED = 0.5
 SCANNER_SCALE_SHIFT = "scanner_scale_shift_m"
 """Key of a calibration's summary: what ``unchecked_scale`` returns."""
 _POSES = 200

@@ -282,6 +282,17 @@ def changed(settings: Settings, values: Mapping[str, Any]) -> Settings:
 
 
 def _with(settings: Any, path: list[str], value: Any, name: str) -> Any:
+    """Return settings with another value of one field.
+
+    Args:
+        settings: The settings, or a group of them.
+        path: Names of the groups and of the field, from the outside in.
+        value: The value.
+        name: The whole name, for the message.
+
+    Raises:
+        ValueError: There is no such field.
+    """
     first, *rest = path
     part = getattr(settings, first) if first in {item.name for item in fields(settings)} else None
     if part is None or is_dataclass(part) != bool(rest):

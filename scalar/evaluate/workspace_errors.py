@@ -174,7 +174,7 @@ class Banded:
 def errors_within_limits(
     estimate: Calibration,
     models: Mapping[str, Model],
-    seen: Poses,
+    measured_poses: Poses,
     discrepancy: ModelDiscrepancy = NOTHING_LACKS,
 ) -> WorkspaceErrors | None:
     """Return the position errors of the data sheet and of models at random poses within the joint limits.
@@ -184,13 +184,16 @@ def errors_within_limits(
     Args:
         estimate: The best calibration of the arm, with its covariance.
         models: The models that are judged in addition to the data sheet, by name.
-        seen: The measured poses. A joint without limits keeps to the range that it has in them; other columns, such as the
+        measured_poses: The poses with what was recorded of them. A joint without limits keeps to the range that it has in them; other columns, such
+        as the
             temperature, take values from them.
         discrepancy: What the model of ``estimate`` may lack.
     """
     robot = estimate.model.nominal
     count = int(np.clip(_MOST_DERIVATIVES // len(estimate.model.names), _LEAST_POSES, _MOST_POSES))
-    poses = poses_within_limits(limits_or_measured_ranges(robot.limits, seen.q), seen, count, _SEED)
+    poses = poses_within_limits(
+        limits_or_measured_ranges(robot.limits, measured_poses.q), measured_poses, count, _SEED
+    )
     nominal = replace(estimate.model, robot=robot, effects=())
     return workspace_errors(estimate, {NOMINAL: nominal, **models}, poses, discrepancy)
 

@@ -18,13 +18,13 @@ def named_once(faults: list[Fault]) -> list[Fault]:
     """
     files = Counter((f.message, f.row, f.column) for f in dict.fromkeys(faults))
     kept: list[Fault] = []
-    told: Counter[tuple[str, int | None, str | None]] = Counter()
+    kept_alike: Counter[tuple[str, int | None, str | None]] = Counter()
     for fault in faults:
         same = (fault.message, fault.row, fault.column)
-        told[same] += 1
-        if told[same] <= MOST_FILES or files[same] <= MOST_FILES:
+        kept_alike[same] += 1
+        if kept_alike[same] <= MOST_FILES or files[same] <= MOST_FILES:
             kept.append(fault)
-        elif told[same] == MOST_FILES + 1:
+        elif kept_alike[same] == MOST_FILES + 1:
             rest = files[same] - MOST_FILES
             kept.append(
                 Fault(

@@ -14,9 +14,8 @@ from scalar.geometry.se3 import Array
 _ENOUGH = 20  # points; of fewer, some correction may fit by chance
 _SHARE = 0.8  # of the points that have to agree; the others may be reference points, or measured again
 _CLEARLY_LESS = 0.25  # scatter with another correction, over that with the stated one
-_LONGEST = (
-    3600.0  # [s] a clock that is wrong by more is one of another time zone, of which no point is near a pose
-)
+# [s] a clock that is wrong by more is that of another time zone, and none of its points is near a pose.
+_LONGEST = 3600.0
 _SMALL = 0.1  # scatter over the typical time between poses with which no point is nearest to another pose than its own
 _STEPS = 16.0  # corrections that are tried for each typical time between poses
 _MOST = 20_000  # corrections that are tried

@@ -51,6 +51,7 @@ def read_raw(path: Path, text: Mapping[str, Any], variable: str | None, file: st
 
 
 def _read(path: Path, file: str, text: Mapping[str, Any], variable: str | None) -> RawTable:
+    """Return the table in a file, read in the form that its name or its first bytes show."""
     kind = path.suffix.lower()
     if kind == ".mat":
         check_regular_file(path, MAX_TABLE_BYTES, file)
@@ -67,6 +68,7 @@ def _read(path: Path, file: str, text: Mapping[str, Any], variable: str | None) 
 
 
 def _read_text(file: str, raw: bytes, text: Mapping[str, Any]) -> RawTable:
+    """Return the table in a text file; ``text`` is the block of that name in the mapping."""
     encoding = text.get("encoding", "utf-8")
     try:
         content = raw.decode("utf-8-sig" if encoding == "utf-8" else encoding)
@@ -102,6 +104,7 @@ def _rows(content: str, separator: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _read_matrix(path: Path, file: str, variable: str | None) -> RawTable:
+    """Return the matrix in a MATLAB file; ``variable`` names it, or is None if the file has a single one."""
     from scipy.io import loadmat, whosmat
 
     try:

@@ -22,6 +22,7 @@ def keys(schema: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _below(schema: dict[str, Any], part: dict[str, Any], above: str) -> Iterator[tuple[str, str]]:
+    """Yield path and description of every key below a part of a schema; ``above`` is the path of that part."""
     for name, own in part.get("properties", {}).items():
         inner = _resolved(schema, own)
         yield f"{above}{name}", str(inner.get("description", ""))

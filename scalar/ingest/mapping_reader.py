@@ -33,6 +33,7 @@ _OF_A_FILE = "remove this key, or write the content of that file under dataset"
 
 @cache
 def _validator() -> Draft202012Validator:
+    """Return the validator of mappings."""
     text = (
         resources.files("scalar.ingest").joinpath("schemas/mapping.schema.json").read_text(encoding="utf-8")
     )

@@ -199,6 +199,7 @@ class RawTable:
         return self.numbers(reference, faults)
 
     def _cells(self, reference: Reference) -> Array:
+        """Return the cells of a column, or the numbers that count rows, poses or files in its place."""
         if reference == HEAD_NUMBER and HEAD_NUMBER not in (self.names or ()):
             message = (
                 f"{HEAD_NUMBER} needs points.column_profiles, and a number of its own in the header of every profile; if both files have the poses "

@@ -153,9 +153,8 @@ def whitened_rows(residuals: Residuals, model: Model, repeatability: float = 0.0
     N = len(residuals.poses)
     J = J.reshape(N, len(residual) // N, -1)
     if repeatability > 0:
-        W = (
-            residuals.wrench(model)[:, :, 3:] * repeatability
-        )  # r times the derivatives by the shift, the last three of the screw
+        # R times the derivatives by the shift, which are the last three of the screw.
+        W = residuals.wrench(model)[:, :, 3:] * repeatability
         L = np.linalg.cholesky(np.eye(W.shape[1]) + W @ np.swapaxes(W, 1, 2))
         J = np.linalg.solve(L, J)
     return J

@@ -30,9 +30,9 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
         calibration: The calibration to report.
         dataset: The dataset from which it was estimated.
     """
-    seen = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
+    measured_poses = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
     discrepancy = discrepancy_of_calibration(calibration, state_of(calibration, dataset))
-    workspace = workspace_section(calibration, None, seen, FILE, discrepancy)
+    workspace = workspace_section(calibration, None, measured_poses, FILE, discrepancy)
     if workspace is not None:
         workspace["repeated"] = repeated_in_words(dataset, calibration.model)
     about = [f"robot {dataset.robot.name}, {dataset.robot.n_joints} joints", kind_of(dataset).words]

@@ -27,9 +27,13 @@ _NOTHING_LEFT = 1e-9
 
 def better_in_controller(diagnosis: Diagnosis) -> tuple[str, str] | None:
     """Return the file whose geometry errs less without effects, and a clause with both mean errors; None if that of after.json holds all effects."""
-    after, seen = diagnosis.calibration_after.model, diagnosis.after.residuals.poses
-    poses = poses_within_limits(limits_or_measured_ranges(after.nominal.limits, seen.q), seen, _POSES, _SEED)
-    part = rigid_part(after, {name: float(np.median(values)) for name, values in seen.columns.items()})
+    after, measured_poses = diagnosis.calibration_after.model, diagnosis.after.residuals.poses
+    poses = poses_within_limits(
+        limits_or_measured_ranges(after.nominal.limits, measured_poses.q), measured_poses, _POSES, _SEED
+    )
+    part = rigid_part(
+        after, {name: float(np.median(values)) for name, values in measured_poses.columns.items()}
+    )
     geometries = {
         "before.json": diagnosis.calibration_before.model,
         "after.json": Model.at(part.robot, part.T_flange_sensor, after.target),

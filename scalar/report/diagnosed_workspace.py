@@ -44,9 +44,9 @@ def errors_over_workspace(diagnosis: Diagnosis) -> WorkspaceErrors | None:
     """
     before, after = diagnosis.calibration_before.model, diagnosis.calibration_after
     models = {WITHOUT_EFFECTS: before} if after.model.effects else {}
-    seen = diagnosis.after.residuals.poses
+    measured_poses = diagnosis.after.residuals.poses
     return errors_within_limits(
-        after, models | {SHIPPED: after.model}, seen, discrepancy_of_shipped(diagnosis)
+        after, models | {SHIPPED: after.model}, measured_poses, discrepancy_of_shipped(diagnosis)
     )
 
 
@@ -55,8 +55,8 @@ def diagnosed_workspace(diagnosis: Diagnosis) -> dict[str, Any] | None:
     errors = errors_over_workspace(diagnosis)
     if errors is None:
         return None
-    seen, discrepancy = diagnosis.after.residuals.poses, discrepancy_of_shipped(diagnosis)
-    section = section_of_errors(diagnosis.calibration_after, errors, seen, SHIPPED, discrepancy)
+    measured_poses, discrepancy = diagnosis.after.residuals.poses, discrepancy_of_shipped(diagnosis)
+    section = section_of_errors(diagnosis.calibration_after, errors, measured_poses, SHIPPED, discrepancy)
     if section is None:
         return None
     section["now"] = before_and_after_in_words(diagnosis)
@@ -97,7 +97,7 @@ def expected_within_ranges(diagnosis: Diagnosis) -> str:
 
 
 def repeated_in_words(dataset: Dataset, model: Model) -> str:
-    """Return the sentence on how far the points of poses scatter to which the arm came back; empty if they do not tell.
+    """Return the sentence on how far the points of poses scatter to which the arm came back; empty if too few were repeated.
 
     Args:
         dataset: What was measured.
@@ -110,11 +110,11 @@ def repeated_in_words(dataset: Dataset, model: Model) -> str:
     return (
         f"Repeated poses scatter by {words.length(found.scatter)} (root mean square; the arm came back {found.returns} times, to {poses}). "
         "This is the least error of any model of the joint angles: it holds the arm's repeatability, the noise of the tracker, and what changed "
-        f"in between.{_beside_stated_noise(found)}"
+        f"in between.{_compared_with_stated_noise(found)}"
     )
 
 
-def _beside_stated_noise(found: RepeatedPoses) -> str:
+def _compared_with_stated_noise(found: RepeatedPoses) -> str:
     """Return a sentence if the stated noise contradicts the scatter of repeated poses, or explains only a part of it; else nothing."""
     if found.by_stated_noise is None:
         return ""

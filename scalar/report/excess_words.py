@@ -17,11 +17,11 @@ def cause_of_excess(diagnosis: Diagnosis) -> str:
     return "a noise that is larger than stated, or something that these data do not name"
 
 
-def excess_beside_findings(diagnosis: Diagnosis) -> list[str]:
+def unexplained_excess(diagnosis: Diagnosis) -> list[str]:
     """Return a sentence if the residual clearly exceeds the noise although every finding is in the model and has a name; else none."""
     summary = diagnosis.calibration_after.summary
-    told = diagnosis.reported_noise or diagnosis.verdict != "effect" or diagnosis.shipped.without_effects
-    if told or not diagnosis.findings or not lacks_something(summary):
+    reported = diagnosis.reported_noise or diagnosis.verdict != "effect" or diagnosis.shipped.without_effects
+    if reported or not diagnosis.findings or not lacks_something(summary):
         return []
     return [
         f"With what was found in the model, the residual is still {summary['misfit']:.1f} times what the noise explains, because of "

@@ -41,7 +41,7 @@ def in_words(diagnosis: Diagnosis, finding: Finding) -> str:
     answer = answer_on(diagnosis, finding)
     if answer is None:
         return ""
-    told = outcome(answer).replace("->", "→")
+    change = outcome(answer).replace("->", "→")
     rival = quoted(finding.confounded_with[0].title)
     if answer.now >= ANSWERED:
         return (
@@ -50,7 +50,7 @@ def in_words(diagnosis: Diagnosis, finding: Finding) -> str:
         )
     return (
         f"With the {FURTHER_POSES} further poses that 'scalar plan FOLDER --after diagnosis.json' chooses (FOLDER is that of the dataset), "
-        f"the signal that distinguishes it from {rival} changes: {told}. "
+        f"the signal that distinguishes it from {rival} changes: {change}. "
         f"At {ANSWERED**0.5:g} standard errors two causes count as separated."
     )
 

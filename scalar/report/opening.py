@@ -11,7 +11,7 @@ from scalar.effects.picture import Map, Profile
 from scalar.effects.title import joints_in_words
 from scalar.estimation.misfit import lacks_something
 from scalar.report import words
-from scalar.report.excess_words import cause_of_excess, excess_beside_findings
+from scalar.report.excess_words import cause_of_excess, unexplained_excess
 from scalar.report.few_poses import few_poses
 from scalar.report.further_poses import answer_on
 from scalar.report.noise_card import SURE, noise_advice, noise_clause, noise_size
@@ -76,7 +76,7 @@ def verdict_on_effects(diagnosis: Diagnosis) -> str:
     """Return the verdict on a diagnosis that has found effects."""
     if nothing_sure(diagnosis):
         return UNSURE
-    if excess_beside_findings(diagnosis):
+    if unexplained_excess(diagnosis):
         return MORE
     return IN_PART if any(_is_unsure(finding) for finding in diagnosis.findings) else FOUND
 

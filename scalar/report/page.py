@@ -14,7 +14,7 @@ from scalar.effects.picture import Map, Profile
 from scalar.report import further_poses, shipped_words, unmeasured_words, unseen_words, words
 from scalar.report.advice import advice
 from scalar.report.diagnosed_workspace import diagnosed_workspace
-from scalar.report.excess_words import excess_beside_findings
+from scalar.report.excess_words import unexplained_excess
 from scalar.report.noise_card import noise_card
 from scalar.report.opening import opening, verdict_on_effects, verdict_on_structure
 from scalar.report.own_noise import own_noise
@@ -72,7 +72,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
             unmeasured_words.unmeasured_sentence(mapping),
             *unseen_directions_sentences(diagnosis.calibration_after),
         ],
-        "shipped": [*excess_beside_findings(diagnosis), *shipped_words.shipped_sentences(diagnosis)],
+        "shipped": [*unexplained_excess(diagnosis), *shipped_words.shipped_sentences(diagnosis)],
         "errors": _errors(mapping, bool(diagnosis.findings)),
         "workspace": diagnosed_workspace(diagnosis),
         "file": "after.json",

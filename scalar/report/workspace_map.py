@@ -49,7 +49,7 @@ _LEAST_ERROR = 1e-9  # m: smaller errors are rounding, and no picture is drawn
 def workspace_section(
     judged: Calibration,
     without_effects: Model | None,
-    seen: Poses,
+    measured_poses: Poses,
     file: str,
     discrepancy: ModelDiscrepancy = NOTHING_LACKS,
 ) -> dict[str, Any] | None:
@@ -58,25 +58,29 @@ def workspace_section(
     Args:
         judged: The calibration, with its covariance.
         without_effects: The model without effects, if it is another one; or None.
-        seen: The measured poses.
+        measured_poses: The poses with what was recorded of them.
         file: File name of the calibration, for the texts.
         discrepancy: What the model of the calibration may lack. Every figure counts its possible effects by their probability; the upper ends of the
             bands allow for its excess and its hidden effects besides.
     """
     models = {**({} if without_effects is None else {WITHOUT_EFFECTS: without_effects}), file: judged.model}
-    errors = errors_within_limits(judged, models, seen, discrepancy)
-    return None if errors is None else section_of_errors(judged, errors, seen, file, discrepancy)
+    errors = errors_within_limits(judged, models, measured_poses, discrepancy)
+    return None if errors is None else section_of_errors(judged, errors, measured_poses, file, discrepancy)
 
 
 def section_of_errors(
-    judged: Calibration, errors: WorkspaceErrors, seen: Poses, file: str, discrepancy: ModelDiscrepancy
+    judged: Calibration,
+    errors: WorkspaceErrors,
+    measured_poses: Poses,
+    file: str,
+    discrepancy: ModelDiscrepancy,
 ) -> dict[str, Any] | None:
     """Return the section as ``workspace_section`` does, of errors that are known: of the data sheet, of the model of ``file``, and of others."""
     robot, sizes = judged.model.nominal, errors.all_sizes
     if max(float(draws.found.max()) for draws in sizes.values()) < _LEAST_ERROR:
         return None
-    bases = EffectBases.of(robot, seen, judged.model.effects)
-    measured = Kinematics.of(judged.model, seen, bases).T_base_sensor[:, :3, 3]
+    bases = EffectBases.of(robot, measured_poses, judged.model.effects)
+    measured = Kinematics.of(judged.model, measured_poses, bases).T_base_sensor[:, :3, 3]
     side, top = slices(robot, errors.position, measured)
     before, after = sizes[NOMINAL], sizes[file]
     cells = [Cells.of(view, before, after) for view in (side, top)]

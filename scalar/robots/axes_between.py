@@ -14,12 +14,10 @@ from scalar.geometry.parallel_axes import near_parallel
 from scalar.geometry.robot import GEOMETRY, Robot
 from scalar.units import DEG, MM
 
-FAR = (
-    20 * MM
-)  # chosen: versions of an arm differ by more, and the errors of one arm, or frames that are moved for convenience, by less
-TURNED = (
-    10 * DEG
-)  # likewise, of an angle between axes; those of arms are multiples of 45 degrees, hardly any is 30
+# Chosen: versions of an arm differ by more; the errors of one arm, and frames that are moved for convenience, differ by less.
+FAR = 20 * MM
+# The same for an angle between axes: those of arms are multiples of 45 degrees, and hardly any is 30.
+TURNED = 10 * DEG
 _A, _ALPHA, _D = (GEOMETRY.index(kind) for kind in ("a", "alpha", "d"))
 
 

@@ -239,9 +239,9 @@ def effect_rows(
         whole: dict[Any, Array] = {}
         shares: list[tuple[Any, Array | None]] = []
         for effect in same:
-            key, acting, share = effect.course() or (len(shares), effect, None)
+            key, constant, share = effect.constant_and_shares() or (len(shares), effect, None)
             if key not in whole:
-                whole[key] = acting.contact_columns(*where)
+                whole[key] = constant.contact_columns(*where)
             shares.append((key, share))
         own = R[:, :, [names.index(name) for name in functions]] @ _side_by_side(list(whole.values()))
         ends = np.cumsum([added.shape[2] for added in whole.values()])

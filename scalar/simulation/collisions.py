@@ -20,9 +20,8 @@ from scalar.simulation.transforms import Array
 from scalar.simulation.world import World
 
 _THICKNESS = 0.05  # of a target plane [m]
-_RAYS = (
-    31  # across the fan: 8 mm apart at 0.45 m in a fan of +-15 degrees, where an arm is at least 5 cm thick
-)
+# Number of rays across the fan: 8 mm apart at 0.45 m in a fan of +-15 degrees, where an arm is at least 5 cm thick.
+_RAYS = 31
 
 
 @dataclass(frozen=True, eq=False)

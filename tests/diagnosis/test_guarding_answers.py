@@ -162,7 +162,7 @@ def chosen(
     )
     monkeypatch.setattr(doubtful_effects, "equations_per_parameter", lambda _: equations)
     monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
-    monkeypatch.setattr(focused_choice, "nuisances_beside", lambda *_: list(nuisances))
+    monkeypatch.setattr(focused_choice, "missing_nuisances", lambda *_: list(nuisances))
     poses = SimpleNamespace(order=np.arange(10.0))
     effects = effect_of(0), effect_of(1, in_time)
     of_arm = {"of_instrument": False, "any_smooth_form": False, "acts_on_arm": True}
@@ -271,7 +271,7 @@ def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
         "CandidateColumns": SimpleNamespace(of=lambda *_: None),
         "evidence_without_a_name": lambda *_: [[]],
         "leads_of_terms": lambda *_: [-np.inf],
-        "_beside_all": lambda *_: [],
+        "_scores_given_all": lambda *_: [],
         "held_out_errors": lambda _: None,
         "rivals": lambda *_: (own, [own, scored(near, 96.0), scored(far, 93.0)]),
         "rivals_of_strongest_part": lambda *_: [],
@@ -282,7 +282,7 @@ def test_what_explains_nearly_as_much_is_confounded(monkeypatch):
         "fold_odds": lambda *_: np.array([9.0, 3.0, 6.0]),
         "grounds_of_effect": lambda *_: None,
         "confidence": lambda *_: 0.9,
-        "_against_sets": lambda found, *_: found,
+        "_compared_with_sets": lambda found, *_: found,
     }
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(judged_effects, name, stand_in)

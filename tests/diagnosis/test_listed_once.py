@@ -13,17 +13,17 @@ from scalar.effects.range_scale import RangeScale
 
 
 @pytest.mark.parametrize(
-    ("doubtful", "beside", "listed"),
+    ("doubtful", "may_accompany", "listed"),
     [
         (False, False, ["range_scale"]),
         (True, False, ["joint_scale", "range_scale"]),
         (False, True, ["joint_scale", "range_scale"]),
     ],
 )
-def test_a_rival_of_a_named_finding_is_listed_with_it_alone(doubtful, beside, listed):
+def test_a_rival_of_a_named_finding_is_listed_with_it_alone(doubtful, may_accompany, listed):
     """With the finding in the model its rival leaves no residual; it stands with the finding if that has a name, and else among the unobservable.
 
-    It stands among these as well if it may be there besides the finding.
+    It stands among these as well if it may be present together with the finding.
     """
     finding = Finding(
         effect=JointHarmonic(4, (1,)),
@@ -37,7 +37,7 @@ def test_a_rival_of_a_named_finding_is_listed_with_it_alone(doubtful, beside, li
         doubtful=doubtful,
     )
     hidden = (
-        Unobservable(JointScale(4), 0.0, 1e-4, "", beside=beside),
+        Unobservable(JointScale(4), 0.0, 1e-4, "", may_accompany=may_accompany),
         Unobservable(RangeScale(), 0.0, 1e-4, ""),
     )
     alone = Diagnosis.unobservable_alone.fget(SimpleNamespace(findings=(finding,), unobservable=hidden))

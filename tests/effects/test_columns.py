@@ -157,8 +157,8 @@ def test_the_columns_of_a_creep_are_a_share_of_those_of_the_moved_plane():
     T, index = residuals.kinematics(model).T_base_sensor, residuals.measurement.target_index
     where = T, model.target, index, contact_vectors(T, model.target, index)
     creep = PlaneMoved("floor", 5.0, None, plane_centre(scene.dataset, "floor"), 9.0)
-    always, shares = creep.course(poses)
+    always, shares = creep.constant_and_shares(poses)
     expected = creep.profile(poses.order)[:, None, None] * always.contact_columns(poses, *where)
     np.testing.assert_array_equal(shares, np.clip((poses.order - 5.0) / 9.0, 0.0, 1.0))
     np.testing.assert_allclose(creep.contact_columns(poses, *where), expected, rtol=1e-14)
-    assert always.course(poses) is None and expected.any()
+    assert always.constant_and_shares(poses) is None and expected.any()

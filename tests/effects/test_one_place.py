@@ -15,7 +15,7 @@ PACKAGES = ("estimation", "diagnosis", "report", "cli")
 FILES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
 ALSO_A_VERDICT = {
     "unattributed"
-}  # diagnosis.json's word for structure without a name, as a verdict and as an entry
+}  # diagnosis.json's word for unmodelled structure, as a verdict and as an entry
 
 
 def kinds_below(kind):

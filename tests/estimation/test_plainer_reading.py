@@ -13,7 +13,7 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup import explain as search
 from scalar.estimation.setup.alternatives import Alternative, with_robot, with_sign_changed
-from scalar.estimation.setup.trial import Look
+from scalar.estimation.setup.trial import NominalFit
 from scalar.geometry.robot import GEOMETRY
 from scalar.units import DEG, MM
 from tests.random_scene import make_scene
@@ -75,10 +75,10 @@ def test_of_readings_that_turn_nothing_those_that_explain_most_are_fitted(monkey
     """
     residuals = [1.5, 1.6, 1.4, 1.7, 0.3, 1.8]  # [mm], of readings in the order of the list; 2.5 as described
     fitted: list[int] = []
-    monkeypatch.setattr(search, "first_look", lambda index: Look(residuals[index] * MM, 0.0, 0.1))
+    monkeypatch.setattr(search, "nominal_fit", lambda index: NominalFit(residuals[index] * MM, 0.0, 0.1))
     monkeypatch.setattr(search, "full_fit", fitted.append)
     tried: Any = [Alternative("", "", "", "", "", cast("Any", index)) for index in range(len(residuals))]
-    search._explaining(tried, Look(2.5 * MM, 0.0, 0.1), None)
+    search._explaining(tried, NominalFit(2.5 * MM, 0.0, 0.1), None)
     assert fitted[0] == 4 and len(fitted) < len(residuals)
 
 
@@ -86,10 +86,10 @@ def test_readings_that_say_the_same_stay_in_the_order_of_the_list(monkeypatch):
     """A wrong sign of joint 1 and a zero of joint 2 that is half a turn off leave almost the same residual; the sign is first."""
     residuals = [0.301, 0.30, 0.302]  # [mm]
     fitted: list[int] = []
-    monkeypatch.setattr(search, "first_look", lambda index: Look(residuals[index] * MM, 0.0, 0.1))
+    monkeypatch.setattr(search, "nominal_fit", lambda index: NominalFit(residuals[index] * MM, 0.0, 0.1))
     monkeypatch.setattr(search, "full_fit", fitted.append)
     tried: Any = [Alternative("", "", "", "", "", cast("Any", index)) for index in range(len(residuals))]
-    search._explaining(tried, Look(2.5 * MM, 0.0, 0.1), None)
+    search._explaining(tried, NominalFit(2.5 * MM, 0.0, 0.1), None)
     assert fitted == [0, 1, 2]
 
 

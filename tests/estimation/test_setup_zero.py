@@ -27,7 +27,7 @@ def test_a_zero_that_a_fit_finds_where_it_is_described_is_not_wrong(tracked, mon
     sound = full_fit(tracked)
     assert sound is not None
     monkeypatch.setattr(search, "full_fit", lambda dataset: None if dataset is tracked else sound)
-    monkeypatch.setattr(search, "_better", lambda look, alternative, as_it_is: bool(alternative.zeros))
+    monkeypatch.setattr(search, "_better", lambda nominal, alternative, described: bool(alternative.zeros))
     assert not explain(tracked)
 
 

@@ -17,7 +17,7 @@ from scalar.diagnosis.shipping.shipped_fit import BY_COMPONENT
 from scalar.estimation.calibrate import calibrate
 from scalar.evaluate.workspace_errors import aligned_errors
 from scalar.report.calibration_page import calibration_page
-from scalar.report.excess_words import excess_beside_findings
+from scalar.report.excess_words import unexplained_excess
 from scalar.report.fleet_row import row_of
 from scalar.report.page import page
 from tests.diagnosis.test_patterns_are_no_noise import loose_mount
@@ -146,9 +146,9 @@ def test_what_a_named_effect_leaves_is_said() -> None:
         calibration_after=SimpleNamespace(summary={"misfit": 2.29, "misfit_p_value": 0.0}),
         after=SimpleNamespace(residuals=SimpleNamespace(measurement=SimpleNamespace(scans=False))),
     )
-    (sentence,) = excess_beside_findings(named)
+    (sentence,) = unexplained_excess(named)
     assert "still 2.3 times what the noise explains" in sentence and "larger than stated" in sentence
     for change in ({"verdict": "unattributed"}, {"findings": ()}, {"reported_noise": (object(),)}):
-        assert not excess_beside_findings(SimpleNamespace(**{**vars(named), **change}))  # type: ignore[arg-type]
+        assert not unexplained_excess(SimpleNamespace(**{**vars(named), **change}))  # type: ignore[arg-type]
     named.calibration_after = SimpleNamespace(summary={"misfit": 1.05, "misfit_p_value": 0.1})
-    assert not excess_beside_findings(named)
+    assert not unexplained_excess(named)

@@ -35,7 +35,7 @@ STRUCTURE = entry("unattributed", 0.45, target={}, most_like=[entry("pose_lag", 
     ],
 )
 def test_a_name_that_is_not_sure_is_not_listed_as_found(effects, found, unsure):
-    """Names with less confidence than a diagnosis gives a name alone stand apart; structure without a name is found all the same."""
+    """Names with less confidence than a diagnosis gives a name alone stand apart; unmodelled structure is found all the same."""
     assert sure_and_unsure(effects, LEAST) == (found, unsure)
 
 

@@ -56,7 +56,7 @@ def test_a_hidden_load_is_one_thing_to_record_beside_structure_without_a_name(re
 
 @pytest.mark.slow
 def test_the_report_on_a_load_that_nobody_recorded_advises_to_record_it() -> None:
-    """Half of the poses of a compliant arm carry a load: the verdict stays that of structure without a name, and the report names the column."""
+    """Half of the poses of a compliant arm carry a load: the verdict stays that of unmodelled structure, and the report names the column."""
     scene = make_scene("ur10e", "tracker", poses_per_plane=50, seed=4, noise=3e-5)
     q, N = scene.dataset.q, scene.dataset.n_poses
     loaded = np.random.default_rng(1).random(N) < 0.5

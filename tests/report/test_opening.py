@@ -60,7 +60,7 @@ def test_structure_without_a_name_is_told_once():
 
 
 def test_an_unsure_cause_is_confirmed_before_anything_is_repaired():
-    """A confidence below 0.8 asks for a second campaign; a sure cause, and structure without a name, do not."""
+    """A confidence below 0.8 asks for a second campaign; a sure cause, and unmodelled structure, do not."""
     diagnosis: Any = SimpleNamespace(findings=())
     for sure, asked in ((0.6, True), (0.95, False)):
         finding = found(JointBacklash(2, "approach"), 3e-4, 1e-4)

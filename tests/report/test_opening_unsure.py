@@ -28,7 +28,7 @@ def found(joint: int, confidence: float) -> Any:
 )
 def test_the_verdict_says_whether_every_name_is_sure(monkeypatch, confidences, verdict):
     """Beside a sure name, one that is right every second time is not called found."""
-    monkeypatch.setattr(opening, "excess_beside_findings", lambda diagnosis: [])
+    monkeypatch.setattr(opening, "unexplained_excess", lambda diagnosis: [])
     diagnosis: Any = SimpleNamespace(findings=[found(k + 1, c) for k, c in enumerate(confidences)])
     assert opening.verdict_on_effects(diagnosis) == verdict
 

@@ -20,9 +20,8 @@ from scalar.diagnosis.shipping.nested_models import LIMITS, RANGES
 from scalar.evaluate.workspace_errors import Banded, rms_over_poses, workspace_errors
 from scalar.units import MM
 
-_N_POSES = (
-    400  # random poses: their mean square then varies by a few per cent from one choice of them to another
-)
+# Number of random poses: their mean square then varies by a few per cent from one choice of them to another.
+_N_POSES = 400
 _SHIPPED = "after.json"
 
 

@@ -2,7 +2,7 @@
 
 No gear is rigid, and no axis is quite parallel to another (``Effect.in_every_arm``). An effect of this kind that is too small to be found among the
 measured poses is missing from the model, and may make a larger error at other poses. With the prior ``c ~ N(0, S)`` of the coefficients c, and with
-r and E' the residual and the columns of the effects beside the fitted parameters (``missing_effects``), the posterior has covariance
+r and E' the residual and the columns of the effects given the fitted parameters (``missing_effects``), the posterior has covariance
 ``V = (E'^T E' + S^-1)^-1`` and mean ``-V E'^T r`` (Kennedy and O'Hagan, Journal of the Royal Statistical Society B 63, 2001, treat what a model lacks
 in this way).
 """
@@ -30,7 +30,7 @@ class HiddenEffects:
     """Effects that every arm has and a fit lacks, with what the data say of their K coefficients.
 
     Attributes:
-        missing: The effects, beside the fit that lacks them.
+        missing: The effects, given the fit that lacks them.
         root: ``(K, K + 1)``, independent deviations of the coefficients, of one standard deviation each: a root of the posterior covariance, and
             the posterior mean, which counts as a deviation because the model lacks it.
     """

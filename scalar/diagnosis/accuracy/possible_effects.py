@@ -3,7 +3,7 @@
 Most arms have effects that are too small to be found, or whose shape no name fits. Their covariance does not cover them: the parameters absorb a part
 of each, and the rest is hidden in the noise. Here the fit may lack none of the effects that many arms have (``Effect.in_many_arms``), or one of them,
 with coefficients ``c ~ N(0, (s n)^2)``; n are their natural sizes and s is one of several shares. With r and E' the residual and the columns of an
-effect beside the fitted parameters (``missing_effects``), the evidence is the density of ``r ~ N(0, v I + s^2 E' diag(n^2) E'^T)`` with the variance
+effect given the fitted parameters (``missing_effects``), the evidence is the density of ``r ~ N(0, v I + s^2 E' diag(n^2) E'^T)`` with the variance
 v at its most likely value, so that a noise that is stated wrongly counts for no effect. Predictions are averaged over these models with their
 posterior probabilities (Hoeting, Madigan, Raftery and Volinsky, Statistical Science 14, 1999): a model is drawn, and from its posterior the
 coefficients.
@@ -36,7 +36,7 @@ class PossibleEffects:
     """The effects that a fit may lack, with K coefficients in all, and what the data say of them.
 
     Attributes:
-        missing: The effects, beside the fit.
+        missing: The effects, given the fit.
         information: ``(K, K)``, ``S E'^T E' S`` with the natural sizes S on a diagonal.
         gradient: ``(K,)``, ``S E'^T r``.
         squares: Sum of squares of the residual r.

@@ -15,10 +15,8 @@ from scipy.special import chdtrc  # what scipy.stats.chi2.sf calls, without its 
 
 from scalar.geometry.se3 import Array
 
-_POWERS = (
-    -16.0,
-    24.0,
-)  # a variance is sought within these powers of e of the one at which the error is as large as the noise
+# A variance is sought within these powers of e of the one at which the error is as large as the noise.
+_POWERS = -16.0, 24.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -107,7 +107,7 @@ class EffectColumns:
         ends = [0, *accumulate(len(effect.coefficients) for effect in effects)]
         found = np.empty(
             (ends[-1], N, m)
-        )  # the rows of a column lie together in memory, because sums run over rows
+        )  # the rows of a column are adjacent in memory, because sums run over rows
         columns = found.transpose(1, 2, 0)
         on_points: list[tuple[PointEffect, slice]] = []
         whole: dict[str, Array] = {}
@@ -117,14 +117,14 @@ class EffectColumns:
                 continue
             if (
                 isinstance(effect, LinkEffect)
-                and (course := effect.course(self._residuals.poses)) is not None
+                and (product := effect.constant_and_shares(self._residuals.poses)) is not None
             ):
-                acting, share = course
-                if acting.key not in whole:
-                    whole[acting.key] = np.empty((stop - start, N, m))
-                    basis = np.asarray(self._basis(acting, Bases()))
-                    self._fill(whole[acting.key].transpose(1, 2, 0), acting, basis)
-                np.multiply(whole[acting.key], share[:, None], out=found[start:stop])
+                constant, share = product
+                if constant.key not in whole:
+                    whole[constant.key] = np.empty((stop - start, N, m))
+                    basis = np.asarray(self._basis(constant, Bases()))
+                    self._fill(whole[constant.key].transpose(1, 2, 0), constant, basis)
+                np.multiply(whole[constant.key], share[:, None], out=found[start:stop])
                 continue
             basis = self._basis(effect, bases)
             if isinstance(basis, JointBasis):

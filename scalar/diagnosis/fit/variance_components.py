@@ -150,9 +150,8 @@ def directions(residuals: Residuals, model: Model) -> list[tuple[str, Array]]:
     errors that are common to all points of a pose [1/m].
     """
     kinematics = residuals.kinematics(model)
-    revolute = (
-        ~model.robot.slides
-    )  # a slide's position is in metres, and its repeatability differs from that of a gear
+    # A slide's position is in metres, and its repeatability differs from that of a gear.
+    revolute = ~model.robot.slides
     by_angle = kinematics.screws(joint_effects=False)[:, :, model.robot.joint_columns][:, :, revolute]
     rows = residuals.measurement.rows(kinematics.T_base_sensor, model.target)
     jitter = rows.wrench @ by_angle

@@ -123,6 +123,7 @@ def halves_left_out(state: FittedState) -> list[HalfLeftOut]:
 
 
 def _halves_left_out(state: FittedState) -> list[HalfLeftOut]:
+    """Return the halves that ``halves_left_out`` returns, computed anew."""
     if state.dataset.n_poses < 2 * LEAST_POSES:
         return []
     rows, found = _Rows.of(state), []

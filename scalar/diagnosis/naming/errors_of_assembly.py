@@ -3,8 +3,8 @@
 No axis is quite parallel to another, and between axes that are nominally parallel one direction of the tilt is none of the parameters of the rigid
 model: it counts as an effect, and competes with others as if it were as rare as they are. Over few poses it may look like an error of a joint. Of 26
 tracked poses of a real arm whose joints 2 and 3 are parallel, a tilt of 0.1 degrees and a coupling of joint 1 from joint 2, for which that arm has no
-mechanism, leave 0.21 mm both; from 20 of them the coupling had been named with a confidence of 0.97, beside the words that the data do not
-distinguish it from the tilt.
+mechanism, leave 0.21 mm both; from 20 of them the coupling had been named with a confidence of 0.97, and the report said at the same time
+that the data do not distinguish it from the tilt.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Lower the confidence in names of one joint that stands at few positions, where any error of its position explains as much.
+"""Lower the confidence in names of one joint that stands at few positions, where an independent error at each position explains as much.
 
-On a grid a joint stands at four or seven angles, say. An error of its angle then consists of as many numbers, whatever its form: a gear of hundreds
-of teeth errs at random there. A scale, play and a compliance of the joint together describe most of such numbers: in a simulated campaign of 169
-poses, of which joint 2 stood at six angles, an error of its drive had been called play with 0.98, and the correction made predictions 2.6 times
-worse. The names of a joint are therefore compared with one free error for each of its positions.
+On a grid a joint stands at four or seven angles, for example. An error of its angle then consists of as many numbers, whatever its form: those of a
+gear of hundreds of teeth are random there. A scale, play and a compliance of the joint together describe most of such numbers: in a simulated
+campaign of 169 poses, of which joint 2 stood at six angles, an error of its drive had been called play with 0.98, and the correction made predictions
+2.6 times worse. The names of a joint are therefore compared with one free error for each of its positions.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from scalar.diagnosis.scoring.score_test import Projected, evidence
 from scalar.effects import Effect
 from scalar.effects.title import only_joint
 
-ANY_ERROR = "the joint stands at few positions, and an error of its own at each of them explains as much"
+FREE_ERRORS = "the joint stands at few positions, and an error of its own at each of them explains as much"
 
 
 def limited_by_few_positions(
     found: Sequence[Finding], state: FittedState, candidates: CandidateSet, least_confidence: float
 ) -> tuple[Finding, ...]:
-    """Return the findings, with the confidence limited in those of one joint in place of which any error of its position explains as much.
+    """Return the findings, with the confidence limited in those of one joint for which free errors at its positions have more log evidence.
 
     Args:
         found: All findings.
@@ -40,17 +40,17 @@ def limited_by_few_positions(
     free = [
         joint
         for joint in at_few_positions(state.dataset.q)
-        if lead_of_any_error(state, joint, candidates) > 0.0
+        if lead_of_free_errors(state, joint, candidates) > 0.0
     ]
     return limited_where(
-        found, lambda f: _named_joint(f.effect) in free, ONE_OF_TWO, least_confidence, ANY_ERROR
+        found, lambda f: _named_joint(f.effect) in free, ONE_OF_TWO, least_confidence, FREE_ERRORS
     )
 
 
-def lead_of_any_error(state: FittedState, joint: int, candidates: CandidateSet) -> float:
-    """Return by how much more log evidence [nats] a free error at each position of a joint has than all names of this joint, in their place.
+def lead_of_free_errors(state: FittedState, joint: int, candidates: CandidateSet) -> float:
+    """Return the log evidence [nats] by which free errors at the positions of a joint, in place of all its names, lead these names.
 
-    Each part of each name was chosen among all candidates. Minus infinity if the joint has no name.
+    Each part of each name counts as a choice among all candidates. The lead is minus infinity if the joint has no name.
 
     Args:
         state: The state with all effects.
@@ -78,5 +78,5 @@ def lead_of_any_error(state: FittedState, joint: int, candidates: CandidateSet) 
 
 
 def _named_joint(effect: Effect) -> int | None:
-    """Return the joint of which an effect with a name is an error, or None if it concerns none or several."""
+    """Return the joint, from 1, of which an effect with a name is an error; None if it concerns none or several."""
     return None if effect.flexible else only_joint(effect.target)

@@ -33,7 +33,7 @@ class Finding:
         std: ``(k,)``, standard errors of the coefficients, None for those that were not estimated.
         grounds: The numbers from which the confidence is computed.
         selected_in: Share of the outer split's runs that chose it at its place, or None without that split.
-        limit: Why its confidence is no larger, as a clause, if a rule lowered it below that of the trials; else empty.
+        limit: Why its confidence is no larger, as a clause, if a rule lowered it; else empty.
         doubtful: Whether its name is too uncertain to be given, so that it is reported as unattributed: the probability that it, or an effect that is
             confounded with it, is the cause is below ``settings.naming.least_confidence``.
     """
@@ -51,12 +51,12 @@ class Finding:
     doubtful: bool = False
 
     def limited(self, most: float, least_confidence: float, reason: str) -> Finding:
-        """Return the finding with at most some confidence; its name is doubtful if that is less than a name needs.
+        """Return the finding with its confidence limited; its name is doubtful if the limit is less than a name needs.
 
         Args:
-            most: The most confidence.
-            least_confidence: What a name needs.
-            reason: Why it is no larger, as a clause.
+            most: The limit, between 0 and 1.
+            least_confidence: A name with less confidence is doubtful, between 0 and 1.
+            reason: Why the confidence is no larger, as a clause.
         """
         doubtful = self.doubtful or most < least_confidence
         if most >= self.confidence:
@@ -70,7 +70,7 @@ class Finding:
 
     @property
     def depends_on(self) -> list[str]:
-        """Return the columns of ``poses.csv`` with which it varies: those of its class, of the joints of its target, and of the moment it begins."""
+        """Return the columns of ``poses.csv`` with which it varies: those of its effect, its joints, and the order if it begins at a pose."""
         target = self.effect.target
         by_order = self.effect.follows_order and not self.effect.moves_from
         moment = ["order"] if "at" in target or by_order else []
@@ -106,14 +106,14 @@ def limited_where(
     least_confidence: float,
     reason: str,
 ) -> tuple[Finding, ...]:
-    """Return findings, with at most some confidence in those to which a rule applies (``Finding.limited``).
+    """Return the findings, with the confidence limited in those to which a rule applies (``Finding.limited``).
 
     Args:
         found: All findings.
         applies: Whether the rule applies to a finding.
-        most: The most confidence.
-        least_confidence: What a name needs.
-        reason: Why it is no larger, as a clause.
+        most: The limit, between 0 and 1.
+        least_confidence: A name with less confidence is doubtful, between 0 and 1.
+        reason: Why the confidence is no larger, as a clause.
     """
     return tuple(f.limited(most, least_confidence, reason) if applies(f) else f for f in found)
 

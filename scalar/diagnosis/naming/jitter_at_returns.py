@@ -1,8 +1,8 @@
 """Lower the confidence in a jitter of the joints that returns to the same poses do not bear out.
 
 A joint that does not repeat, and an unknown error that depends on the joint angles in a complicated way (the pull of a hose, a loose mount), scatter
-the poses alike: to a test over different poses, an error with many short waves is random. Only a return to the same joint angles tells them apart. A
-jitter is then another, and an error of the angles is the same.
+the poses alike: to a test over different poses, an error with many short waves is random. Only a return to the same joint angles distinguishes them:
+the error of a jitter is then independent of the one before, and an error that depends on the angles is the same.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from scalar.estimation.design_effect import standstills
 from scalar.geometry.se3 import Array
 
 NO_RETURNS = "no returns to the same poses bear it out, and the pull of a hose or a loose mount scatters poses that all differ alike"
-MOST_SHARE = 0.5  # chosen: of the variance that returns may have in common; with more, the larger part is an error of the angles
-STANDARD_ERRORS = 2.0  # by which that share has to be exceeded, or not reached
+# Chosen: share of the variance that measurements of one pose may have in common. With more, the larger part is an error that depends on the angles.
+MOST_COMMON_SHARE = 0.5
+STANDARD_ERRORS = 2.0  # by which the share has to be below that
 
 
 def most_confidence_at_returns(state: FittedState, component: VarianceComponent) -> float:
@@ -32,7 +33,7 @@ def most_confidence_at_returns(state: FittedState, component: VarianceComponent)
     if component.name != JITTER:
         return 1.0
     share, error = share_in_common(state, component)
-    return 1.0 if share + STANDARD_ERRORS * error < MOST_SHARE else NOT_SURE
+    return 1.0 if share + STANDARD_ERRORS * error < MOST_COMMON_SHARE else NOT_SURE
 
 
 def share_in_common(state: FittedState, component: VarianceComponent) -> tuple[float, float]:

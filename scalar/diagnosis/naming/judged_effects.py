@@ -35,10 +35,10 @@ from scalar.diagnosis.structure.leads_of_terms import leads_of_terms
 from scalar.diagnosis.structure.unmodelled_structure import evidence_without_a_name
 from scalar.effects import Effect
 
-_WITHOUT_A_NAME = (
-    "structure without a name, or an error of the instrument, explains the residual about as well"
+_LIMITED_BY_STRUCTURE = (
+    "unmodelled structure, or an error of the instrument, explains the residual about as well"
 )
-_SETS = "two or three other effects together explain about as much"
+_LIMITED_BY_SETS = "two or three other effects together explain about as much"
 NEAREST_RIVALS = 8  # number of rivals, those with the most evidence, with which an effect is compared again without each fold of the poses
 
 
@@ -57,19 +57,19 @@ def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Findin
     without_a_name = evidence_without_a_name(scored, run.flexible_candidates)
     of_instrument = leads_of_instrument(after, run.rival, candidates)
     leads = np.maximum(leads_of_terms(scored, run.flexible_candidates), of_instrument)
-    beside = _beside_all(scored, columns) if after.effects else []
+    given_all = _scores_given_all(scored, columns) if after.effects else []
     for i, effect in enumerate(after.effects):
         effects = merged(effects, effect)
         last = i + 1 == len(after.effects) and len(effects) == len(after.effects)
         state = after if last else after.refitted(effects, state.model)
         errors = error_before, held_out_errors(state)
         found.append(
-            _finding(after, scored, i, columns, beside, folds, without_a_name[i], errors, final_residuals)
+            _finding(after, scored, i, columns, given_all, folds, without_a_name[i], errors, final_residuals)
         )
         if not effect.flexible:
             most, least = float(expit(-leads[i])), after.settings.naming.least_confidence
-            found[-1] = found[-1].limited(most, least, _WITHOUT_A_NAME)
-            found[-1] = _against_sets(found[-1], scored, i, columns)
+            found[-1] = found[-1].limited(most, least, _LIMITED_BY_STRUCTURE)
+            found[-1] = _compared_with_sets(found[-1], scored, i, columns)
         if run.rival is not None and of_instrument[i] > -after.settings.selection.confounded_margin:
             rivals_too = (*found[-1].confounded_with, *errors_of_instrument_in(run.rival))
             found[-1] = replace(found[-1], confounded_with=rivals_too)
@@ -77,7 +77,7 @@ def findings_of(run: Explained, final_residuals: FinalResiduals) -> tuple[Findin
     return repeated_changes_doubted(found, after.settings.naming.least_confidence)
 
 
-def _against_sets(found: Finding, scored: FittedState, i: int, columns: CandidateColumns) -> Finding:
+def _compared_with_sets(found: Finding, scored: FittedState, i: int, columns: CandidateColumns) -> Finding:
     """Return a finding with at most the confidence that the nearest set of other effects leaves; the first effect of a set that
     explains about as much is confounded with it.
 
@@ -94,7 +94,7 @@ def _against_sets(found: Finding, scored: FittedState, i: int, columns: Candidat
     nearest = nearest_set(scored, i, columns)
     if nearest is None:
         return found
-    limited, instead = found.limited(nearest.probability, least, _SETS), nearest.effects[0]
+    limited, instead = found.limited(nearest.probability, least, _LIMITED_BY_SETS), nearest.effects[0]
     near = nearest.lead < scored.settings.selection.confounded_margin
     if not near or any(instead.same_place(effect) for effect in found.confounded_with):
         return limited
@@ -106,7 +106,7 @@ def _finding(
     scored: FittedState,
     i: int,
     columns: CandidateColumns,
-    beside: Sequence[Scored],
+    given_all: Sequence[Scored],
     folds: Sequence[WithoutFold],
     unnamed: list[float],
     errors: tuple[HeldOutErrors, HeldOutErrors],
@@ -119,17 +119,18 @@ def _finding(
         scored: The same state with the priors for whitened rows.
         i: Index of the effect.
         columns: The candidates' columns at ``scored``.
-        beside: The candidates that explain something beside all effects of the state. What they explain so does not speak against effect i.
+        given_all: The scores of the candidates that explain something given all effects of the state. What they explain so does not speak against
+            effect i.
         folds: What ``without_each_fold`` returns for ``scored``.
         unnamed: Log evidence [nats] of flexible terms in the effect's place.
         errors: Held-out errors without and with the effect.
         final_residuals: What the residuals of ``after`` show.
     """
     effect, least = after.effects[i], after.settings.naming.least_confidence
-    own, ranking = _scores_in_place(scored, i, columns, beside)
+    own, ranking = _scores_in_place(scored, i, columns, given_all)
     ranking = with_fitted_rivals(scored, i, own, ranking)
-    confounded, weight = _imitators(scored, i, own, ranking)
-    against = _Against.of(scored, i, own, ranking, unnamed, beside, folds)
+    confounded, weight = _confounded_and_weight(scored, i, own, ranking)
+    against = _Against.of(scored, i, own, ranking, unnamed, given_all, folds)
     grounds = against.grounds(against.rivals, final_residuals)
     own_confidence = min(confidence(grounds, effect.name), weight)
     if untried := effect.alike_at_few_positions(after.dataset):
@@ -157,18 +158,18 @@ def _finding(
 
 
 def _scores_in_place(
-    scored: FittedState, i: int, columns: CandidateColumns, beside: Sequence[Scored]
+    scored: FittedState, i: int, columns: CandidateColumns, given_all: Sequence[Scored]
 ) -> tuple[Scored, list[Scored]]:
     """Return the score of effect i given the other effects, and the scores of all candidates in its place, the one with the most evidence first."""
     own, in_its_place = rivals(scored, i, columns)
     if not is_shrunk(scored.effects[i]):
         in_its_place = [*in_its_place, *rivals_of_strongest_part(scored, i, own, columns)]
-    ranking = [_in_place_alone(s, beside) for s in in_its_place]
+    ranking = [_in_place_alone(s, given_all) for s in in_its_place]
     ranking.sort(key=lambda s: -s.evidence)
     return own, [s for s in ranking if not has_all_orders(scored, s.effect)]
 
 
-def _imitators(
+def _confounded_and_weight(
     scored: FittedState, i: int, own: Scored, ranking: Sequence[Scored]
 ) -> tuple[list[Effect], float]:
     """Return the effects that are confounded with effect i, and the probability of effect i among the effects that are like it.
@@ -219,7 +220,7 @@ class _Against:
         own: Scored,
         ranking: Sequence[Scored],
         unnamed: Sequence[float],
-        beside: Sequence[Scored],
+        given_all: Sequence[Scored],
         folds: Sequence[WithoutFold],
     ) -> _Against:
         """Return what speaks against effect i. An effect with all orders of a joint has no rivals, because its evidence cannot be compared.
@@ -234,7 +235,8 @@ class _Against:
         nearest = [s for s in others if s.other_parts is None][:NEAREST_RIVALS]
         alone, *odds_by_rival = fold_odds(i, [s.effect for s in nearest], folds).tolist()
         least_odds = [
-            (s, odds + _evidence_beside(s, beside)) for s, odds in zip(nearest, odds_by_rival, strict=True)
+            (s, odds + _evidence_given_all(s, given_all))
+            for s, odds in zip(nearest, odds_by_rival, strict=True)
         ]
         least_odds += [(s, own.evidence - s.evidence) for s in others if s.other_parts is not None]
         return cls(scored, i, own, others, unnamed, alone, least_odds)
@@ -252,23 +254,23 @@ class _Against:
         return grounds_of_effect(self.scored, self.i, self.own, evidence, least, final_residuals)
 
 
-def _beside_all(state: FittedState, columns: CandidateColumns) -> list[Scored]:
-    """Return the scores of the candidates that explain something beside all effects of a state."""
+def _scores_given_all(state: FittedState, columns: CandidateColumns) -> list[Scored]:
+    """Return the scores of the candidates that explain something given all effects of a state."""
     return [s for s in rank(state, state.background(), columns) if s.evidence > 0]
 
 
-def _in_place_alone(entry: Scored, beside: Sequence[Scored]) -> Scored:
-    """Return the score of a candidate in an effect's place, less the log evidence that it has beside the effect.
+def _in_place_alone(entry: Scored, given_all: Sequence[Scored]) -> Scored:
+    """Return the score of a candidate in an effect's place, less the log evidence that it has given the effect.
 
-    Let E be log evidence, A the effect and R a rival. Whether A is needed where R acts is E(A and R) - E(R), which is E(A) - (E(R) - E(R beside A)).
+    Let E be log evidence, A the effect and R a rival. Whether A is needed where R acts is E(A and R) - E(R), which is E(A) - (E(R) - E(R given A)).
     """
-    more = _evidence_beside(entry, beside)
+    more = _evidence_given_all(entry, given_all)
     return replace(entry, evidence=entry.evidence - more) if more else entry
 
 
-def _evidence_beside(entry: Scored, beside: Sequence[Scored]) -> float:
-    """Return the log evidence [nats] that a candidate has beside all effects of the state; zero if there it explains nothing."""
-    return max((s.evidence for s in beside if s.effect.same_place(entry.effect)), default=0.0)
+def _evidence_given_all(entry: Scored, given_all: Sequence[Scored]) -> float:
+    """Return the log evidence [nats] that a candidate has given all effects of the state; zero if it then explains nothing."""
+    return max((s.evidence for s in given_all if s.effect.same_place(entry.effect)), default=0.0)
 
 
 def _weight_among_alike(own: Scored, ranking: Sequence[Scored]) -> float:

@@ -1,4 +1,4 @@
-"""The rules that limit the confidence in a name where something explains as much that neither the trials nor the score contain."""
+"""The rules that limit the confidence in a name where an explanation that neither the trials nor the scores contain explains as much."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from scalar.data.dataset import Dataset
 from scalar.diagnosis.explained import Explained
 from scalar.diagnosis.held_out.outer_split import OuterSplit
-from scalar.diagnosis.naming.base_beside_joints import limited_beside_joints
-from scalar.diagnosis.naming.beside_structure import limited_beside_structure
+from scalar.diagnosis.naming.base_and_joints import limited_by_joint_compliance
 from scalar.diagnosis.naming.errors_of_assembly import limited_by_assembly
 from scalar.diagnosis.naming.few_positions import limited_by_few_positions
 from scalar.diagnosis.naming.finding import Finding
@@ -22,6 +21,7 @@ from scalar.diagnosis.naming.step_at_boundary import limited_by_boundaries
 from scalar.diagnosis.naming.two_halves import limited_by_halves
 from scalar.diagnosis.naming.unstated_order import limited_by_order
 from scalar.diagnosis.naming.usual_odds import limited_by_usual_odds
+from scalar.diagnosis.naming.weight_and_structure import limited_by_structure
 
 
 def limited_names(
@@ -43,11 +43,11 @@ def limited_names(
     found = limited_by_orders_between(found, run.after, least)
     found = limited_by_order(found, given, least)
     found = limited_by_path(found, dataset, least)
-    found = limited_beside_joints(found, n_poses, least)
+    found = limited_by_joint_compliance(found, n_poses, least)
     found = limited_by_one_joint(found, dataset.q, least)
     found = limited_by_few_positions(found, run.after, run.candidates, least)
     found = limited_by_assembly(found, least)
     found = limited_by_boundaries(found, dataset, settings.selection.change_margin, least)
     found = limited_by_usual_odds(found, least)
     found = limited_by_several_orders(found, least)
-    return limited_beside_structure(found, n_poses, least)
+    return limited_by_structure(found, n_poses, least)

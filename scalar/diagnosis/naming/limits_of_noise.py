@@ -1,4 +1,4 @@
-"""The largest confidence that rules allow the likeliest variance component, and why: returns, neighbours among the poses and in time, and halves."""
+"""The rules that limit the confidence in the likeliest variance component: returns to a pose, poses near one another, successive readings, halves."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from scalar.diagnosis.naming.jitter_at_neighbours import excludes_smooth_error
 from scalar.diagnosis.naming.jitter_at_returns import NO_RETURNS, most_confidence_at_returns
 from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.diagnosis.naming.scatter_in_time import FOLLOWS_TIME, most_confidence_in_time
-from scalar.diagnosis.naming.two_halves import most_confidence, why_limited
+from scalar.diagnosis.naming.two_halves import confidence_by_halves, why_limited
 
 MAY_BE_SMOOTH = "an error that varies smoothly with the joint angles, as that of a hose or a floor does, would scatter these poses alike"
-MAY_BE_A_REST = "structure without a name was found as well, of which this scatter may be the rest"
+MAY_BE_A_REST = "unmodelled structure was found as well, of which this scatter may be the rest"
 
 
 def limit_of_noise(
@@ -24,7 +24,7 @@ def limit_of_noise(
         state: The state with all effects that were found.
         component: The component.
         halves: The answers of the two halves of the poses, or None.
-        beside_structure: Whether structure without a name was found besides.
+        beside_structure: Whether unmodelled structure was found as well.
     """
     limits = [
         (most_confidence_at_returns(state, component), NO_RETURNS),
@@ -37,5 +37,5 @@ def limit_of_noise(
             limits.append((ONE_OF_TWO, MAY_BE_SMOOTH))
     if halves is not None:
         share = halves.noise_selected_in(component.name)
-        limits.append((most_confidence(share, halves), why_limited(share)))
+        limits.append((confidence_by_halves(share, halves), why_limited(share)))
     return min(limits)

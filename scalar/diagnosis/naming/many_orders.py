@@ -1,11 +1,11 @@
-"""Lower the confidence in orders of one joint that were chosen one by one from few poses, since a random error of the joint chooses as many.
+"""Lower the confidence in orders of one joint that were chosen one by one from few poses, since they fit a random error of the joint as well.
 
-A joint that errs at random, by play whose direction nothing records for example, has an error of its own at each pose. Of 32 orders, those that fit
-these errors best explain more than half of them where there are fewer than eight poses for each order that is chosen, whatever the joint angles. In a
-simulated campaign of 50 poses, a joint 3 that erred by 0.15 mrad up or down at random had got the orders 3, 8, 10, 11, 26, 27 and 32, with a
-confidence of 0.70. All orders at once (``harmonic_spectrum``) are shrunk by what the data support, and are not concerned.
+A joint that errs at random, by play whose direction nothing records for example, has an independent error at each pose. Of 32 orders, those that
+fit these errors best explain more than half of their variance where there are fewer than eight poses for each order that is chosen, whatever the
+joint angles. In a simulated campaign of 50 poses, where joint 3 had random errors of plus or minus 0.15 mrad, the orders 3, 8, 10, 11, 26, 27 and 32
+had been found, with a confidence of 0.70. All orders at once (``harmonic_spectrum``) have a prior that the data determine, and are not concerned.
 
-A joint that errs in many orders and does not turn all the way round may get a scale error in place of one of the low ones: so did three of six
+If a joint errs in many orders and does not turn all the way round, a scale error may be found in place of a low order: so it was in three of six
 simulated campaigns of 60 poses in which joint 3 erred in six orders, with a confidence of 0.70 to 0.74.
 """
 

@@ -4,8 +4,8 @@ If an effect with coefficient c is present and not in the model, the fit moves t
 of the parameters and of the effect, and leaves the residual ``(I - J J^+) E c``. If that is almost zero, the effect is unobservable.
 Its consequence is the difference between ``J^+ E c`` and the effect itself in the predicted positions, within the joint limits.
 
-An effect may also be present unseen together with one that was found, if the two bear the same weight (``scalar.effects.same_weight``): where joints
-give way, a base that gives way looks like more or less of their compliance. It is listed with the largest size that would not be seen.
+An effect may also be present unobserved together with one that was found, if the same weight causes both (``scalar.effects.same_weight``): where
+joints are compliant, a compliant base looks like more or less of their compliance. It is listed with the largest size that would not be observed.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from scalar.diagnosis.fit.effect_columns import Bases
 from scalar.diagnosis.fit.fitted_state import FittedState, whitened
 from scalar.diagnosis.fit.predicted_displacements import displacement_columns, random_poses
 from scalar.effects import Effect
-from scalar.effects.same_weight import ActsLikeCompliance, consequence_if_unseen
+from scalar.effects.same_weight import ActsLikeCompliance, consequence_if_unobserved
 from scalar.geometry.se3 import Array
 
-# Chosen: an effect that would be seen from a smaller part of the compliance that was found is not listed.
+# Chosen: an effect that would be observed if it were a smaller part of the compliance that was found is not listed.
 _LEAST_PART = 0.2
 _RANK_TOLERANCE = 1e-10  # smaller singular values of the parameters' columns, over the largest, count as zero
 
@@ -39,14 +39,14 @@ class Unobservable:
         prediction_error: [m], root mean square over random poses within the joint limits if the effect is present in its natural size; the largest
             if it has several coefficients.
         consequence: The same in words.
-        beside: Whether it looks like an effect that was found, and may be there besides it.
+        may_accompany: Whether it looks like an effect that was found, and may be present together with it.
     """
 
     effect: Effect
     observability: float
     prediction_error: float
     consequence: str
-    beside: bool = False
+    may_accompany: bool = False
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the entry of ``diagnosis.json``.
@@ -99,20 +99,20 @@ def unobservable_effects(
             which = int(np.argmax(errors))
             words = effect.consequence(float(errors[which]), which)
             result.append(Unobservable(effect, share, float(errors[which]), words))
-    return [*result, *_unseen_like_the_found(state, candidates, bases)]
+    return [*result, *_hidden_by_found_compliance(state, candidates, bases)]
 
 
 def _unexplained(background: Background, columns: Array) -> Array:
-    """Return what the directions that a model explains leave of columns ``(N m,)`` or ``(N m, k)``, in the same shape."""
+    """Return the part of columns ``(N m,)`` or ``(N m, k)`` that the columns of a model do not span, in the same shape."""
     return columns - background.Q @ (background.Q.T @ columns)
 
 
-def _unseen_like_the_found(
+def _hidden_by_found_compliance(
     state: FittedState, candidates: Sequence[Effect], bases: Bases | None
 ) -> list[Unobservable]:
-    """Return the candidates that may be present unseen because they look like a compliance that was found.
+    """Return the candidates that may be present unobserved because they look like a compliance that was found.
 
-    Each is listed once, with the place that it looks like at which it may move the sensor farthest.
+    Each is listed once: as a part of the compliance of that place, among those that were found, where it may move the sensor farthest.
 
     Args:
         state: The fitted state.
@@ -125,32 +125,31 @@ def _unseen_like_the_found(
         if not isinstance(candidate, ActsLikeCompliance) or candidate.name in found_names:
             continue
         E = state.columns_of([candidate], bases)
-        unseen = [
+        hidden = [
             (place, part, coefficients)
             for effect in state.effects
             for place, coefficients in candidate.giving_way_like(effect)
-            if (part := _unseen_part(background, E @ coefficients, coefficients)) >= _LEAST_PART
+            if (part := _unobserved_part(background, E @ coefficients, coefficients)) >= _LEAST_PART
         ]
-        if not unseen:
+        if not hidden:
             continue
-        columns, at_rest = (
-            displacement_columns(state, random_poses(state), [candidate]),
-            np.zeros(len(state.free)),
-        )
-        sizes = [_moved(columns, np.r_[at_rest, part * c]) for _, part, c in unseen]
-        place, part, coefficients = unseen[int(np.argmax(sizes))]
+        columns = displacement_columns(state, random_poses(state), [candidate])
+        no_steps = np.zeros(len(state.free))
+        sizes = [_moved(columns, np.r_[no_steps, part * c]) for _, part, c in hidden]
+        place, part, coefficients = hidden[int(np.argmax(sizes))]
         rows = E @ coefficients
         share = float(np.linalg.norm(_unexplained(background, rows)) / np.linalg.norm(rows))
         (error,) = prediction_errors(state, candidate, part * rows[:, None], part * coefficients[:, None])
-        words = consequence_if_unseen(place, max(sizes), float(error))
-        result.append(Unobservable(candidate, share, float(error), words, beside=True))
+        words = consequence_if_unobserved(place, max(sizes), float(error))
+        result.append(Unobservable(candidate, share, float(error), words, may_accompany=True))
     return result
 
 
-def _unseen_part(background: Background, rows: Array, coefficients: Array) -> float:
-    """Return the part, at most 1, up to which an effect is not seen; 0 if it does not act.
+def _unobserved_part(background: Background, rows: Array, coefficients: Array) -> float:
+    """Return the largest part of an effect, at most 1, that is not observed; 0 if the effect does not act.
 
-    It is seen if the squared residual that it leaves exceeds what the Bayesian information criterion asks for as many coefficients as are not zero.
+    A part is observed if the squared residual that it leaves exceeds what the Bayesian information criterion requires for as many coefficients as are
+    not zero.
 
     Args:
         background: Of the model without the effect.
@@ -165,7 +164,12 @@ def _unseen_part(background: Background, rows: Array, coefficients: Array) -> fl
 
 
 def _moved(columns: Array, steps: Array) -> float:
-    """Return how far predicted positions move [m], root mean square over poses, with steps of all that ``displacement_columns`` derives them by."""
+    """Return how far predicted positions move [m], root mean square over K poses.
+
+    Args:
+        columns: ``(3 K, P)``, derivatives of the positions, as ``displacement_columns`` returns them.
+        steps: ``(P,)``, steps of the parameters and coefficients.
+    """
     return float(np.sqrt(np.mean(np.linalg.norm((columns @ steps).reshape(-1, 3), axis=1) ** 2)))
 
 

@@ -1,4 +1,4 @@
-"""Lower the confidence in names that a campaign cannot tell apart because a single joint moved.
+"""Lower the confidence in names that a campaign cannot distinguish because a single joint moved.
 
 Where one joint turns and all others stand still, each error is a function of that one angle. A deflection under the weight of the arm is then a
 sinusoid of it, whichever joint gives way, and so is the error of an eccentric gear, of order 1: turned alone over 6.2 rad, a joint 4 that erred by 1
@@ -18,11 +18,14 @@ from scalar.effects.effect import WEIGHT
 from scalar.effects.series import Series
 from scalar.geometry.se3 import Array
 
-ALIKE = "one joint alone moved, and over its angle a deflection under the weight and an error of order 1 look the same, in this joint and in others"
+MOVED_ALONE = (
+    "one joint alone moved, and over its angle a deflection under the weight and an error of order 1 look the same, "
+    "in this joint and in others"
+)
 
 
 def limited_by_one_joint(found: Sequence[Finding], q: Array, least_confidence: float) -> tuple[Finding, ...]:
-    """Return the findings, with the confidence limited in those that the only joint that moved does not tell apart; all as they are if more moved.
+    """Return the findings; if only one joint moved, with the confidence limited in those that its motion does not distinguish.
 
     Args:
         found: All findings.
@@ -32,7 +35,9 @@ def limited_by_one_joint(found: Sequence[Finding], q: Array, least_confidence: f
     still = still_joints(q)
     if q.shape[1] - len(still) != 1:
         return tuple(found)
-    return limited_where(found, lambda f: _is_ambiguous(f.effect, still), ONE_OF_TWO, least_confidence, ALIKE)
+    return limited_where(
+        found, lambda f: _is_ambiguous(f.effect, still), ONE_OF_TWO, least_confidence, MOVED_ALONE
+    )
 
 
 def _is_ambiguous(effect: Effect, still: Sequence[int]) -> bool:

@@ -1,7 +1,7 @@
-"""Lower the confidence in changes in time where the poses follow one path, on which they cannot be told from errors that depend on the place.
+"""Lower the confidence in changes in time where the poses follow one path, since errors that depend on the place cannot be distinguished there.
 
-Of 250 places on one path of a UR3 before four cameras, a diagnosis named a movement of the tracker from pose 97 on (0.99). At that place the four
-cameras had changes of different signs, so it was an error of the cameras that depends on the place.
+From 250 poses on one path of a UR3 that four cameras measured, a diagnosis had named a movement of the tracker from pose 97 on, with a confidence of
+0.99. From that place on the errors of the four cameras changed with different signs, so they were errors of the cameras that depend on the place.
 """
 
 from __future__ import annotations

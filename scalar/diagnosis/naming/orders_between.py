@@ -3,7 +3,7 @@
 A belt over two pulleys, or a gear before the last one, errs with a number of periods a turn that need not be whole. Where a joint turns through a
 part of a turn, whole orders near them fit as well. The error ``s sin k q + c cos k q`` changes with k as ``q (s cos k q - c sin k q)``, which gives
 each order found a further column, whose coefficient is the distance of the true order from the whole one. If all these columns together explain
-something beside the model, and such a distance is not small, the orders lie between whole ones. (Small distances are significant where a harmonic is
+something given the model, and such a distance is not small, the orders lie between whole ones. (Small distances are significant where a harmonic is
 strong, since no model is exact.) So do three or more high orders in a row that were chosen one by one: together they make a wave between them.
 """
 
@@ -56,7 +56,7 @@ def _lie_between(effect: Effect, state: FittedState) -> bool:
 
 
 def chance_of_whole_orders(effect: Series, state: FittedState) -> tuple[float, float]:
-    """Return the p-value of what orders near those of an effect, whole or not, explain beside a model (an F test), and how far away the farthest is.
+    """Return the p-value of what orders near those of an effect, whole or not, explain given a model (an F test), and how far away the farthest is.
 
     Args:
         effect: An error of one joint with fitted coefficients.

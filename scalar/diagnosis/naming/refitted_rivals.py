@@ -1,8 +1,8 @@
-"""Fit the nearest rivals of what gives way under a load, where the linear score of a rival may err by more than what decides between the two.
+"""Fit the nearest rivals of a deflection under a load, where the error of a rival's linear score may decide between the two.
 
-The scores of candidates in an effect's place are those of columns at the optimum that has the effect. Where the effect explains a thousand times the
-noise, as a compliance of some millimetres does, one per mille of that is a linear score's error, and it decided between a base that gives way and a
-joint near it: in a simulated set the two fits agreed to 0.3 of 921, and the score of the joint was 58 too small, or 27 nats.
+The scores of candidates in an effect's place are computed from columns at the optimum with the effect. Such a linear score has an error in proportion
+to what the effect explains. A compliance of some millimetres explains so much that this error may decide between a base and a joint near it: in a
+simulated set, the gains of the two fits were 921 and differed by 0.3, but the linear score of the joint was too small by 58, or 27 nats.
 """
 
 from __future__ import annotations
@@ -18,10 +18,9 @@ from scalar.diagnosis.scoring.merging import merged
 from scalar.diagnosis.scoring.ranking import Scored
 from scalar.diagnosis.scoring.score_test import fall
 
-MOST_ERROR = (
-    0.02  # chosen: of the gain; a rival whose score is smaller by a larger share is no nearer after a fit
-)
-FITTED = 2  # chosen: number of rivals that are fitted, those with the most evidence
+# Chosen, a share of the gain: a rival whose linear score is smaller by a larger share is no nearer after a fit.
+MOST_ERROR = 0.02
+FITTED = 2  # chosen: number of rivals that are fitted, those with the most log evidence
 
 
 def with_fitted_rivals(state: FittedState, i: int, own: Scored, ranking: Sequence[Scored]) -> list[Scored]:
@@ -42,13 +41,13 @@ def with_fitted_rivals(state: FittedState, i: int, own: Scored, ranking: Sequenc
 
 
 def _may_be_as_good(rival: Scored, own: Scored) -> bool:
-    """Return whether a rival that gives way under the same load is behind by no more than the error of a linear score."""
+    """Return whether a rival under the same load has a gain that is smaller by no more than the error of a linear score."""
     alike = rival.effect.load == own.effect.load and not rival.effect.flexible and rival.other_parts is None
     return alike and (1.0 - MOST_ERROR) * own.gain <= rival.gain and rival.evidence < own.evidence
 
 
 def _fitted(state: FittedState, i: int, own: Scored, rival: Scored) -> Scored:
-    """Return the score of a rival with the gain of a fit in place of effect i, or as it is if that is smaller or not plausible."""
+    """Return the score of a rival with the gain of its fit in place of effect i; its linear score if that gain is smaller or the fit implausible."""
     others = [effect for k, effect in enumerate(state.effects) if k != i]
     instead = state.refitted(merged(others, rival.effect))
     gain = own.gain + state.background().sum_of_squares - instead.background().sum_of_squares

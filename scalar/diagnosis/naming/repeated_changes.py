@@ -8,7 +8,7 @@ a further change of the same plane a small rest. The name of the first stays the
 Any other effect acts at a place once and all the time. If it is found twice at one place (two warm-ups of the arm, or play twice in one joint), its
 form is not that of the cause: the second describes the part of the cause that the first does not fit. Growth of the arm has two names, with stops and
 without (``Effect.growth_of_arm``). If one of them is found several times, the other describes a further part of the same growth: an arm whose motors
-and links warm up one after the other had got three warm-ups with stops, each doubtful, and beside them a thermal drift with a confidence of 0.99.
+and links warm up one after the other had got three warm-ups with stops, each doubtful, and also a thermal drift with a confidence of 0.99.
 """
 
 from __future__ import annotations

@@ -87,7 +87,7 @@ def nearest_set(state: FittedState, i: int, columns: CandidateColumns) -> RivalS
     own_background = background_without(state, [i])[0]
     own_penalty = _penalty(own_background, own)
     complete = state.once(
-        ("beside all effects", columns.candidates),
+        ("extended by candidates", columns.candidates),
         lambda: _extended(state, columns, np.zeros_like(of_effect), state.background()),
     )
     found: list[RivalSet] = []

@@ -1,8 +1,9 @@
 """Lower the confidence in names where joint angles were rounded and recur: a joint that stands still keeps one rounding error for dozens of poses.
 
 Where each pose has its own angles, rounding is a random error of the poses. If joints move one at a time, or on a grid, it is the same at all poses
-with the same angle, and poses that are held out share it with those that are fitted. It then looks like an effect: of nine simulated campaigns with
-angles rounded to 0.01 degrees that moved one joint at a time and had no cause, two got a name with 0.95 and more.
+with the same angle, and poses that are held out share it with those that are fitted. It then looks like an effect: in two of
+nine simulated campaigns without any effect, with angles rounded to 0.01 degrees and one joint moved at a time, an effect was named with a confidence
+of 0.95 or more.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.geometry.se3 import Array
 
 ROUNDED = "the joint angles were rounded and recur, and their rounding explains the residual as well"
-RECUR = 0.5  # different angles of a joint over the number of poses: with a smaller share, half of the poses repeat an angle
+RECUR = 0.5  # chosen: number of different angles of a joint over that of poses; with less, half of the poses repeat an angle
 
 
 def limited_by_rounding(

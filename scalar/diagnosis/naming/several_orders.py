@@ -1,17 +1,17 @@
-"""Lower the confidence in a harmonic of several orders where something else may have added one of them.
+"""Lower the confidence in a harmonic of several orders, some of which another error may have caused.
 
 A gear may err with several periods a turn. So does a belt over a part of a turn, or a worn tooth, which needs many orders; and where the arm gives
 way under its weight, an order 1 may stand for what the fitted masses leave. In nine simulated exams, in which no gear erred in more than one order,
-fifteen harmonics of several orders had a confidence of 0.8 or more: nine were other errors, and six were true harmonics with orders too many.
+fifteen harmonics of several orders had a confidence of 0.8 or more: nine were other errors, and six were true harmonics with additional orders.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from scalar.diagnosis.naming.beside_structure import has_structure
 from scalar.diagnosis.naming.finding import Finding, limited_where
 from scalar.diagnosis.naming.most_confidence import NEARLY_SURE
+from scalar.diagnosis.naming.weight_and_structure import has_unmodelled_structure
 from scalar.diagnosis.selection.harmonic_spectrum import is_shrunk
 from scalar.effects import Effect
 from scalar.effects.effect import WEIGHT
@@ -26,13 +26,14 @@ ANOTHER_FORM = (
 def limited_by_several_orders(found: Sequence[Finding], least_confidence: float) -> tuple[Finding, ...]:
     """Return the findings, with the confidence limited in harmonics of several orders that were chosen one by one.
 
-    Two orders are concerned only beside structure without a name, or if the first order is one of them and something gives way under the weight.
+    Two orders are concerned only if there is unmodelled structure as well, or if the first order is one of them and something gives way under the
+    weight.
 
     Args:
         found: All findings.
         least_confidence: A name with less confidence is doubtful, between 0 and 1.
     """
-    structure = has_structure(found)
+    structure = has_unmodelled_structure(found)
     weight = any(finding.effect.load == WEIGHT for finding in found)
 
     def applies(finding: Finding) -> bool:

@@ -1,8 +1,9 @@
 """Lower the confidence in a tracker or base that moved within a few poses of a boundary of sessions: only these few poses show it.
 
 In each session the base has a place of its own. A step of the base shortly after a session's first pose, or shortly before its last, moves these few
-poses against the rest of their session, and nothing else. A few poses that err by themselves are the same: a joint that rested on the other side of
-its play at the first pose of a day, whose move is not known, had been called a tracker that moved after it, with a confidence of 0.86.
+poses against the rest of their session, and nothing else. A few poses with errors of their own look the same. In one campaign, a joint had rested
+on the other side of its play at the first pose of a day, whose direction of approach is not known; a tracker that moved after that pose had been
+named instead, with a confidence of 0.86.
 """
 
 from __future__ import annotations
@@ -16,9 +17,7 @@ from scalar.diagnosis.naming.finding import Finding, limited_where
 from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.effects import BaseEffect, Effect
 
-FEW_POSES = (
-    "only a few poses next to a boundary of sessions show the step, and they may as well err by themselves"
-)
+FEW_OF_SESSION = "only a few poses next to a boundary of sessions show the step, and they may as well have errors of their own"
 
 
 def limited_by_boundaries(
@@ -37,7 +36,7 @@ def limited_by_boundaries(
         lambda f: _at_boundary(f.effect, dataset, max(margin, len(f.effect.coefficients))),
         ONE_OF_TWO,
         least_confidence,
-        FEW_POSES,
+        FEW_OF_SESSION,
     )
 
 

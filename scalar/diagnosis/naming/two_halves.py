@@ -80,7 +80,7 @@ def limited_by_halves(
         f
         if f.effect.flexible
         else f.limited(
-            most_confidence(halves.selected_in(f.effect), halves),
+            confidence_by_halves(halves.selected_in(f.effect), halves),
             least_confidence,
             why_limited(halves.selected_in(f.effect)),
         )
@@ -94,7 +94,7 @@ def why_limited(share: float) -> str:
     return f"{halves} when it is diagnosed alone"
 
 
-def most_confidence(share: float, halves: OuterSplit) -> float:
+def confidence_by_halves(share: float, halves: OuterSplit) -> float:
     """Return the largest confidence in a name that a share of the halves selected: 1 if all did, else Laplace's rule of succession.
 
     The rule gives the probability that a further run would select it: 1/2 if one of two halves did, and 1/4 if none did.

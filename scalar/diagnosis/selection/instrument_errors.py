@@ -29,8 +29,8 @@ def with_error_of_instrument(
     """Return the state with an error of the instrument and named effects that has the most log evidence; None if no such error explains anything.
 
     The error that explains most without the named effects is tried in their place, and the one that explains most given them is added to them: the
-    best of those that an instrument may have, and a larger one if it explains more. No named effects are selected beside a larger one. It replaces no
-    names (``leads``), but names that it does without are not sure.
+    best of those that an instrument may have, and a larger one if it explains more. No named effects are selected together with a larger one. It
+    replaces no names (``leads``), but names that it does without are not sure.
 
     Args:
         before: The state without effects.
@@ -42,10 +42,12 @@ def with_error_of_instrument(
         return None
     found: list[FittedState] = []
     for state in (before, named) if named.effects else (before,):
-        for beside in _with_best(state, pool):
-            plausible = beside.is_plausible
+        for with_error in _with_best(state, pool):
+            plausible = with_error.is_plausible
             found.append(
-                with_terms_of_loads(select_forward(beside, candidates), candidates) if plausible else beside
+                with_terms_of_loads(select_forward(with_error, candidates), candidates)
+                if plausible
+                else with_error
             )
     found = [state for state in found if errors_of_instrument_in(state)]
     return max(found, key=lambda state: evidence_of(state, candidates), default=None)

@@ -7,8 +7,8 @@ from scalar.diagnosis.fit.variance_components import JITTER
 from scalar.diagnosis.held_out.hold_out import held_out_errors, improvement
 from scalar.diagnosis.scoring.candidate_columns import CandidateSet
 from scalar.diagnosis.scoring.evidence_of_states import evidence_of
-from scalar.diagnosis.selection.beside_nuisances import explained_by_nuisances
 from scalar.diagnosis.selection.common_causes import with_common_causes
+from scalar.diagnosis.selection.explained_by_nuisances import explained_by_nuisances
 from scalar.diagnosis.selection.forward_selection import select_forward
 from scalar.diagnosis.selection.joint_selection import select_jointly
 from scalar.diagnosis.selection.terms_of_loads import with_terms_of_loads

@@ -31,7 +31,7 @@ from scalar.diagnosis.settings import Settings
 from scalar.diagnosis.shipping.doubtful_effects import with_doubtful_that_help
 from scalar.diagnosis.shipping.nested_models import LIMITS, MEASURED, RANGES, Errors, NestedModels
 from scalar.effects import Effect
-from scalar.effects.registry import nuisances_beside
+from scalar.effects.registry import missing_nuisances
 from scalar.units import MM
 
 
@@ -95,7 +95,7 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
     alone are not enough for it: poses that press a tool on target planes, for example, fill a small part of the ranges, and predictions for the rest
     are not determined.
 
-    Effects without a sure name have to pass further tests (``doubtful_effects``). Nuisances are shipped beside effects that were found, never
+    Effects without a sure name have to pass further tests (``doubtful_effects``). Nuisances are shipped together with effects that were found, never
     alone. Finally, no effect is shipped if the error remains above ``settings.shipped_fit.worth_correcting`` times that of the model without effects,
     both within the joint limits and at the measured poses. The share is smaller if one error of the instrument may be what another leaves, and no
     effect of the arm is corrected (``_has_remainder``).
@@ -109,7 +109,7 @@ def focused_choice(after: FittedState, unsure: Sequence[str] = ()) -> FocusedCho
         alone = NestedModels(after)
         errors = alone.errors(())
         return FocusedChoice(after, (), (), errors[LIMITS], errors, errors, alone.std(()))
-    nuisances, general = nuisances_beside(after.dataset, effects), _general(after)
+    nuisances, general = missing_nuisances(after.dataset, effects), _general(after)
     everything = (*effects, *nuisances, *general)
     wide = NestedModels(after.refitted(everything, after.model) if len(everything) > len(effects) else after)
     found = tuple(range(len(effects)))

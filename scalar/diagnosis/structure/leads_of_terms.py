@@ -50,16 +50,16 @@ def leads_of_terms(state: FittedState, pools: Sequence[CandidateSet]) -> list[fl
 def _lead_of_imitators(state: FittedState, i: int, pool: CandidateSet) -> float:
     """Return the log evidence [nats] by which what may imitate effect i leads it; -inf if nothing may.
 
-    The place was chosen for both, unless structure without a name varies with the same joint: then the effect has not the form of the cause, and its
+    The place was chosen for both, unless a flexible term varies with the same joint: then the effect does not have the form of the cause, and its
     choice counts against it. That a term is the best of several forms of one cause counts against the term.
     """
     effect, left = state.effects[i], background_without(state, [i])
     own = score_together(state, [i], pool, left)
-    beside = any(e.flexible and f"q{effect.erring_joint}" in e.depends_on for e in state.effects)
+    term_of_joint = any(e.flexible and f"q{effect.erring_joint}" in e.depends_on for e in state.effects)
     free = float(evidence(left[0], np.array(own.gain), np.array(own.dof), np.array(0.0)))
     terms = effect.imitators(state.dataset)
     forms = Counter(map(type, terms))
     nats = [
         s.evidence + np.log(len(terms) / forms[type(s.effect)]) for s in imitating(state, left[0], effect)
     ]
-    return float(max(nats, default=-np.inf)) - (own.evidence if beside else free)
+    return float(max(nats, default=-np.inf)) - (own.evidence if term_of_joint else free)

@@ -1,4 +1,4 @@
-"""Rank the flexible terms: those that would explain most beside the effects of a state, or in the place of some of them."""
+"""Rank the flexible terms: those that would explain most given the effects of a state, or in the place of some of them."""
 
 from __future__ import annotations
 

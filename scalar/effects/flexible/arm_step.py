@@ -48,7 +48,7 @@ class UnattributedArmStep(UnattributedStep, LinkEffect):
         """Metres and radians."""
         return ["m" if kind in LENGTHS else "rad" for _ in self.joints for kind in KINDS]
 
-    def course(self, poses: Poses) -> tuple[UnattributedArmStep, Array]:
+    def constant_and_shares(self, poses: Poses) -> tuple[UnattributedArmStep, Array]:
         """Return the step at the first pose, and one after this step and zero before it."""
         return replace(self, at=-1.0), self.since(poses).astype(float)
 

@@ -28,17 +28,13 @@ for _k, (_i, _j) in enumerate(((0, 1), (0, 2), (1, 2))):
     _STRAINS[2 + _k, [_i, _j], [_j, _i]] = 1.0
 _STRAIN_NAMES = ["xx_yy_m_per_m", "zz_m_per_m", "xy_m_per_m", "xz_m_per_m", "yz_m_per_m"]
 _SQUARES = tuple((i, j) for i in range(3) for j in range(i, 3))
-_MOST_STRAIN, _MOST_ANGLE = (
-    3e-3,
-    1e-3,
-)  # prior standard deviations, so large that they hardly change what is fitted
+# Prior standard deviations [1 and rad], so large that they hardly change what is fitted.
+_MOST_STRAIN, _MOST_ANGLE = 3e-3, 1e-3
 # Beyond these sizes no instrument errs that is in use: photogrammetry errs by 0.1 mm/m and less (data sheets), encoders of trackers by a few seconds
 # of arc. On a measured iiwa, waves of 120 to 380 seconds and strains of 0.6 mm/m had taken the place of its compliance.
 _LARGEST_STRAIN, _LARGEST_ANGLE = 4e-4, 2e-4  # [m/m], [rad]
-ENCODER_ORDERS = (
-    1,
-    2,
-)  # periods in a turn: the disk of an encoder is off its centre, and it is oval or read by two heads
+# Periods in a turn: the disk of an encoder is off its centre; it is oval, or read by two heads.
+ENCODER_ORDERS = 1, 2
 
 
 @dataclass(frozen=True, eq=False)

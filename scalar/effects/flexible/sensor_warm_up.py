@@ -22,7 +22,7 @@ from scalar.geometry.se3 import Array
 class UnattributedSensorWarmUp(MovedSensor):
     """One component of the sensor's pose on the flange follows ``1 - exp(-t / constant)``, or a column in proportion.
 
-    It is the rival of the growth of an arm that warms up: a scanner whose range drifts until it is warm follows the same course.
+    It is the rival of the growth of an arm that warms up: a scanner whose range drifts until it is warm has the same profile over time.
 
     Attributes:
         variable: The column that the change follows, with its measured range.
@@ -46,8 +46,8 @@ class UnattributedSensorWarmUp(MovedSensor):
     @property
     def described_as(self) -> str:
         """Return that what is measured moves on the flange, or that the scanner's range drifts."""
-        course = "as a warm-up does" if self.time_constant else "steadily"
-        return f"a motion of what sits on the flange, or a drift of its readings, that changes {course} with {self._in_words}"
+        profile = "as a warm-up does" if self.time_constant else "steadily"
+        return f"a motion of what sits on the flange, or a drift of its readings, that changes {profile} with {self._in_words}"
 
     @property
     def _in_words(self) -> str:
@@ -72,14 +72,14 @@ class UnattributedSensorWarmUp(MovedSensor):
         return [replace(self, time_constant=self.time_constant * step) for step in time_constant_steps(scale)]
 
     def profile(self, robot: Robot, poses: Poses) -> Array:
-        """Return the course of the change ``(N, 1)``, from 0 at the beginning; constant outside of the measured range."""
+        """Return the profile of the change ``(N, 1)``, from 0 at the beginning; constant outside of the measured range."""
         passed = (self.variable.unit(poses)[:, None] + 1.0) / 2.0
         if not self.time_constant:
             return passed
         return 1.0 - np.exp(-passed * 2.0 * self.variable.half / self.time_constant)
 
     def sensor_screws(self, robot: Robot, poses: Poses) -> Array:
-        """Return the one unit motion times the course."""
+        """Return the one unit motion times the profile."""
         screws = np.zeros((len(poses), 6, 1))
         screws[:, COMPONENTS.index(self.component)] = self.profile(robot, poses)
         return screws

@@ -40,6 +40,7 @@ class UnattributedShape(UnattributedJoint):
 
     @property
     def _shape_in_words(self) -> str:
+        """Return how the error varies, as the end of a sentence: ``is proportional to the angle of joint 2``."""
         along = columns_in_words(self.depends_on)
         words = {
             "line": "is proportional to",
@@ -56,6 +57,7 @@ class UnattributedShape(UnattributedJoint):
 
     @property
     def _place_in_words(self) -> str:
+        """Return where the shape has its middle, with its unit: an angle, a travel, an order, or the value of another column."""
         variable = self.variables[0]
         at = variable.centre + self.at * variable.half
         if is_joint(variable.name):

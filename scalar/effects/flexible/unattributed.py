@@ -70,6 +70,8 @@ class Unattributed(Effect):
 
 
 def _of_place(place: str) -> type[Unattributed]:
+    """Return the class of flexible terms that act at a place, as ``to_mapping`` names it."""
+
     def below(cls: type[Unattributed]) -> list[type[Unattributed]]:
         return [found for sub in cls.__subclasses__() for found in (sub, *below(sub))]
 

@@ -187,6 +187,8 @@ def correct_frames(
     settings = settings or CorrectionSettings()
 
     def solver(part: Poses) -> Inverse:
+        """Return the inverse kinematics at some of the poses."""
+
         def kinematics_of(q: Array, index: Array) -> Kinematics:
             return kinematics_at(model, replace(_picked(part, index), q=q))
 

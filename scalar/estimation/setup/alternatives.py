@@ -22,9 +22,8 @@ from scalar.geometry.standard_dh import read_as_modified, read_as_standard
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
-ZERO_STEP = (
-    30 * DEG
-)  # between the zeros of a joint that are tried: from half of it away, a fit still converges
+# Step between the zeros of a joint that are tried: from half of it away, a fit still converges.
+ZERO_STEP = 30 * DEG
 LENGTH_UNITS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0, "feet": 304.8}
 """Units that are mistaken for millimetres or metres, each with its size in millimetres."""
 CORRECT_TABLE = "correct the table of joints in dataset.yaml"
@@ -145,6 +144,7 @@ def with_zero_moved(robot: Robot, joint: int, angle: float) -> Robot:
 
 
 def _convention(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield the alternative in which the table of joints follows the other convention of Denavit and Hartenberg; none with a parameter beta."""
     robot = dataset.robot
     if robot.geometry[BETA].any():
         return
@@ -158,6 +158,7 @@ def _convention(dataset: Dataset) -> Iterator[Alternative]:
 
 
 def _zeros(dataset: Dataset, joint: int) -> Iterator[Alternative]:
+    """Yield the alternatives in which the zero of a joint, from 0, is elsewhere, in steps of ``ZERO_STEP``."""
     for k in range(1, round(2 * np.pi / ZERO_STEP)):
         angle = float(within_half_turn(k * ZERO_STEP))
         yield replace(
@@ -175,6 +176,7 @@ def _zeros(dataset: Dataset, joint: int) -> Iterator[Alternative]:
 
 
 def _planes_swapped(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield the alternatives in which the labels of two target planes are exchanged."""
     names = [plane.name for plane in dataset.planes]
     if "plane" not in dataset.poses.columns:
         return

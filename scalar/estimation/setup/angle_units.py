@@ -16,9 +16,8 @@ from scalar.estimation.setup.alternatives import Alternative, with_angles
 from scalar.units import DEG
 
 GRAD = 0.9 * DEG
-MOST_TURNS = (
-    4 * np.pi
-)  # rad: a joint that goes through more has its angles in degrees or grads; real wrists go through 900 degrees at most
+# [rad] a joint that goes through more has its angles in degrees or grads: real wrists go through 900 degrees at most.
+MOST_TURNS = 4 * np.pi
 
 
 def angle_units(dataset: Dataset) -> Iterator[Alternative]:

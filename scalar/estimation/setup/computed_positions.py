@@ -17,9 +17,8 @@ from scalar.sensors import kind_of
 from scalar.units import MM
 
 COMPUTED = "computed"
-LEAST_MEASURED = (
-    2e-3 * MM
-)  # a smaller residual is none of an instrument and an arm: trackers scatter by 5 um at best, arms by 10 um
+# No instrument and arm leave a smaller residual: trackers scatter by 5 um at best, and arms by 10 um.
+LEAST_MEASURED = 2e-3 * MM
 ENOUGH_POSES = 20  # with fewer, a fit may leave hardly any residual because it has as many unknowns
 AS_WELL = 1.1  # ratio of what the data sheet leaves to what the fit leaves: with a smaller one, the fit has found nothing of the arm
 

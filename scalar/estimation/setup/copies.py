@@ -29,10 +29,10 @@ def copied_poses(dataset: Dataset) -> str:
     numbers = [column for column in dataset.point_columns.values() if np.issubdtype(column.dtype, np.number)]
     measured = np.column_stack([dataset.points, *numbers])
     of_poses = [rows.tobytes() for rows in np.split(measured, dataset.starts[1:-1])]
-    told = copies_in_words(zip(dataset.pose_ids, zip(angles, of_poses, strict=True), strict=True))
+    copied = copies_in_words(zip(dataset.pose_ids, zip(angles, of_poses, strict=True), strict=True))
     return (
-        f"{told}: remove copies, because each counts as a measurement of its own, and the errors are then stated too small"
-        if told
+        f"{copied}: remove copies, because each counts as a measurement of its own, and the errors are then stated too small"
+        if copied
         else ""
     )
 

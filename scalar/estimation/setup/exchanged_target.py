@@ -16,15 +16,14 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import Alternative
 from scalar.estimation.setup.exchanged_names import with_names_exchanged
 from scalar.estimation.setup.first_pose_after import best_break
-from scalar.estimation.setup.trial import first_look, full_fit
+from scalar.estimation.setup.trial import full_fit, nominal_fit
 from scalar.sensors import Target, kind_of, measure, on_flange
 from scalar.units import MM
 
 LEAST_POSES = 10  # with each target: with fewer, another place of the target may explain gross errors
 LATER = ", from there on"  # ends the name of a target after the change
-FARTHEST = (
-    300 * MM
-)  # residual as described: a reflector that is put elsewhere on a flange is moved by less, and leaves less
+# Largest residual of the set-up as described: a reflector that is put elsewhere on a flange is moved by less, and leaves less.
+FARTHEST = 300 * MM
 IN_ITS_PLACE = 0.1  # of the distance between two targets: if each sits so near to where the other one sat, their names are exchanged
 
 
@@ -33,7 +32,7 @@ def exchanged_targets(dataset: Dataset) -> Iterator[Alternative]:
 
     The pose is the one that leaves the smallest residual.
     """
-    if on_flange(measure(dataset).initial_target(dataset)) is None or first_look(dataset).rms > FARTHEST:
+    if on_flange(measure(dataset).initial_target(dataset)) is None or nominal_fit(dataset).rms > FARTHEST:
         return
     k = best_break(dataset, _with_break, LEAST_POSES)
     if k is None:

@@ -28,7 +28,7 @@ from scalar.estimation.setup.other_arms import other_arms, stays_that_arm
 from scalar.estimation.setup.several_signs import MOST_SIGNS, many_signs, several_signs
 from scalar.estimation.setup.sign_and_zero import fitted_zeros, signs_and_zeros
 from scalar.estimation.setup.suspicion import Suspicion, in_mm
-from scalar.estimation.setup.trial import Look, Trial, first_look, full_fit
+from scalar.estimation.setup.trial import NominalFit, Trial, full_fit, nominal_fit
 from scalar.estimation.setup.two_zeros import two_zeros
 from scalar.estimation.setup.unrelated_rows import rows_apart, unrelated, unrelated_in_words
 from scalar.units import DEG, MM
@@ -37,20 +37,19 @@ FALLS_TO = 0.2  # ratio of the residual after a fit to that of the set-up as des
 WORTH_FITTING = 0.6  # the same ratio before a fit; it is less strict, because both residuals contain the errors of the nominal arm
 MOST_LEFT = 3 * MM
 """Largest residual after a fit if the set-up is described correctly: effects on arms cause tenths of a millimetre."""
-NOMINAL_LEFT = (
-    30 * MM
-)  # the same before a fit, with the nominal arm, whose own errors are several millimetres
+# The same before a fit, with the nominal arm, whose own errors are several millimetres.
+NOMINAL_LEFT = 30 * MM
 AS_GOOD = 3.0  # two residuals count as equally good if neither exceeds the other by more than this factor
-LIKE = 1.2  # two first looks are alike if one residual exceeds the other by less than this factor
-NEAR = 30 * DEG  # to dataset.yaml: an initial guess of a plane or of the sensor may be wrong by as much
-CLEARLY_NEARER = (
-    20 * DEG
-)  # of two corrections that fit equally well, the one that is nearer to dataset.yaml by so much is taken
+ALIKE = 1.2  # two nominal fits are alike if one residual exceeds the other by less than this factor
+NEAR = (
+    30 * DEG
+)  # a fit is near to dataset.yaml if nothing turns farther: an initial guess of a plane or of the sensor may be wrong by as much
+# Of two corrections that fit equally well, the one that is nearer to dataset.yaml by so much is taken.
+CLEARLY_NEARER = 20 * DEG
 NEAR_SHIFT = 50 * MM  # the same for places, which are measured by hand
 CLEARLY_NEARER_SHIFT = 30 * MM  # the same for places
-TIMES_NEARER = (
-    2.0  # places may be guessed badly: to be taken, a correction has to be nearer by this factor as well
-)
+# Places may be guessed badly: to be taken, a correction has to be nearer by this factor as well.
+TIMES_NEARER = 2.0
 SINGLE = (
     alternatives,
     twist_signs,
@@ -72,53 +71,76 @@ MOST_FITTED = 4  # alternatives that are fitted in full
 def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     """Return which errors in the description of the set-up would explain a dataset that does not fit it; none if nothing explains it.
 
+    If the data do not distinguish several alternatives, all are returned. If measurements have nothing to do with the angles, that is returned.
+    """
+    described = nominal_fit(dataset)
+    before = _residual(full_fit(dataset), described)
+    found = _first_explaining(dataset, described, before)
+    if found is None:
+        return (Suspicion("unrelated_rows", "poses.csv", unrelated_in_words(dataset), before),)
+    likely = _likely(with_lengths_near_table(found) or found)
+    return tuple(_suspicion(alternative, before, trial, one_of=len(likely)) for alternative, trial in likely)
+
+
+def _first_explaining(
+    dataset: Dataset, described: NominalFit, before: float | None
+) -> list[tuple[NominalFit, Alternative, Trial]] | None:
+    """Return the alternatives that explain the data among the simplest kinds of which any does; None if measurements and angles are unrelated.
+
     Every alternative is compared with the arm nominal. The few with the smallest residuals, and with sensor and planes nearest to where
     dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
     explains the data with sensor and planes near their stated places. A zero between the steps, and a sign and a zero of one joint, are tried before
     the pairs, where no single alternative explains the data; more signs, two zeros, the other arms of the library, and errors from a pose on, last.
-    If the data do not distinguish several alternatives, all are returned. If measurements have nothing to do with the angles, no more is tried.
+
+    Args:
+        dataset: The measurements as described.
+        described: The nominal fit of the set-up as described.
+        before: Residual of the set-up as described [m], or None if it could not be fitted.
     """
-    as_it_is = first_look(dataset)
-    before = _residual(full_fit(dataset), as_it_is)
-    found: list[tuple[Look, Alternative, Trial]] = []
+    found: list[tuple[NominalFit, Alternative, Trial]] = []
     for count in range(1, MOST_SIGNS + 1):
         single = itertools.chain(*(each(dataset) for each in SINGLE))
         tried = single if count == 1 else several_signs(dataset, count)
-        found += _explaining(tried, as_it_is, before)
+        found += _explaining(tried, described, before)
         if count == 1 and not found:
             if unrelated(dataset):
-                return (Suspicion("unrelated_rows", "poses.csv", unrelated_in_words(dataset), before),)
+                return None
             zeros = itertools.chain(fitted_zeros(dataset), signs_and_zeros(dataset))
-            found += _explaining(zeros, as_it_is, before)
+            found += _explaining(zeros, described, before)
+        # A pair is reported together with a single alternative that explains the data as well; three signs are then not tried.
         if count > 1 and any(
-            look.turn <= NEAR and look.shift <= NEAR_SHIFT for look, _, _ in with_lengths_near_table(found)
+            nominal.turn <= NEAR and nominal.shift <= NEAR_SHIFT
+            for nominal, _, _ in with_lengths_near_table(found)
         ):
-            break  # a pair is reported beside a single alternative that explains the data as well; three are not tried then
+            break
     if not with_lengths_near_table(found):
-        found += _explaining(itertools.chain(many_signs(dataset), two_zeros(dataset)), as_it_is, before)
+        found += _explaining(itertools.chain(many_signs(dataset), two_zeros(dataset)), described, before)
     if not with_lengths_near_table(found):
-        fitting = _explaining(other_arms(dataset), as_it_is, before)
+        fitting = _explaining(other_arms(dataset), described, before)
         found += [entry for entry in fitting if stays_that_arm(entry[1], entry[2].model.robot)]
     for alternatives_of in LAST:
         found = found or _explaining_fully(dataset, alternatives_of(dataset), before)
+    return found
+
+
+def _likely(found: list[tuple[NominalFit, Alternative, Trial]]) -> list[tuple[Alternative, Trial]]:
+    """Return the alternatives that fit about as well as the best one, with sensor and planes about as near to dataset.yaml as the nearest."""
     if not found:
-        return ()
-    found = with_lengths_near_table(found) or found
+        return []
     lowest = min(trial.rms for _, _, trial in found)
-    turn = min(look.turn for look, _, _ in found)
-    shift = min(look.shift for look, _, _ in found)
-    likely = _without_repetitions(
+    turn = min(nominal.turn for nominal, _, _ in found)
+    shift = min(nominal.shift for nominal, _, _ in found)
+    return _without_repetitions(
         (alternative, trial)
-        for look, alternative, trial in found
+        for nominal, alternative, trial in found
         if trial.rms <= AS_GOOD * lowest
-        and look.turn <= turn + CLEARLY_NEARER
-        and look.shift <= max(shift + CLEARLY_NEARER_SHIFT, TIMES_NEARER * shift)
+        and nominal.turn <= turn + CLEARLY_NEARER
+        and nominal.shift <= max(shift + CLEARLY_NEARER_SHIFT, TIMES_NEARER * shift)
     )
-    return tuple(_suspicion(alternative, before, trial, one_of=len(likely)) for alternative, trial in likely)
 
 
 def _without_repetitions(likely: Iterable[tuple[Alternative, Trial]]) -> list[tuple[Alternative, Trial]]:
-    """Return the first of those that say the same, as two starts do from which a fit came to one zero of a joint."""
+    """Return the alternatives, only the first of those that say the same: from two starts, a fit may come to one zero of a joint."""
     first: dict[tuple[str, ...], tuple[Alternative, Trial]] = {}
     for alternative, trial in likely:
         says = zeros_in_words(alternative, trial.model.robot) if alternative.zeros else alternative.says
@@ -127,94 +149,97 @@ def _without_repetitions(likely: Iterable[tuple[Alternative, Trial]]) -> list[tu
 
 
 def _explaining(
-    tried: Iterable[Alternative], as_it_is: Look, before: float | None
-) -> list[tuple[Look, Alternative, Trial]]:
+    tried: Iterable[Alternative], described: NominalFit, before: float | None
+) -> list[tuple[NominalFit, Alternative, Trial]]:
     """Return the alternatives that explain the data, those nearest to dataset.yaml first.
 
     Args:
         tried: The alternatives.
-        as_it_is: The first comparison of the set-up as described.
+        described: The nominal fit of the set-up as described.
         before: Residual of the set-up as described [m], or None if it could not be fitted.
     """
-    looks = [(first_look(alternative.dataset), alternative) for alternative in tried]
-    least = min((look.rms / a.motion for look, a in looks), default=np.inf)
+    nominals = [(nominal_fit(alternative.dataset), alternative) for alternative in tried]
+    least = min((nominal.rms / a.motion for nominal, a in nominals), default=np.inf)
     limit = max(AS_GOOD * least, 2 * MM)
     worth = [
-        (look, a)
-        for look, a in looks
-        if look.rms / max(a.motion, 1.0) <= limit and look.rms <= NOMINAL_LEFT and _better(look, a, as_it_is)
+        (nominal, a)
+        for nominal, a in nominals
+        if nominal.rms / max(a.motion, 1.0) <= limit
+        and nominal.rms <= NOMINAL_LEFT
+        and _better(nominal, a, described)
     ]
     worth.sort(key=lambda entry: _order(*entry, least))
-    found: list[tuple[Look, Alternative, Trial]] = []
-    for look, alternative in worth[:MOST_FITTED]:
-        if found and look.turn > found[0][0].turn + CLEARLY_NEARER:
+    found: list[tuple[NominalFit, Alternative, Trial]] = []
+    for nominal, alternative in worth[:MOST_FITTED]:
+        if found and nominal.turn > found[0][0].turn + CLEARLY_NEARER:
             break
         trial = full_fit(alternative.dataset)
         if trial is None or as_described(alternative, trial.model.robot):
             continue
-        if _explains(look, alternative, trial, as_it_is, before):
-            found.append((look, alternative, trial))
+        if _explains(nominal, alternative, trial, described, before):
+            found.append((nominal, alternative, trial))
     return found
 
 
-def _order(look: Look, alternative: Alternative, least: float) -> tuple[int, int]:
-    """Return the key by which alternatives are sorted: how far sensor and planes turn, then the residual in steps of ``LIKE``.
+def _order(nominal: NominalFit, alternative: Alternative, least: float) -> tuple[int, int]:
+    """Return the key by which alternatives are sorted: how far sensor and planes turn, then the residual in steps of ``ALIKE``.
 
     Where no orientation is observed, nothing turns; those that explain more are then among the few that are fitted. Alternatives that say the same
     in other words leave the same residual, and stay in the order of the list, the simplest first.
     """
     tiny = 1e-9  # [m]
-    ratio = (look.rms / max(alternative.motion, 1.0) + tiny) / (least + tiny)
-    return round(look.turn / DEG), round(float(np.log(ratio) / np.log(LIKE)))
+    ratio = (nominal.rms / max(alternative.motion, 1.0) + tiny) / (least + tiny)
+    return round(nominal.turn / DEG), round(float(np.log(ratio) / np.log(ALIKE)))
 
 
 def _explaining_fully(
     dataset: Dataset, tried: Iterable[Alternative], before: float | None
-) -> list[tuple[Look, Alternative, Trial]]:
+) -> list[tuple[NominalFit, Alternative, Trial]]:
     """Return those of a few alternatives that leave a far smaller residual, whatever the nominal arm leaves of them.
 
     Errors of the nominal arm may hide a change by centimetres that holds from some pose on. An alternative has to be better also than the set-up as
     described with the arm that was fitted to the alternative, in case the set-up as described has no fit of its own.
     """
-    found: list[tuple[Look, Alternative, Trial]] = []
+    found: list[tuple[NominalFit, Alternative, Trial]] = []
     for alternative in tried:
         trial = full_fit(alternative.dataset)
         if trial is None or trial.rms > MOST_LEFT:
             continue
-        without = first_look(replace(dataset, robot=trial.model.robot)).rms
+        without = nominal_fit(replace(dataset, robot=trial.model.robot)).rms
         if trial.rms <= FALLS_TO * min(without, np.inf if before is None else before):
-            found.append((first_look(alternative.dataset), alternative, trial))
+            found.append((nominal_fit(alternative.dataset), alternative, trial))
     return found
 
 
-def _better(look: Look, alternative: Alternative, as_it_is: Look) -> bool:
+def _better(nominal: NominalFit, alternative: Alternative, described: NominalFit) -> bool:
     """Return whether an alternative leaves a far smaller residual, or one as small with sensor and planes nearer to their stated places."""
-    left = look.rms / min(alternative.scale, 1.0) / max(alternative.motion, 1.0)
-    return left <= WORTH_FITTING * as_it_is.rms or (
-        left <= AS_GOOD * as_it_is.rms and _nearer(look, as_it_is)
+    left = nominal.rms / min(alternative.scale, 1.0) / max(alternative.motion, 1.0)
+    return left <= WORTH_FITTING * described.rms or (
+        left <= AS_GOOD * described.rms and _nearer(nominal, described)
     )
 
 
-def _nearer(look: Look, as_it_is: Look) -> bool:
+def _nearer(nominal: NominalFit, described: NominalFit) -> bool:
     """Return whether sensor and planes are near their stated places under an alternative, and clearly farther away without it."""
-    return look.turn <= min(NEAR, as_it_is.turn - CLEARLY_NEARER)
+    return nominal.turn <= min(NEAR, described.turn - CLEARLY_NEARER)
 
 
 def _explains(
-    look: Look, alternative: Alternative, trial: Trial, as_it_is: Look, before: float | None
+    nominal: NominalFit, alternative: Alternative, trial: Trial, described: NominalFit, before: float | None
 ) -> bool:
     """Return whether the fit of an alternative leaves a far smaller residual than the set-up as described, or is far nearer to dataset.yaml."""
     if trial.rms > MOST_LEFT:
         return False
     return (
-        _nearer(look, as_it_is)
+        _nearer(nominal, described)
         or before is None
         or trial.rms / min(alternative.scale, 1.0) / max(alternative.motion, 1.0) <= FALLS_TO * before
     )
 
 
-def _residual(trial: Trial | None, look: Look) -> float | None:
-    rms = look.rms if trial is None else min(trial.rms, look.rms)
+def _residual(trial: Trial | None, nominal: NominalFit) -> float | None:
+    """Return the smaller residual of a full and a nominal fit of one set-up [m]; None if neither was possible."""
+    rms = nominal.rms if trial is None else min(trial.rms, nominal.rms)
     return float(rms) if np.isfinite(rms) else None
 
 

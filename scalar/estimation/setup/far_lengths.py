@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from scalar.estimation.setup.alternatives import Alternative
-from scalar.estimation.setup.trial import Look, Trial
+from scalar.estimation.setup.trial import NominalFit, Trial
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import as_stated
@@ -36,12 +36,12 @@ def _off_table(nominal: Robot, fitted: Robot) -> Array:
 
 
 def with_lengths_near_table(
-    found: list[tuple[Look, Alternative, Trial]],
-) -> list[tuple[Look, Alternative, Trial]]:
+    found: list[tuple[NominalFit, Alternative, Trial]],
+) -> list[tuple[NominalFit, Alternative, Trial]]:
     """Return the alternatives under which all lengths come out near their table: with a wrong sign or zero, a far length may take up what remains.
 
     Args:
-        found: Alternatives that explain the data, each with its first look and its full fit.
+        found: Alternatives that explain the data, each with its nominal and its full fit.
     """
     return [entry for entry in found if not has_far_length(entry[1].dataset.robot, entry[2].model.robot)]
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.estimation.setup.trial import MOST_POSES, first_look, full_fit
+from scalar.estimation.setup.trial import MOST_POSES, full_fit, nominal_fit
 from scalar.geometry.se3 import Array
 
 WithBreak = Callable[[Dataset, int], Dataset]
@@ -43,7 +43,7 @@ def _least_residual(dataset: Dataset, with_break: WithBreak, low: int, high: int
     while True:
         tried = np.unique(np.linspace(low, high, BREAKS).round().astype(int))
         rows = _rows_about(dataset.n_poses, low, high)
-        at = int(np.argmin([first_look(with_break(dataset, int(k)).subset(rows)).of_all for k in tried]))
+        at = int(np.argmin([nominal_fit(with_break(dataset, int(k)).subset(rows)).of_all for k in tried]))
         if high - low < BREAKS:
             return int(tried[at])
         low, high = int(tried[max(at - 1, 0)]), int(tried[min(at + 1, len(tried) - 1)])

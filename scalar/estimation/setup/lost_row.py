@@ -82,8 +82,8 @@ def _fitted_to_a_part(dataset: Dataset, labels_go_along: bool) -> Model | None:
             part = moved.subset(rows)
             if len(rows) < LEAST_PART or _targets(part) != targets:
                 continue
-            look, model = quick_fit(part)
-            best = min(best, (look.of_all, model), key=lambda entry: entry[0])
+            nominal, model = quick_fit(part)
+            best = min(best, (nominal.of_all, model), key=lambda entry: entry[0])
     return best[1]
 
 

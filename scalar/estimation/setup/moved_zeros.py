@@ -30,9 +30,9 @@ def best_zeros(
         robot = dataset.robot
         for joint, angle in zip(joints, start, strict=True):
             robot = with_zero_moved(robot, joint, angle)
-        look, model = quick_fit(replace(dataset, robot=robot), joints)
+        nominal, model = quick_fit(replace(dataset, robot=robot), joints)
         fitted = (robot if model is None else model.robot).geometry - dataset.robot.geometry
-        found.append((look.rms, tuple(float(fitted[THETA, joint]) for joint in joints)))
+        found.append((nominal.rms, tuple(float(fitted[THETA, joint]) for joint in joints)))
     return min(found)[1]
 
 

@@ -116,8 +116,8 @@ def frames_by_positions(dataset: Dataset) -> Array | None:
     An arm whose axes are all parallel turns its flange about one direction only. Its orientations then agree with those of a tracker whose axes
     point elsewhere, and with the inverse rotations; the positions say where the tracker's axes point.
     """
-    look, model = quick_fit(without_orientations(dataset))
-    if model is None or look.rms > MOST_LEFT:
+    nominal, model = quick_fit(without_orientations(dataset))
+    if model is None or nominal.rms > MOST_LEFT:
         return None
     # A sensor that measures orientations has a rotation from the base for each session.
     target: Any = model.target
@@ -125,7 +125,7 @@ def frames_by_positions(dataset: Dataset) -> Array | None:
     places = model.robot.flange(dataset.q)[:, :3, 3]
     for k in np.unique(session):
         own = places[session == k] - places[session == k].mean(axis=0)
-        if np.linalg.svd(own, compute_uv=False)[1] < _WIDE * look.rms * np.sqrt(len(own)):
+        if np.linalg.svd(own, compute_uv=False)[1] < _WIDE * nominal.rms * np.sqrt(len(own)):
             return None
     return target.rotations[session]
 

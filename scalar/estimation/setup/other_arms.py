@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import Alternative, with_robot
-from scalar.estimation.setup.trial import first_look, thinned
+from scalar.estimation.setup.trial import nominal_fit, thinned
 from scalar.geometry.robot import Robot
 from scalar.robots import LibraryArm, arm_names, arms_with_axes_of, read_arm
 from scalar.robots.axes_between import largest_difference
@@ -25,18 +25,18 @@ NEAREST = 5 * MM
 def other_arms(dataset: Dataset) -> Iterator[Alternative]:
     """Yield the alternative in which the arm of the library that fits best was measured, if it fits as a nominal arm does."""
     few = thinned(dataset)  # once, and not for each arm
-    looks = [
-        (first_look(replace(few, robot=robot)).rms, arm, robot)
+    nominals = [
+        (nominal_fit(replace(few, robot=robot)).rms, arm, robot)
         for arm in map(read_arm, arm_names())
         if (robot := _in_place_of(dataset.robot, arm)) is not None
     ]
-    if not looks:
+    if not nominals:
         return
-    least, arm, robot = min(looks, key=lambda look: look[0])
+    least, arm, robot = min(nominals, key=lambda nominal: nominal[0])
     if least > NEAREST:
         return
     alike = {one.name for one in arms_with_axes_of(arm.robot)}
-    named = [one for rms, one, _ in looks if one.name in alike and rms <= NEAREST]
+    named = [one for rms, one, _ in nominals if one.name in alike and rms <= NEAREST]
     yield with_robot(
         dataset,
         robot,

@@ -8,9 +8,8 @@ from scalar.data.dataset import Dataset
 from scalar.effects.acquisition import order_and_time
 from scalar.units import MM
 
-_LEAST_MOVED = (
-    20 * MM
-)  # of the flange between two poses: a target that stays in its place meanwhile was probably not seen
+# Least distance of the flange between two poses: a target that stays in its place meanwhile was probably not seen.
+_LEAST_MOVED = 20 * MM
 _STAYS = 0.02  # of that distance: so little does the reading change
 
 

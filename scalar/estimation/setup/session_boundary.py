@@ -27,9 +27,8 @@ from scalar.geometry.se3 import Array
 from scalar.sensors import measure
 
 LEAST_POSES = 3  # chosen: of fewer poses that were set aside at a boundary, each may be a gross error
-LEAST_OF_NEW_PLANE = (
-    6  # poses, chosen: a plane has three coordinates, and fewer contacts with it prove nothing
-)
+# Number of poses, chosen: a plane has three coordinates, and fewer contacts with it prove nothing.
+LEAST_OF_NEW_PLANE = 6
 NEAR_BOUNDARY = 0.2  # chosen, of a session: a change in its last or first fifth may be the one at which the session should change
 AS_GOOD = 3.0  # times the median distance of the poses that were kept: nearer, a pose fits the other session
 

@@ -1,4 +1,4 @@
-"""How well a reading of the set-up explains the data: a quick fit, and a robust measure of its residual."""
+"""How well a reading of the set-up explains the data: a fit with the nominal arm, a full fit, and a robust measure of their residuals."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array, log_so3
 from scalar.sensors import measure
 
-MOST_POSES = 60  # used for the first comparison; a wrong description shows in any poses
+MOST_POSES = 60  # used for a nominal fit; a wrong description shows in any poses
 LEAST_EQUATIONS = 2.0  # for each free parameter: with fewer, a fit may explain anything
 THETA = GEOMETRY.index("theta")
-STEPS = 12  # of the first look's damped Gauss-Newton
+STEPS = 12  # damped Gauss-Newton steps of a nominal fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +41,11 @@ class Trial:
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
-    """A first comparison of a reading of the set-up with the data, the arm being nominal.
+class NominalFit:
+    """A fit of sensor and target alone to a reading of the set-up, the arm being nominal.
 
     Attributes:
-        rms: As in ``Trial``; infinite if no comparison was possible.
+        rms: As in ``Trial``; infinite if no fit was possible.
         turn: How far sensor and planes ended from where dataset.yaml has them, as an angle [rad]: the largest of the turn of the sensor and the
             turns of the planes' normals.
         shift: The same as a length [m]: the largest of the shift of the sensor and the shifts of the planes.
@@ -58,20 +58,20 @@ class Look:
     of_all: float = np.inf
 
 
-def first_look(dataset: Dataset) -> Look:
+def nominal_fit(dataset: Dataset) -> NominalFit:
     """Return how well a set-up explains some of the poses with the arm nominal: sensor and target alone are fitted."""
     return quick_fit(dataset)[0]
 
 
-def quick_fit(dataset: Dataset, joints: Sequence[int] = ()) -> tuple[Look, Model | None]:
-    """Return the first look at a set-up, and where its fit ended; None if no comparison was possible.
+def quick_fit(dataset: Dataset, joints: Sequence[int] = ()) -> tuple[NominalFit, Model | None]:
+    """Return the fit of a set-up with the arm nominal, and its model; None if no fit was possible.
 
     Args:
         dataset: The measurements under some reading of the set-up.
         joints: ``(k,)``, from 0: joints that turn, whose zeros are free as well.
     """
     dataset = thinned(dataset)
-    best: tuple[Look, Model | None] = Look(np.inf, np.inf, np.inf), None
+    best: tuple[NominalFit, Model | None] = NominalFit(np.inf, np.inf, np.inf), None
     try:
         measurement = measure(dataset)
         guess = measurement.initial_target(dataset)
@@ -80,12 +80,12 @@ def quick_fit(dataset: Dataset, joints: Sequence[int] = ()) -> tuple[Look, Model
             model = Model.at(dataset.robot, T, target)
             model = _few_steps(Residuals.of(dataset, model, measurement), model, joints)
             distances = Residuals.of(dataset, model, measurement).pose_distances(model)
-            look = Look(
+            nominal = NominalFit(
                 float(np.median(distances)),
                 *_turn_and_shift(model, guess, T_nominal),
                 float(np.sqrt(np.mean(distances**2))),
             )
-            best = min(best, (look, model), key=lambda x: x[0].rms)
+            best = min(best, (nominal, model), key=lambda x: x[0].rms)
     except (ScalarError, np.linalg.LinAlgError, ValueError, FloatingPointError):
         pass
     return best

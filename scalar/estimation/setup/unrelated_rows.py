@@ -18,9 +18,8 @@ from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 
 FARTHEST_ROW = 10  # rows
-LEAST_POSES = (
-    60  # fewer may show no relation by chance: some sets of 45 poses of arms with seven joints do not
-)
+# Fewer poses may show no relation by chance: some sets of 45 poses of arms with seven joints show none.
+LEAST_POSES = 60
 FIRST_JOINTS = 3  # that move the wrist of most arms
 POSES_PER_COLUMN = 2  # fewest poses for each column of the regression
 _RECURRING = 0.8  # share of equal labels; with planes in turn all are equal but a few mistakes, with three planes at random a third is

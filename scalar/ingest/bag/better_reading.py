@@ -13,21 +13,17 @@ from scalar.ingest.bag.straight_scans import Pieces
 from scalar.units import DEG, MM
 
 CLEARLY_BETTER = 20.0
-"""By how much the cost of another reading has to be lower: its probability is then higher by a factor of 10^8. Chosen."""
-_AS_GOOD = 5.0  # two readings whose costs differ by less are not distinguished
-_CLOSE = 20 * MM  # a scan within this distance of a plane lies on it as far as a nominal arm can tell
-_ENOUGH = (
-    0.8  # share of the scans that have to lie on planes under another reading: a few were taken on the way
-)
-_STILL_LOST = (
-    1.0 / 3.0
-)  # of the scans that lie on no plane as described, the largest share that may lie on none under another reading either
-_FEW_LOST = 0.1  # share of the scans on no plane up to which these alone suggest nothing
-_FALLS_BY = 3.0  # or the median distance has to fall by this factor
-_TURNED, _NEARLY = (
-    45 * DEG,
-    30 * DEG,
-)  # or the scanner sits turned from its stated pose by more as described, and by less then
+"""By how much the cost of another reading has to be lower [nats]: its posterior probability is then higher by a factor of 5e8. Chosen."""
+_AS_GOOD = 5.0  # chosen, nats: two readings whose costs differ by less are not distinguished
+_CLOSE = 20 * MM  # chosen: a scan this near to a plane may lie on it, given the errors of a nominal arm
+# Share of the scans that have to lie on planes under another reading: a few scans were taken between the planes.
+_ENOUGH = 0.8
+# Of the scans that lie on no plane as described, the largest share that may lie on none under another reading either.
+_STILL_LOST = 1.0 / 3.0
+_FEW_LOST = 0.1  # share of the scans up to which scans on no plane alone suggest no other reading
+_FALLS_BY = 3.0  # factor by which the median distance falls under a reading that explains the scans
+# The scanner is turned from its stated pose by more than the first as described, and by less than the second under a reading that explains this.
+_TURNED, _NEARLY = 45 * DEG, 30 * DEG
 
 
 @dataclass(frozen=True)
@@ -46,7 +42,7 @@ class BetterReading:
 def better_reading(
     pieces: Pieces,
     names: Sequence[str],
-    told: Callable[[int, int], None] = lambda done, total: None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> BetterReading | None:
     """Return the other readings that explain the recording far better than the description; None if none does.
 
@@ -55,16 +51,16 @@ def better_reading(
     Args:
         pieces: The straight pieces of the recording.
         names: Names of the recorded joints in the assumed order.
-        told: Takes how many readings were tried, and how many there are.
+        progress: Called with the number of readings that were tried, and the number of all.
     """
     least_possible = -len(pieces.q) * np.log1p(np.exp(-0.5 * NO_PLANE**2))
     if pieces.placement.cost - least_possible < CLEARLY_BETTER:
         return None
     tried = other_readings(pieces, names)
     for done, reading in enumerate(tried):
-        told(done, len(tried))
+        progress(done, len(tried))
         _ = reading.cost
-    told(0, 0)
+    progress(0, 0)
     likely = _likely(tried, pieces) or _likely(list(readings_with_any_zero(pieces, names)), pieces)
     if not likely:
         return None
@@ -105,6 +101,7 @@ def _lost(pieces: Pieces) -> int:
 
 
 def _as_described(pieces: Pieces, reading: Reading) -> str:
+    """Return the clause on how badly the scans fit the description, compared with one of the other readings."""
     if _turned_less(reading.pieces.placement, pieces.placement) and _lost(pieces) <= _FEW_LOST * len(
         pieces.q
     ):
@@ -119,6 +116,7 @@ def _as_described(pieces: Pieces, reading: Reading) -> str:
 
 
 def _in_words(reading: Reading, described: Pieces, one_of: int) -> str:
+    """Return the sentence on a reading that explains the recording, one of so many."""
     labels = reading.pieces.labels
     figures = f"half of the scans then lie within {_in_mm(labels.typical)} mm of their planes"
     if described.labels.typical >= _FALLS_BY * labels.typical:

@@ -1,7 +1,7 @@
-"""Planes whose guesses are too far off for the scans on them: where these scans show them to be, by the nominal arm.
+"""Planes whose guesses are so far off that their scans lie on no plane: find them where these scans are, by the nominal arm.
 
-The scans of such a plane are lost, although nothing is wrong with the joints. A wrong zero of joint 1 may put them on another plane of the same
-distance, so that the guess has to be compared with every other reading.
+With such a guess the scans of the plane are not used, although nothing is wrong with the joints. A wrong zero of joint 1 may also put them on another
+plane at the same distance, so that another guess has to be compared with every other reading.
 """
 
 from __future__ import annotations
@@ -14,17 +14,15 @@ from scalar.geometry.se3 import Array
 from scalar.ingest.bag.straight_scans import Pieces
 from scalar.units import MM
 
-USUAL_STEP = 250 * MM
-"""Usual size of a mistake in the distance of a plane: that of a number that was measured to the wrong surface. Chosen."""
-_FARTHEST_GUESS = 1.0  # m; chosen: a guess that is farther off is none of this plane
-_FEWEST = 3  # scans that show a plane
-_LOST = (
-    30 * MM
-)  # distance from every other plane from which on a scan may be one of the plane that is looked for
-_TOGETHER = (
-    75 * MM
-)  # scans of one plane, with the tilt of its guess, have distances along its normal that differ by less
-_BETTER_BY = 5.0  # by how much the cost has to fall
+MISTAKE_STD = 250 * MM
+"""Prior standard deviation of a mistake in the distance of a plane, whose number was measured to the wrong surface for example. Chosen."""
+_FARTHEST_GUESS = 1.0  # m; chosen: scans that are farther from the guess are not on this plane
+_FEWEST = 3  # chosen: least number of scans that show where a plane is
+# Distance from every other plane from which on a scan may lie on the plane that is looked for.
+_LOST = 30 * MM
+# Scans of one plane, with the tilt of its guess, have distances along its normal that differ by less.
+_TOGETHER = 75 * MM
+_BETTER_BY = 5.0  # chosen: least fall of the cost [nats] with which another distance is taken
 
 
 def with_far_guesses(pieces: Pieces) -> Iterator[tuple[Array, float]]:
@@ -40,7 +38,7 @@ def with_far_guesses(pieces: Pieces) -> Iterator[tuple[Array, float]]:
             moved[k] = _shown(pieces.read_otherwise(distances=distances), k)
             if moved[k] == distances[k]:
                 continue
-            added = 0.5 * float(np.sum(((moved - pieces.distances) / USUAL_STEP) ** 2))
+            added = 0.5 * float(np.sum(((moved - pieces.distances) / MISTAKE_STD) ** 2))
             found.append((pieces.read_otherwise(distances=moved).placement.cost + added, moved, added))
         best = min(found, key=lambda entry: entry[0], default=None)
         if best is None or best[0] > least - _BETTER_BY:
@@ -68,7 +66,12 @@ def _shown(pieces: Pieces, k: int) -> float:
 
 
 def _densest(offsets: Sequence[float], guess: float) -> float:
-    """Return the median [m] of the largest group of distances along a normal that lie near one another, none too far from a guess; else the guess."""
+    """Return the median [m] of the largest group of distances along a normal that lie near one another; the guess if there is none.
+
+    Args:
+        offsets: Distances [m] of the scans along the normal.
+        guess: The stated distance [m]; distances farther from it than ``_FARTHEST_GUESS`` are left out.
+    """
     near = np.array([offset for offset in offsets if abs(offset - guess) <= _FARTHEST_GUESS])
     if len(near) < _FEWEST:
         return guess

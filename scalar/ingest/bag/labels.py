@@ -10,13 +10,11 @@ from scalar.geometry.se3 import Array
 from scalar.units import MM
 
 FARTHEST = 150 * MM
-"""Largest distance of a scan from its plane, however badly the nominal arm fits."""
-_NEAREST = (
-    30 * MM
-)  # a scan that is nearer may lie on its plane, however well the others fit: the nominal arm errs more in some poses
-_TIMES_USUAL = (
-    5.0  # times the median distance: a scan that is farther from every plane lies on another surface
-)
+"""Largest distance of a scan from its plane, however badly the nominal arm fits. Chosen."""
+# A scan that is nearer may lie on its plane, however well the others fit: the nominal arm errs more in some poses.
+_NEAREST = 30 * MM
+# Multiple of the median distance: a scan that is farther from every plane lies on another surface.
+_TIMES_USUAL = 5.0
 _CLEARLY = 2.0  # a scan's plane is clear if every other plane is more than this many times farther away
 
 

@@ -111,6 +111,7 @@ def _path_by_kind(path: Path) -> Iterator[Path]:
 
 
 def _read(reader: Any, file: str, joint_topic: str | None, scan_topic: str | None) -> Recording:
+    """Return the recording of an open file; ``joint_topic`` and ``scan_topic`` are those that were asked for, or None to find them."""
     joints = _topic(reader, file, joint_topic, JOINTS, "--joints")
     scans = _topic(reader, file, scan_topic, SCANS, "--scans")
     wanted = [connection for connection in reader.connections if connection.topic in (joints, scans)]

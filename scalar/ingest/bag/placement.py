@@ -2,8 +2,9 @@
 
 Which plane a scan lies on shows only where scanner and planes are known, and dataset.yaml has both roughly. They are found together: every scan
 belongs to each plane with a weight that falls with its distance, scanner and planes take a Gauss-Newton step under these weights, and the distance at
-which a scan counts as near shrinks from step to step (deterministic annealing; Rose, 1998). The arm stays nominal. Stated places are kept near by
-their usual errors, so that a wrong reading cannot hide behind a scanner that sits the other way round without a cost.
+which a scan counts as near shrinks from step to step (deterministic annealing; Rose, 1998). The arm stays nominal. Stated places have
+priors with the standard deviations of their usual errors. A wrong reading that is compensated by a scanner mounted the other way round therefore has
+a high cost.
 """
 
 from __future__ import annotations
@@ -17,19 +18,19 @@ from scalar.geometry.planes import PARAMETERS_PER_PLANE, Planes
 from scalar.geometry.se3 import Array, cross, exp_so3, log_so3, transform
 from scalar.units import DEG, MM
 
-SENSOR_SHIFT, SENSOR_TURN = 50 * MM, 10 * DEG
-"""Usual errors of the stated pose of the scanner on the flange, one standard deviation about or along each axis. Chosen: it is measured by hand."""
-PLANE_TILT, PLANE_SHIFT = 10 * DEG, 100 * MM
-"""The same of the guess of a plane."""
-ZERO_ERROR = 10 * DEG
-"""The same of the zero of a joint, where it is free: the zeros that are tried are farther apart than its fit reaches."""
-FIRST_NEAR = 40 * MM, 100 * MM
+SENSOR_SHIFT_STD, SENSOR_TURN_STD = 50 * MM, 10 * DEG
+"""Prior standard deviations of the pose of the scanner on the flange, along and about each axis, from the stated pose: it is measured by hand."""
+PLANE_TILT_STD, PLANE_SHIFT_STD = 10 * DEG, 100 * MM
+"""Prior standard deviations of a plane from its guess: about each of two axes, and of its distance. Chosen."""
+ZERO_STD = 10 * DEG
+"""Prior standard deviation of the zero of a joint, where it is free: the zeros from which fits start are farther apart than a fit reaches."""
+FIRST_DISTANCES = 40 * MM, 100 * MM
 """Standard deviation of a scan's distance from its plane in the first step: the error of good guesses and of rough ones. Both are tried: with the
 larger one, planes that are near each other may share their scans wrongly, and with the smaller one, rough guesses miss them."""
-LAST_NEAR = 5 * MM
-"""The same in the last steps: the error of a nominal arm."""
+LAST_DISTANCE = 5 * MM
+"""Standard deviation of a scan's distance from its plane in the last steps: the error of a nominal arm."""
 NO_PLANE = 3.0
-"""Standard deviations from every plane at which a scan lies as probably on none."""
+"""Number of standard deviations from its plane at which a scan is as likely to lie on no plane."""
 _SHRINKING, _SETTLING = 10, 3  # steps in which that distance shrinks, and steps after these
 _MOST_TURN = 0.5  # rad by which the scanner may turn in one step: farther away its rotation is not linear
 
@@ -41,8 +42,8 @@ class Placement:
     Attributes:
         T_flange_sensor: ``(4, 4)``.
         planes: K planes.
-        cost: Negative logarithm of the probability of scans and stated places, up to a constant: two readings differ by half a square, and each scan
-            that lies on no plane costs 4.5.
+        cost: Negative log posterior, up to a constant: half the squared deviations from stated places in prior standard deviations, less the log
+            likelihoods of the scans. A scan that lies on no plane costs ``NO_PLANE**2 / 2``.
         turn: How far the scanner is turned from its stated pose [rad].
         zero: By how much the free joint turned further [rad]; 0 if none is free.
     """
@@ -120,7 +121,7 @@ def place(
         axis: The axis of a joint whose zero is free; None if none is.
     """
     scans = _Scans(T_base_flange, factors, T_stated, stated, used, axis)
-    return min((scans.placed(first) for first in FIRST_NEAR), key=lambda placement: placement.cost)
+    return min((scans.placed(first) for first in FIRST_DISTANCES), key=lambda placement: placement.cost)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,30 +137,32 @@ class _Scans:
 
     def placed(self, first: float) -> Placement:
         """Return the placement that is found where scans within ``first`` [m] of a plane count as near at first."""
-        usual = self.usual
+        prior_std = self.prior_std
         placement = Placement(self.T_stated, self.stated, np.inf, 0.0)
-        for scale in (*np.geomspace(first, LAST_NEAR, _SHRINKING), *[LAST_NEAR] * _SETTLING):
+        for scale in (*np.geomspace(first, LAST_DISTANCE, _SHRINKING), *[LAST_DISTANCE] * _SETTLING):
             frames = self.frames(placement)
             residual = _residual(frames, self.factors, placement.planes)
             weights = self.likelihoods(residual, scale)
             weights /= (weights.sum(axis=1, keepdims=True) + _on_none()) * scale**2
-            J = _jacobian(frames, self.factors, placement.planes, self.axis).reshape(-1, len(usual))
+            J = _jacobian(frames, self.factors, placement.planes, self.axis).reshape(-1, len(prior_std))
             weighted = J * np.repeat(weights.ravel(), 3)[:, None]
-            normal = weighted.T @ J + np.diag(usual**-2.0)
-            step = -np.linalg.solve(normal, weighted.T @ residual.ravel() + self.off(placement) / usual**2)
+            normal = weighted.T @ J + np.diag(prior_std**-2.0)
+            step = -np.linalg.solve(
+                normal, weighted.T @ residual.ravel() + self.deviations(placement) / prior_std**2
+            )
             placement = _moved(placement, step, free=self.axis is not None)
         residual = _residual(self.frames(placement), self.factors, placement.planes)
-        likelihood = self.likelihoods(residual, LAST_NEAR).sum(axis=1) + _on_none()
-        off = self.off(placement)
-        cost = 0.5 * float(np.sum((off / usual) ** 2)) - float(np.sum(np.log(likelihood)))
-        return replace(placement, cost=cost, turn=float(np.linalg.norm(off[3:6])))
+        likelihood = self.likelihoods(residual, LAST_DISTANCE).sum(axis=1) + _on_none()
+        deviations = self.deviations(placement)
+        cost = 0.5 * float(np.sum((deviations / prior_std) ** 2)) - float(np.sum(np.log(likelihood)))
+        return replace(placement, cost=cost, turn=float(np.linalg.norm(deviations[3:6])))
 
     @property
-    def usual(self) -> Array:
-        """Return the usual errors of what is fitted, in the order of the Jacobian [m, rad]."""
-        plane = np.tile([PLANE_TILT, PLANE_TILT, PLANE_SHIFT], len(self.stated.distances))
-        zero = np.full(0 if self.axis is None else 1, ZERO_ERROR)
-        return np.concatenate([np.full(3, SENSOR_SHIFT), np.full(3, SENSOR_TURN), plane, zero])
+    def prior_std(self) -> Array:
+        """Return the prior standard deviations ``(P,)`` of what is fitted, in the order of the Jacobian [m, rad]."""
+        plane = np.tile([PLANE_TILT_STD, PLANE_TILT_STD, PLANE_SHIFT_STD], len(self.stated.distances))
+        zero = np.full(0 if self.axis is None else 1, ZERO_STD)
+        return np.concatenate([np.full(3, SENSOR_SHIFT_STD), np.full(3, SENSOR_TURN_STD), plane, zero])
 
     def frames(self, placement: Placement) -> Array:
         """Return the scanner in the base frame at each scan, ``(S, 4, 4)``."""
@@ -171,8 +174,8 @@ class _Scans:
         found = np.exp(-0.5 * np.sum(residual**2, axis=-1) / scale**2)
         return found if self.used is None else found * self.used
 
-    def off(self, placement: Placement) -> Array:
-        """Return how far what is fitted is from where it is stated, in the order of the Jacobian [m, rad]."""
+    def deviations(self, placement: Placement) -> Array:
+        """Return the deviations ``(P,)`` of what is fitted from what is stated, in the order of the Jacobian [m, rad]."""
         T, R = placement.T_flange_sensor, self.T_stated[:3, :3].T
         shift, turn = R @ (T[:3, 3] - self.T_stated[:3, 3]), log_so3(R @ T[:3, :3])
         zero = [] if self.axis is None else [placement.zero]

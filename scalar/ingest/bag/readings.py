@@ -60,6 +60,7 @@ def other_readings(pieces: Pieces, names: Sequence[str]) -> list[Reading]:
 
 
 def _with_planes_elsewhere(pieces: Pieces) -> Iterator[Reading]:
+    """Yield the readings in which guesses of planes have other distances."""
     for distances, added in with_far_guesses(pieces):
         places = [
             f"{pieces.plane_names[k]} at a distance of {distances[k]:.2f} m in place of {pieces.distances[k]:.2f} m"
@@ -70,6 +71,7 @@ def _with_planes_elsewhere(pieces: Pieces) -> Iterator[Reading]:
 
 
 def _with_other_orders(pieces: Pieces, names: Sequence[str]) -> Iterator[Reading]:
+    """Yield the readings in which the recorded joints are assigned to q1..qn in another order."""
     for order in dict.fromkeys(_orders(len(names), names)):
         if order != tuple(range(len(names))):
             named = ",".join(names[i] for i in order)
@@ -87,6 +89,7 @@ def _orders(n: int, names: Sequence[str]) -> Iterator[tuple[int, ...]]:
 
 
 def _with_other_signs(pieces: Pieces, names: Sequence[str]) -> Iterator[Reading]:
+    """Yield the readings in which one joint counts the other way."""
     for j, name in enumerate(names):
         q = np.where(np.arange(len(names)) == j, -pieces.q, pieces.q)
         what = f"joint {j + 1} ({name}) counted the other way"
@@ -105,6 +108,7 @@ def _other_way(robot: Robot, joint: int) -> str:
 
 
 def _with_other_zeros(pieces: Pieces, names: Sequence[str]) -> Iterator[Reading]:
+    """Yield the readings in which the zero of one joint that turns is off by a usual angle."""
     for j in np.flatnonzero(~pieces.robot.slides).tolist():
         for degrees in _ZEROS:
             q = pieces.q + np.where(np.arange(len(names)) == j, degrees * DEG, 0.0)
@@ -144,6 +148,7 @@ def _seen_alike(joint: int, n: int, degrees: int) -> str:
 
 
 def _with_other_axes(pieces: Pieces) -> Iterator[Reading]:
+    """Yield the readings in which axes of the scans are reversed or exchanged."""
     for what, axes in _AXES.items():
         turned = _in_true_axes(pieces.T_flange_sensor[:3, :3], axes)
         numbers = ", ".join(f"{number:.4f}" for number in log_so3(turned))

@@ -167,6 +167,7 @@ def _tree(document: UrdfDocument, links: dict[str, Any]) -> dict[str, Any]:
 
 
 def _link_of(document: UrdfDocument, element: Any, end: str) -> str:
+    """Return the name of the link at one end of a joint, ``parent`` or ``child``."""
     found = element.find(end)
     link = None if found is None else found.get("link")
     if not link:
@@ -176,6 +177,7 @@ def _link_of(document: UrdfDocument, element: Any, end: str) -> str:
 
 
 def _existing(document: UrdfDocument, links: dict[str, Any], name: str, option: str) -> str:
+    """Return the name of a link that an option gives, if there is such a link."""
     if name not in links:
         hint = did_you_mean(name, list(links)) or f"the links are {_few(list(links))}; "
         raise InvalidInput(Fault(document.file, f"no link is called {shorten(name)}; {hint}correct {option}"))
@@ -183,6 +185,7 @@ def _existing(document: UrdfDocument, links: dict[str, Any], name: str, option: 
 
 
 def _only_root(document: UrdfDocument, links: dict[str, Any], by_child: dict[str, Any]) -> str:
+    """Return the one link that has no parent."""
     roots = [name for name in links if name not in by_child]
     if len(roots) != 1:
         message = f"{len(roots)} links have no parent ({_few(roots)}); choose one with --base"
@@ -191,6 +194,7 @@ def _only_root(document: UrdfDocument, links: dict[str, Any], by_child: dict[str
 
 
 def _only_leaf(document: UrdfDocument, links: dict[str, Any], by_child: dict[str, Any], base: str) -> str:
+    """Return the one link below the base that has no child."""
     parents = {_link_of(document, element, "parent") for element in by_child.values()}
     leaves = [name for name in links if name not in parents and _is_above(by_child, base, name)]
     if len(leaves) != 1:
@@ -211,6 +215,7 @@ def _few(names: list[str]) -> str:
 
 
 def _joint(document: UrdfDocument, element: Any) -> ChainJoint:
+    """Return the joint of an element of the document, in metres and radians."""
     name, kind = str(element.get("name")), element.get("type")
     called = f"joint {shorten(name)}"
     if kind not in (*TURNING, SLIDING, "fixed"):
@@ -251,6 +256,7 @@ def _joint(document: UrdfDocument, element: Any) -> ChainJoint:
 
 
 def _limits(document: UrdfDocument, element: Any, called: str, unit: str) -> tuple[float, float]:
+    """Return the limits of a joint, in the unit that is given for the message."""
     limit = element.find("limit")
     low, high = (
         _numbers(document, limit, key, called, limit.get(key, "0"), 1)[0] for key in ("lower", "upper")
@@ -264,6 +270,7 @@ def _limits(document: UrdfDocument, element: Any, called: str, unit: str) -> tup
 def _vector(
     document: UrdfDocument, element: Any, key: str, called: str, default: Array | None = None
 ) -> Array:
+    """Return the three numbers ``(3,)`` of an attribute; the default, or zeros, if it is absent."""
     text = element.get(key)
     if text is None:
         return np.zeros(3) if default is None else default
@@ -271,6 +278,7 @@ def _vector(
 
 
 def _numbers(document: UrdfDocument, element: Any, key: str, called: str, text: str, size: int) -> Array:
+    """Return so many finite numbers ``(size,)`` as the text of an attribute holds."""
     words = text.split()
     if (
         len(words) != size

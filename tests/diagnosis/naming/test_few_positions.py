@@ -7,8 +7,8 @@ import pytest
 
 from scalar.diagnosis.naming import few_positions
 from scalar.diagnosis.naming.few_positions import (
-    ANY_ERROR,
-    lead_of_any_error,
+    FREE_ERRORS,
+    lead_of_free_errors,
     limited_by_few_positions,
 )
 from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
@@ -37,7 +37,7 @@ def lead(error, seed):
     state = before(
         replace(dataset, poses=dataset.poses.assign(**dict(zip(joint_names(6), q.T, strict=True))))
     )
-    return lead_of_any_error(state.refitted([JointScale(3)]), 3, named_candidates(state.dataset))
+    return lead_of_free_errors(state.refitted([JointScale(3)]), 3, named_candidates(state.dataset))
 
 
 def drive(angle):
@@ -56,10 +56,10 @@ def test_only_names_of_that_joint_are_limited(monkeypatch):
     """A name of another joint, and one of two joints, keep their confidence."""
     monkeypatch.setattr(few_positions, "at_few_positions", lambda q: [3, 4])
     monkeypatch.setattr(
-        few_positions, "lead_of_any_error", lambda state, joint, _: 1.0 if joint == 3 else -1.0
+        few_positions, "lead_of_free_errors", lambda state, joint, _: 1.0 if joint == 3 else -1.0
     )
     state = before(tracked(0, lambda q: 0.0 * q, most=1.0))
     found = [finding_of(effect, 0.95) for effect in (JointScale(3), JointScale(4), JointCoupling(3, 2))]
     scale, *others = limited_by_few_positions(found, state, named_candidates(state.dataset), LEAST)
-    assert (scale.confidence, scale.limit) == (ONE_OF_TWO, ANY_ERROR)
+    assert (scale.confidence, scale.limit) == (ONE_OF_TWO, FREE_ERRORS)
     assert others == found[1:]

@@ -5,7 +5,7 @@ import pytest
 
 from scalar.data.poses import Poses
 from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
-from scalar.diagnosis.naming.one_joint_moves import ALIKE, limited_by_one_joint
+from scalar.diagnosis.naming.one_joint_moves import MOVED_ALONE, limited_by_one_joint
 from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_harmonic import JointHarmonic
@@ -57,7 +57,7 @@ def test_names_that_one_moving_joint_does_not_tell_apart_are_doubtful(effect, jo
     """Only what is a sinusoid of the one angle, or belongs to a joint that stood still, is limited."""
     (found,) = limited_by_one_joint([finding_of(effect, 0.95)], turned(*joints), LEAST)
     assert found.doubtful == limited
-    assert (found.confidence, found.limit) == ((ONE_OF_TWO, ALIKE) if limited else (0.95, ""))
+    assert (found.confidence, found.limit) == ((ONE_OF_TWO, MOVED_ALONE) if limited else (0.95, ""))
 
 
 @pytest.mark.parametrize("joint", [2, 3, 5])

@@ -123,4 +123,4 @@ def judged(monkeypatch: pytest.MonkeyPatch, nearest: RivalSet, log_odds: float =
     found = finding_of(GEAR, 0.95)
     object.__setattr__(found, "grounds", SimpleNamespace(log_odds=log_odds))
     columns = CandidateColumns.of(state, named_candidates(state.dataset))
-    return judged_effects._against_sets(found, state, 0, columns)
+    return judged_effects._compared_with_sets(found, state, 0, columns)

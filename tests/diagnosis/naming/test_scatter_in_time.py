@@ -7,7 +7,7 @@ import pytest
 
 from scalar.diagnosis.naming.most_confidence import NOT_SURE, ONE_OF_TWO
 from scalar.diagnosis.naming.scatter_in_time import (
-    READINGS_ALIKE,
+    CORRELATION_LENGTHS,
     most_confidence_in_time,
     shares_in_time,
 )
@@ -80,4 +80,4 @@ def test_several_targets_of_one_stop_are_no_readings_that_follow_each_other(camp
     """Where the readings differ from their neighbours, nothing of what two targets of each stop have in common follows time."""
     state, component = campaign(40, 0.0, 5)
     state.dataset.q = np.zeros((40, 6))
-    assert shares_in_time(state, component) == [(0.0, np.inf)] * len(READINGS_ALIKE)
+    assert shares_in_time(state, component) == [(0.0, np.inf)] * len(CORRELATION_LENGTHS)

@@ -1,4 +1,4 @@
-"""Names lose their sureness beside structure without a name, with several orders, and where they lead by less than is usual for their kind."""
+"""Names are not sure with unmodelled structure, with several orders, and where they lead by less than is usual for their kind."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scalar.diagnosis.naming import beside_structure, several_orders, usual_odds
-from scalar.diagnosis.naming.beside_structure import limited_beside_structure
+from scalar.diagnosis.naming import several_orders, usual_odds, weight_and_structure
 from scalar.diagnosis.naming.most_confidence import NEARLY_SURE
 from scalar.diagnosis.naming.several_orders import limited_by_several_orders
 from scalar.diagnosis.naming.usual_odds import limited_by_usual_odds
+from scalar.diagnosis.naming.weight_and_structure import limited_by_structure
 from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.flexible.measured_space import UnattributedSpace
 from scalar.effects.joint_compliance import JointCompliance
@@ -66,8 +66,8 @@ def test_what_gives_way_is_not_sure_beside_structure_without_a_name(
     effect, log_odds, others, n_poses, limited
 ):
     """It keeps its name, with a confidence below that of a sure one, unless many poses show it clearly; the others keep theirs."""
-    answer, *rest = limited_beside_structure([found(effect, log_odds), *others], n_poses, LEAST)
-    expected = (NEARLY_SURE, beside_structure.A_PART_OF_IT) if limited else (SURE, "")
+    answer, *rest = limited_by_structure([found(effect, log_odds), *others], n_poses, LEAST)
+    expected = (NEARLY_SURE, weight_and_structure.A_PART_OF_IT) if limited else (SURE, "")
     assert (answer.confidence, answer.limit, answer.doubtful) == (*expected, False)
     assert rest == others
 
@@ -96,7 +96,7 @@ def test_what_gives_way_is_not_sure_beside_structure_without_a_name(
     ],
 )
 def test_several_orders_are_not_sure(effect, others, limited):
-    """Three orders chosen one by one are never sure; two are not beside structure without a name, or with the first beside what gives way."""
+    """Three orders chosen one by one are never sure; two are not beside unmodelled structure, or with the first beside what gives way."""
     answer, *rest = limited_by_several_orders([found(effect), *others], LEAST)
     expected = (NEARLY_SURE, several_orders.ANOTHER_FORM) if limited else (SURE, "")
     assert (answer.confidence, answer.limit, answer.doubtful) == (*expected, False)

@@ -16,8 +16,8 @@ from scalar.diagnosis.held_out.hold_out import HeldOutErrors, held_out_errors
 from scalar.diagnosis.held_out.outer_split import OuterSplit
 from scalar.diagnosis.held_out.repeated_runs import Answer
 from scalar.diagnosis.naming.two_halves import (
+    confidence_by_halves,
     limited_by_halves,
-    most_confidence,
     residuals_are_correlated,
     two_halves,
 )
@@ -80,7 +80,7 @@ def test_the_confidence_is_limited_by_the_halves(chosen, most):
     """The confidence has no limit if both halves found the effect, one half if one did, and a quarter, so that the name is doubtful, if none did."""
     errors = HeldOutErrors(np.ones(8), np.ones(8), np.ones(8), np.arange(8))
     halves = halves_of(errors, (1.0, 1.0), chosen)
-    assert most_confidence(halves.selected_in(JointScale(4)), halves) == pytest.approx(most)
+    assert confidence_by_halves(halves.selected_in(JointScale(4)), halves) == pytest.approx(most)
     (limited,) = limited_by_halves([finding_of(JointScale(4), 0.97)], halves, LEAST)
     assert limited.confidence == pytest.approx(min(0.97, most)) and limited.doubtful == (most < LEAST)
 

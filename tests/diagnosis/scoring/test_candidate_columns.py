@@ -133,7 +133,7 @@ def test_shares_of_an_effect_on_points_are_computed_once_for_all_states(monkeypa
     second, bases = first.refitted([JointScale(2)]), Bases()
     first.columns_of(moved, bases)
     expected = second.columns_of(moved)
-    monkeypatch.setattr(PlaneMoved, "course", None)
+    monkeypatch.setattr(PlaneMoved, "constant_and_shares", None)
     np.testing.assert_array_equal(second.columns_of(moved, bases), expected)
 
 

@@ -62,7 +62,7 @@ def test_only_a_late_change_or_one_on_a_path_is_not_corrected_without_a_sure_nam
     slip = SensorSlip(float(first))
     wide = SimpleNamespace(errors=lambda kept: (1.0 if kept else 9.0,) * 3, std=lambda kept: 1.0)
     monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
-    monkeypatch.setattr(focused_choice, "nuisances_beside", lambda *_: [])
+    monkeypatch.setattr(focused_choice, "missing_nuisances", lambda *_: [])
     monkeypatch.setattr(doubtful_effects, "_explain_much", lambda *_: True)
     after = state()
     after.effects, after.dataset, after.settings, after.is_plausible = (slip,), dataset, DEFAULTS, True
@@ -83,7 +83,7 @@ def test_an_error_of_a_joint_at_few_positions_is_corrected_only_with_a_sure_name
     q[:, 1] = 0.02 * (np.arange(100) % steps)
     wide = SimpleNamespace(errors=lambda kept: (1.0 if kept else 9.0,) * 3, std=lambda kept: 1.0)
     monkeypatch.setattr(focused_choice, "NestedModels", lambda _: wide)
-    monkeypatch.setattr(focused_choice, "nuisances_beside", lambda *_: [])
+    monkeypatch.setattr(focused_choice, "missing_nuisances", lambda *_: [])
     monkeypatch.setattr(doubtful_effects, "_explain_much", lambda *_: True)
     after = state()
     after.effects, after.dataset, after.settings, after.is_plausible = (

@@ -132,7 +132,7 @@ def test_more_repetitions_do_not_change_the_first_sets():
 def test_the_config_tries_every_effect_often_enough():
     """Every name that a diagnosis may give has at least 20 seeds, unless some robots cannot have it.
 
-    There are 200 sets without effects, 60 with pairs, and 40 with structure without a name.
+    There are 200 sets without effects, 60 with pairs, and 40 with unmodelled structure.
     """
     study = load_study(CONFIG)
     injected = {case.choices[0].entry["effect"] for case in study.cases.values() if case.kind == "single"}

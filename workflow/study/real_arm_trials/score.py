@@ -16,9 +16,9 @@ from study.real_arm_trials.design import NONE
 from study.tracked_trials.score import cause_outcome, is_cause, is_true_jitter
 
 OF_EFFECTS = {
-    "right": "the effect that is judged is named with its place, or reported as structure without a name if it has none",
+    "right": "the effect that is judged is named with its place, or reported as unmodelled structure if it has none",
     "listed": "it is not, but a named effect is said to be confounded with it, or it is said to be unobservable",
-    "unattributed": "neither, and structure without a name is reported",
+    "unattributed": "neither, and unmodelled structure is reported",
     "missed": "nothing is said of it",
 }
 """``{rate: when a set with an effect counts to it}``; a set that was diagnosed counts to one of them."""
@@ -30,7 +30,7 @@ OF_ALL = {
 }
 """``{rate: when a set counts to it}``."""
 OF_NULLS = {
-    "false_alarm": "an effect is named, or structure without a name is reported, although nothing was injected"
+    "false_alarm": "an effect is named, or unmodelled structure is reported, although nothing was injected"
 }
 """``{rate: when a set without effects counts to it}``."""
 RATES = {**OF_EFFECTS, **OF_ALL, **OF_NULLS}

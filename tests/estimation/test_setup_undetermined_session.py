@@ -7,7 +7,7 @@ import pytest
 
 from scalar import calibrate
 from scalar.errors import Undetermined
-from scalar.estimation.setup.few_in_session import undetermined_session
+from scalar.estimation.setup.undetermined_session import undetermined_session
 from tests.random_scene import make_scene
 
 

@@ -18,7 +18,7 @@ from scalar.diagnosis.scoring.candidate_columns import CandidateSet
 from scalar.diagnosis.scoring.conditional_scores import without_weakest
 from scalar.diagnosis.scoring.evidence_of_states import evidence_of
 from scalar.effects import Effect
-from scalar.effects.registry import nuisances_beside
+from scalar.effects.registry import missing_nuisances
 
 
 def explained_by_nuisances(state: FittedState, candidates: CandidateSet) -> FittedState:
@@ -32,14 +32,14 @@ def explained_by_nuisances(state: FittedState, candidates: CandidateSet) -> Fitt
         state: The state with the effects that were selected.
         candidates: The candidate set.
     """
-    new, settings = nuisances_beside(state.dataset, state.effects), state.settings.selection
+    new, settings = missing_nuisances(state.dataset, state.effects), state.settings.selection
     of_arm = [effect for effect in state.effects if effect.acts_on_arm]
     if not new or not of_arm:
         return state
-    beside = _needed(state.refitted((*state.effects, *new)), candidates, of_arm, settings.confounded_margin)
-    if all(any(e.same_place(other) for other in beside.effects) for e in state.effects):
+    with_all = _needed(state.refitted((*state.effects, *new)), candidates, of_arm, settings.confounded_margin)
+    if all(any(e.same_place(other) for other in with_all.effects) for e in state.effects):
         return state
-    trial = _needed(beside, candidates, new, 0.0)
+    trial = _needed(with_all, candidates, new, 0.0)
     if not all(_most_are_there(kind, trial) for kind in {type(effect) for effect in new}):
         return state
     added = len([e for e in trial.effects if any(e.same_place(other) for other in new)])

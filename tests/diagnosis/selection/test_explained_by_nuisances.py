@@ -7,8 +7,9 @@ import pytest
 from scalar.diagnosis.fit.fitted_state import refit
 from scalar.diagnosis.scoring.candidate_columns import named_candidates
 from scalar.diagnosis.scoring.ranking import Scored
-from scalar.diagnosis.selection import beside_nuisances, forward_selection
-from scalar.diagnosis.selection.beside_nuisances import explained_by_nuisances
+from scalar.diagnosis.selection import explained_by_nuisances as nuisances
+from scalar.diagnosis.selection import forward_selection
+from scalar.diagnosis.selection.explained_by_nuisances import explained_by_nuisances
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.effect import Effect
 from scalar.effects.joint_coupling import JointCoupling
@@ -47,7 +48,7 @@ def test_a_single_bow_does_not_take_the_place_of_an_effect(monkeypatch):
     """Where only one of three planes is bowed, a scale error that the bow explains as well is not replaced by it."""
     state, candidates = fitted(Flaws(bent={"floor": BENT["floor"]}), JointScale(2))
     assert explained_by_nuisances(state, candidates) is state
-    monkeypatch.setattr(beside_nuisances, "_most_are_there", lambda *_: True)
+    monkeypatch.setattr(nuisances, "_most_are_there", lambda *_: True)
     assert [effect.target for effect in explained_by_nuisances(state, candidates).effects] == [
         {"plane": "floor"}
     ]

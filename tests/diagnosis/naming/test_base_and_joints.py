@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from scalar.diagnosis.naming.base_beside_joints import (
+from scalar.diagnosis.naming.base_and_joints import (
     FEW_POSES,
     SAME_WEIGHT,
-    limited_beside_joints,
+    limited_by_joint_compliance,
 )
 from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.effects.base_compliance import BaseCompliance
@@ -42,7 +42,7 @@ def found(effect: Any, log_odds: float = 10.0, **more: Any):
 def test_only_an_unclear_base_beside_joints_is_limited(beside, log_odds, n_poses, limited):
     """The base alone is limited, and only where few poses show joints that give way as well and nothing shows it clearly."""
     base = found(BaseCompliance((2, 3), True), log_odds)
-    answer, *others = limited_beside_joints([base, *beside], n_poses, LEAST)
+    answer, *others = limited_by_joint_compliance([base, *beside], n_poses, LEAST)
     assert (answer.confidence, answer.limit) == ((ONE_OF_TWO, SAME_WEIGHT) if limited else (0.95, ""))
     assert answer.doubtful == limited
     assert others == beside

@@ -1,4 +1,4 @@
-"""A session in which a tracker saw too little to tell where it stood."""
+"""A session whose measurements do not determine where the tracker stood."""
 
 from __future__ import annotations
 
