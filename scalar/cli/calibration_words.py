@@ -21,6 +21,7 @@ from scalar.geometry.standard_dh import in_rows
 from scalar.report.calibration_residual import residual_in_words
 from scalar.report.parameter_table import gauge_rows
 from scalar.report.scale_words import scanner_scale_in_words
+from scalar.report.unseen_directions_words import unseen_directions_in_words
 from scalar.report.unstated_noise import unstated_noise_in_words
 from scalar.units import DEG, MM
 
@@ -65,6 +66,8 @@ def _lines_on_fit(calibration: Calibration) -> Iterator[str]:
         yield f"  {unstated}"
     if scale := scanner_scale_in_words(calibration):
         yield f"  {scale}"
+    if unseen := unseen_directions_in_words(calibration):
+        yield f"  {unseen}"
 
 
 def _line_on_misfit(calibration: Calibration) -> str:

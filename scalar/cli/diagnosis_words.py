@@ -21,6 +21,7 @@ from scalar.report.pose_numbers import with_pose_numbers
 from scalar.report.scale_words import scale_in_words, scanner_scale_in_words
 from scalar.report.shipped_words import shipped_sentences
 from scalar.report.unmeasured_words import unmeasured_sentence
+from scalar.report.unseen_directions_words import unseen_directions_in_words
 from scalar.report.unseen_words import unseen_sentences
 
 _UNOBSERVABLE_SHOWN = 4
@@ -156,12 +157,14 @@ def _lines_on_errors(diagnosis: Diagnosis, entry: Mapping[str, Any]) -> Iterator
 
 
 def _lines_on_scales(diagnosis: Diagnosis) -> Iterator[str]:
-    """Yield which scale the data do not show, that of all lengths or that of the scanner; nothing if they show both."""
+    """Yield which scale the data do not show, that of all lengths or that of the scanner, and which directions the planes do not show."""
     calibration = diagnosis.calibration_after
     if scale := scale_in_words(calibration):
         yield f"  no length is known in these data: every length is relative to {scale}"
     if scale := scanner_scale_in_words(calibration):
         yield f"  {scale}"
+    if unseen := unseen_directions_in_words(calibration):
+        yield f"  {unseen}"
 
 
 def _lines_on_what_is_left_out(entry: Mapping[str, Any]) -> Iterator[str]:

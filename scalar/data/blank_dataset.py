@@ -29,8 +29,9 @@ _PROFILE = "z points from the scanner to what it measures, and x lies across, in
 _PLANES = (
     "",
     "# Guesses of the planes in the base frame: normal . p = distance [m]. 30 degrees and 10 cm off is near enough.",
-    "# Three planes or more, of different directions. `scalar plan` takes them to have no end; where a plate is small, say which circle it",
-    "# covers: extent: {centre: [0.8, 0.2, 0.5], radius: 0.25} after its distance [m]. Take away the [] and the #, and put in your own:",
+    "# Three planes or more, of different directions; if you have only one or two, add the line few_planes: true. `scalar plan` takes them to",
+    "# have no end; where a plate is small, say which circle it covers: extent: {centre: [0.8, 0.2, 0.5], radius: 0.25} after its distance [m].",
+    "# Take away the [] and the #, and put in your own:",
     "planes: []",
     "#  - {name: floor, normal: [0.0, 0.0, 1.0], distance: 0.0}",
     "#  - {name: wall_x, normal: [1.0, 0.0, 0.0], distance: 0.8}",

@@ -23,13 +23,13 @@ from scalar.data.covariates import covariate_names
 from scalar.data.dataset_writer import write_dataset
 from scalar.data.declared import PlaneGuess, Sensor, declared_parts, description, unit_plane
 from scalar.data.folder import Content, examine_folder, read_folder
-from scalar.data.formats import COMMANDED, IMPORTED
-from scalar.data.moves import joint_angles, move_columns, rows_with_moves
+from scalar.data.formats import FEW_PLANES, IMPORTED
+from scalar.data.moves import joint_angles, rows_with_moves, with_commanded_joints
 from scalar.data.point_tables import group_points, point_table
 from scalar.data.poses import Poses, session_codes
 from scalar.data.references import References
 from scalar.data.sensor_formats import sensor_formats
-from scalar.errors import Fault, InvalidInput
+from scalar.errors import Fault
 from scalar.geometry.robot import Robot
 
 if TYPE_CHECKING:
@@ -57,6 +57,7 @@ class Dataset:
         references: Points fixed to the base that were measured as well, or None.
         imported: What an import knew: the ``mapping``; ``joints``, how it converted joints, which the controller then counts otherwise; and ``order``
             if nothing stated the order of the poses. Empty without an import.
+        few_planes: Whether there are said to be no more planes, so that what these do not show is left to the data sheet.
     """
 
     name: str
@@ -71,6 +72,7 @@ class Dataset:
     targets: tuple[str, ...] = ()
     references: References | None = None
     imported: Mapping[str, str] = field(default_factory=dict[str, str])
+    few_planes: bool = False
 
     @classmethod
     def from_arrays(
@@ -88,6 +90,7 @@ class Dataset:
         pose_ids: ArrayLike | None = None,
         name: str = "arrays",
         source: str = "",
+        few_planes: bool = False,
     ) -> Dataset:
         """Return a dataset of arrays, checked as strictly as a folder is.
 
@@ -107,6 +110,7 @@ class Dataset:
             pose_ids: ``(N,)`` integers, which results use to name a pose; 1 to N if None.
             name: name of the dataset.
             source: free text.
+            few_planes: whether there are no more planes than these, so that one or two are accepted, and parallel ones.
 
         Raises:
             InvalidInput: with all the faults found, each with its array, its row (counted from 1) and its column.
@@ -128,7 +132,7 @@ class Dataset:
             >>> dataset.n_poses, dataset.points.shape
             (2, (2, 3))
         """
-        mapping = description(name, source, robot, sensor, planes)
+        mapping = description(name, source, robot, sensor, planes, few_planes=few_planes)
         content = content_of_arrays(mapping, q, points, plane, pose_ids, columns or {}, point_columns or {})
         # The transforms are taken from the arguments: as rotation vectors in dataset.yaml they would lose their last digit.
         references = references_of_arrays(nests or {}, content.poses.n_rows, sensor.kind)
@@ -158,7 +162,8 @@ class Dataset:
         layout = sensor_formats()[self.sensor.kind].references
         if layout is not None and self.references is not None:
             tables[layout.stem] = pd.DataFrame(self.references.columns(layout, self.pose_ids))
-        mapping = description(self.name, self.source, self.robot, self.sensor, self.planes, self.imported)
+        about = self.name, self.source, self.robot, self.sensor, self.planes, self.imported
+        mapping = description(*about, self.few_planes)
         write_dataset(
             path, mapping=mapping, poses=self.poses, table_format=table_format, force=force, **tables
         )
@@ -209,15 +214,7 @@ class Dataset:
         Raises:
             InvalidInput: poses.csv has no such columns.
         """
-        names = {f"q{i + 1}": f"{COMMANDED}{i + 1}" for i in range(self.robot.n_joints)}
-        missing = [name for name in names.values() if name not in self.poses.columns]
-        if missing:
-            message = (
-                "the column is missing: no commanded joint positions are recorded; leave out --commanded"
-            )
-            raise InvalidInput(Fault("poses.csv", message, 1, missing[0]))
-        logged = self.poses.drop(columns=[*names, *move_columns(self.robot.n_joints)], errors="ignore")
-        return replace(self, poses=logged.rename(columns={column: name for name, column in names.items()}))
+        return replace(self, poses=with_commanded_joints(self.poses, self.robot.n_joints))
 
     def subset(self, rows: np.ndarray) -> Dataset:
         """Return the dataset of some of the poses, still in acquisition order; they keep the moves that led to them.
@@ -283,6 +280,7 @@ def _build(content: Content) -> Dataset:
         name=mapping["name"],
         source=mapping.get("source") or "",
         imported=mapping.get(IMPORTED, {}),
+        few_planes=mapping.get(FEW_PLANES, False),
         robot=robot,
         sensor=sensor,
         planes=planes,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from scalar.data.formats import DATASET_FORMAT, IMPORTED
+from scalar.data.formats import DATASET_FORMAT, FEW_PLANES, IMPORTED
 from scalar.data.sensor_formats import sensor_formats
 from scalar.geometry.robot import Robot, fixed_transform_mapping
 from scalar.geometry.se3 import transform_from_rotation_vector
@@ -109,8 +109,9 @@ def description(
     sensor: Sensor,
     planes: Sequence[PlaneGuess],
     imported: Mapping[str, str] | None = None,
+    few_planes: bool = False,
 ) -> dict[str, Any]:
-    """Return the content of dataset.yaml; what is empty of source, planes and ``imported`` is left out.
+    """Return the content of dataset.yaml; what is empty or false of source, planes, ``imported`` and ``few_planes`` is left out.
 
     Args:
         name: Name of the dataset.
@@ -119,6 +120,7 @@ def description(
         sensor: Its kind, and what is known of its noise and its pose on the flange.
         planes: The initial guesses of the planes, if there are any.
         imported: What an import knew, as ``Dataset.imported`` has it.
+        few_planes: As ``Dataset.few_planes`` has it.
     """
     mapping: dict[str, Any] = {"format": DATASET_FORMAT, "name": name}
     if source:
@@ -126,6 +128,8 @@ def description(
     if imported:
         mapping[IMPORTED] = dict(imported)
     mapping |= {"robot": robot.to_mapping(), "sensor": sensor.to_mapping()}
+    if few_planes:
+        mapping[FEW_PLANES] = True
     if planes:
         mapping["planes"] = [plane.to_mapping() for plane in planes]
     return mapping

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from jsonschema import Draft202012Validator
 
-from scalar.data.formats import DATASET_FORMAT
+from scalar.data.formats import DATASET_FORMAT, FEW_PLANES
 from scalar.data.io.plain_yaml import LARGEST, Lines, join_path
 from scalar.data.located_table import shorten
 from scalar.data.schema_words import KeyPath, in_plain_words
@@ -21,7 +21,12 @@ from scalar.data.strict_schema import strict_validator
 from scalar.errors import Fault
 
 DESCRIPTION = "dataset.yaml"
-MIN_PLANES = 3
+MIN_PLANES = 3  # space has three dimensions
+NO_MORE_PLANES = (
+    f"; if you have no more planes, add the line {FEW_PLANES}: true to {DESCRIPTION}: what these do not show is then left "
+    "to the data sheet"
+)
+"""The end of every message that refuses planes because they are too few or span too little."""
 _OFF_PLANE = 0.2  # m; a guess of a plane may err by 10 cm, and by 30 degrees, which is 10 cm at 20 cm from where the guess is right
 MAX_JOINTS = 100
 """The schema's limit. A longer chain is a fault, and the tables are then not checked for its joints' columns."""
@@ -103,6 +108,11 @@ class Description:
     def slides(self, joint: int) -> bool:
         """Return whether a joint, from 0, is prismatic."""
         return self.get("robot", "joints", joint, "type") == "prismatic"
+
+    @property
+    def least_planes(self) -> int:
+        """Return how many planes a sensor needs that measures planes: three, or one if there are said to be no more."""
+        return 1 if self.get(FEW_PLANES) is True else MIN_PLANES
 
     @property
     def plane_names(self) -> list[str]:
@@ -204,12 +214,12 @@ def _check_sensor_and_planes(description: Description) -> None:
     if (
         format is not None
         and format.on_planes
-        and n_planes < MIN_PLANES
+        and n_planes < description.least_planes
         and isinstance(description.get("planes"), list | None)
     ):
         message = (
-            f"{n_planes} planes; a {kind} needs at least three, of different directions: add an initial guess of each to planes "
-            "(a plate that is set up again elsewhere, under another name, counts as a further plane)"
+            f"{n_planes} plane{'' if n_planes == 1 else 's'}; a {kind} needs at least three, of different directions: add an initial guess of each "
+            f"to planes (a plate that is set up again elsewhere, under another name, counts as a further plane){NO_MORE_PLANES if n_planes else ''}"
         )
         description.fault(("planes",), message)
 

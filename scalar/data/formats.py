@@ -20,4 +20,7 @@ frame [rad, m]."""
 IMPORTED = "imported"
 """The key of dataset.yaml, and of a calibration's summary, with what an import knew: the ``mapping``, ``joints`` if it converted joints, and how, and
 ``order`` if nothing stated the order of the poses."""
+FEW_PLANES = "few_planes"
+"""The key of dataset.yaml, and of a calibration's summary, that says ``true`` if there are no more planes: what these do not show is then left to the
+data sheet. Without it, fewer than three planes, and planes whose normals span only two directions, are refused."""
 NOT_STATED = "not stated"

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from scalar.data.formats import COMMANDED
+from scalar.errors import Fault, InvalidInput
 from scalar.geometry.robot import BoolArray
 from scalar.geometry.se3 import Array
 
@@ -217,3 +219,18 @@ def _wind_up(step: Array, known: Array, travels: Sequence[float]) -> Array:
         factor[:, reach:] = factor[:, reach:] * factor[:, :-reach]
         reach *= 2
     return added
+
+
+def with_commanded_joints(poses: pd.DataFrame, n_joints: int) -> pd.DataFrame:
+    """Return the rows of poses.csv with the commanded joint positions, ``qc1..qcn``, in place of those logged, ``q1..qn`` [rad; m].
+
+    Raises:
+        InvalidInput: There are no such columns.
+    """
+    names = {f"q{i + 1}": f"{COMMANDED}{i + 1}" for i in range(n_joints)}
+    missing = [name for name in names.values() if name not in poses.columns]
+    if missing:
+        message = "the column is missing: no commanded joint positions are recorded; leave out --commanded"
+        raise InvalidInput(Fault("poses.csv", message, 1, missing[0]))
+    logged = poses.drop(columns=[*names, *move_columns(n_joints)], errors="ignore")
+    return logged.rename(columns={column: name for name, column in names.items()})

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scalar.data.description import DESCRIPTION, MIN_PLANES, Description
+from scalar.data.description import DESCRIPTION, NO_MORE_PLANES, Description
 from scalar.data.formats import COMMANDED, DATASET_FORMAT, PAYLOAD, TORQUE
 from scalar.data.located_table import DIRECTIONS, Layout, Table, did_you_mean, shorten
 from scalar.data.pose_numbers import report_shifted
@@ -176,9 +176,11 @@ def _check_plane_names(poses: Table, description: Description, faults: list[Faul
     poses.report_labels(faults, "plane", unknown, message)
     present = set(found)
     used = [name for name in names if name in present]
-    if poses.good("plane") and poses.whole and poses.n_rows and len(set(names)) >= MIN_PLANES > len(used):
+    least = description.least_planes
+    if poses.good("plane") and poses.whole and poses.n_rows and len(set(names)) >= least > len(used):
         unused = ", ".join(name for name in names if name not in used)
         text = f"poses of {len(used)} {'plane' if len(used) == 1 else 'planes'} only, none of {unused}; measure poses of at least three planes"
+        text += NO_MORE_PLANES if used else ""
         faults.append(Fault(poses.file, text, column="plane"))
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.data.formats import IMPORTED
+from scalar.data.formats import FEW_PLANES, IMPORTED
 from scalar.effects import registry
 from scalar.errors import Undetermined
 from scalar.estimation.design_effect import design_effect, standstills
@@ -33,6 +33,7 @@ from scalar.estimation.setup.plainer_reading import instead, plainer_reading
 from scalar.estimation.setup.plausibility import implausible
 from scalar.estimation.setup.suspicion import Suspicion, WrongSetup
 from scalar.estimation.setup.undetermined_session import undetermined_session
+from scalar.estimation.unseen_directions import UNSEEN_DIRECTIONS, unseen_directions
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import as_stated
 from scalar.sensors.pose_noise import ROTATION_NOISE
@@ -70,10 +71,14 @@ def conclude(
     suspicions = _suspicions(dataset, prepared, model, residuals, std, lack, rms)
     if units := tuple(suspicion for suspicion in suspicions if suspicion.what == LENGTH_UNIT):
         raise WrongSetup(units)
+    summary = _summary(dataset, prepared, found, residuals, model, of_noise, lack, design_factor)
+    free = tuple(name for name, is_free in zip(model.names, found.free, strict=True) if is_free)
+    if unseen := unseen_directions(residuals, model, free, covariance):
+        summary[UNSEEN_DIRECTIONS] = unseen
     calibration = Calibration(
         model=model,
         sensor=sensor_mapping(dataset),
-        free=tuple(name for name, is_free in zip(model.names, found.free, strict=True) if is_free),
+        free=free,
         covariance=covariance,
         fixed=_fixed(model, prepared, found.free),
         gauge=tuple(
@@ -81,7 +86,7 @@ def conclude(
             for h in prepared.identifiability.fixed
         ),
         residual_rms=rms,
-        summary=_summary(dataset, prepared, found, residuals, model, of_noise, lack, design_factor),
+        summary=summary,
         noise=tuple(component.to_mapping() for component in residuals.measurement.listed_noise),
     )
     return with_suspicions(calibration, suspicions)
@@ -231,6 +236,8 @@ def _summary(
         summary[SCANNER_SCALE_SHIFT] = shift
     if dataset.imported:
         summary[IMPORTED] = dict(dataset.imported)
+    if dataset.few_planes:
+        summary[FEW_PLANES] = True
     return summary | {"setup": []}
 
 

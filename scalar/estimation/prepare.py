@@ -25,6 +25,7 @@ from scalar.estimation.sufficiency import (
     check_setup,
     check_span,
 )
+from scalar.estimation.unseen_directions import check_one_plane
 from scalar.geometry.parallel_axes import near_parallel_joints
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
@@ -98,9 +99,8 @@ def prepare(
             dataset, residuals, initial.model, initial.model, candidates, settings
         )
     except Undetermined:
-        check_span(
-            residuals, initial.model, settings.sufficiency
-        )  # if the planes are parallel, that is the reason to state
+        # If the planes are parallel, that is the reason to state.
+        check_span(dataset, residuals, initial.model, settings.sufficiency)
         raise
     coarse = fit_near_data_sheet(residuals, initial.model, free, settings, effects_follow=effects_follow)
     if near_parallel_joints(coarse.robot) != near_parallel_joints(dataset.robot) or _far_length(coarse):
@@ -115,12 +115,13 @@ def prepare(
         )
     try:
         check_guess(coarse, guess, settings.sufficiency)
-        check_span(residuals, coarse, settings.sufficiency)
+        check_span(dataset, residuals, coarse, settings.sufficiency)
     except (InvalidInput, Undetermined) as error:
         # A fit that failed, or in which the arm collapsed until all planes are one, shows nothing of the planes.
         if residuals.rms(coarse) > settings.sufficiency.gross_error or ran_away(coarse, settings.fit):
             raise FitFailed(dataset.q) from error
         raise
+    check_one_plane(dataset, coarse)
     return Prepared(residuals, guess, initial, coarse, identifiability, free)
 
 

@@ -7,19 +7,20 @@ from typing import Any
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.data.description import MIN_PLANES, NO_MORE_PLANES
 from scalar.data.motion import still_clause
 from scalar.errors import Fault, InvalidInput, Undetermined
 from scalar.estimation.identifiability import Identifiability
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.settings import DEFAULTS, SufficiencySettings
+from scalar.estimation.unseen_directions import span_of
 from scalar.geometry.planes import Planes
 from scalar.geometry.se3 import Array
 from scalar.sensors import Measurement
 from scalar.sensors.compression import compress
 from scalar.units import DEG
 
-LEAST_PLANES = 3  # space has three dimensions
 _POSES_OF_SESSION = (
     5  # on average: with fewer in each, the sessions are at fault, and not the number of poses
 )
@@ -39,16 +40,16 @@ def check_data(dataset: Dataset, measurement: Measurement, guess: Any) -> None:
         guess: The initial guesses of the planes, or the tracker's frames.
 
     Raises:
-        Undetermined: Fewer than three planes are measured, or there are hardly any poses.
+        Undetermined: Fewer than three planes are measured, and there are not said to be no more; or there are hardly any poses.
     """
     reasons = []
-    if dataset.planes:
+    if dataset.planes and not dataset.few_planes:
         seen = sorted({dataset.planes[k].name for k in set(dataset.plane_index.tolist())})
-        if len(seen) < LEAST_PLANES:
+        if len(seen) < MIN_PLANES:
             reasons.append(
                 f"only {len(seen)} of the planes {', '.join(p.name for p in dataset.planes)} "
                 f"{'is' if len(seen) == 1 else 'are'} measured, and at least three that are not parallel are needed: "
-                "with fewer, robot and planes can move together without any change of the measurements; scan a third plane"
+                f"with fewer, no measurement shows a shift of the sensor along them; measure a third plane{NO_MORE_PLANES}"
             )
     equations = int(measurement.equations.sum())
     unknowns = (6 if measurement.observes_orientation else 3) + len(guess.vector)
@@ -99,11 +100,15 @@ def check_lines(
 
 
 def check_span(
-    residuals: Residuals, model: Model, settings: SufficiencySettings = DEFAULTS.sufficiency
+    dataset: Dataset,
+    residuals: Residuals,
+    model: Model,
+    settings: SufficiencySettings = DEFAULTS.sufficiency,
 ) -> None:
-    """Refuse scanned planes that do not span space.
+    """Refuse scanned planes that do not span space, unless there are said to be no more.
 
     Args:
+        dataset: What was measured.
         residuals: Of the dataset.
         model: With the planes as a fit found them.
 
@@ -111,10 +116,8 @@ def check_span(
         Undetermined: Naming the two planes that are nearest to parallel.
     """
     planes = model.target
-    if not isinstance(planes, Planes) or not residuals.measurement.needs_spanning_planes:
-        return
-    few = len(planes.normals) < LEAST_PLANES
-    if few or float(np.linalg.svd(planes.normals, compute_uv=False)[-1]) < settings.least_span:
+    wanted = residuals.measurement.needs_spanning_planes and not dataset.few_planes
+    if wanted and isinstance(planes, Planes) and span_of(planes.normals)[0][-1] < settings.least_span:
         raise Undetermined([_parallel_planes(planes)])
 
 
@@ -153,7 +156,7 @@ def _parallel_planes(planes: Planes) -> str:
     angle = np.arccos(min(float(cosines[i, j]), 1.0)) / DEG
     return (
         f"the planes' normals span only two directions ({planes.names[i]} and {planes.names[j]} are {angle:.1f} degrees from "
-        "parallel): motion along the third cannot be determined; place three target planes roughly at right angles"
+        f"parallel): motion along the third cannot be determined; place three target planes roughly at right angles{NO_MORE_PLANES}"
     )
 
 

@@ -14,6 +14,7 @@ from scalar.estimation.usual_noise import exceeds_usual_noise
 from scalar.report.calibration_residual import far_poses_in_words, residual_in_words
 from scalar.report.diagnosed_workspace import repeated_in_words
 from scalar.report.parameter_table import convention_in_words, gauge_rows, parameter_tables
+from scalar.report.unseen_directions_words import unseen_directions_sentences
 from scalar.report.unstated_noise import unstated_noise_in_words
 from scalar.report.words import capital
 from scalar.report.workspace_map import workspace_section
@@ -41,6 +42,7 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
         "opening": [
             _what_it_is(workspace, unstated_noise_in_words(calibration) != ""),
             _what_to_do(calibration),
+            *unseen_directions_sentences(calibration),
         ],
         "setup": [
             *(suspicion["sentence"] for suspicion in calibration.summary.get("setup", [])),

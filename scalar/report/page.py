@@ -22,6 +22,7 @@ from scalar.report.parameter_table import convention_in_words, gauge_rows, param
 from scalar.report.pictures import draw
 from scalar.report.residual_pictures import draw_residuals
 from scalar.report.thinning import dots_per_panel
+from scalar.report.unseen_directions_words import unseen_directions_sentences
 from scalar.sensors import kind_of
 from scalar.units import MM
 
@@ -69,6 +70,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "unseen": [
             *unseen_words.unseen_sentences(diagnosis, mapping),
             unmeasured_words.unmeasured_sentence(mapping),
+            *unseen_directions_sentences(diagnosis.calibration_after),
         ],
         "shipped": [*unexplained_excess(diagnosis), *shipped_words.shipped_sentences(diagnosis)],
         "errors": _errors(mapping, bool(diagnosis.findings)),

@@ -63,7 +63,7 @@ NEARLY = (np.array([FLOOR, WALL, [np.cos(0.1), np.sin(0.1), 0.0]]), np.array([0.
 
 
 @pytest.mark.parametrize(("make", "status", "words"), [
-    (lambda: in_cell(target_planes=PARALLEL), UNDETERMINED, ["wall_x and wall_y", "parallel", "third"]),
+    (lambda: in_cell(target_planes=PARALLEL), UNDETERMINED, ["wall_x and wall_y", "parallel", "third", "few_planes: true"]),
     pytest.param(lambda: in_cell(target_planes=NEARLY), UNDETERMINED, ["wall_x and wall_y", "degrees from parallel"], marks=pytest.mark.slow),
     pytest.param(lambda: in_cell(target_planes=PARALLEL, nominal_pose=False), UNDETERMINED, ["parallel"], marks=pytest.mark.slow),
     pytest.param(declared_parallel, INPUT_AT_FAULT, ["dataset.yaml", "planes.wall_y.normal", "correct the normal"], marks=pytest.mark.slow),
@@ -93,4 +93,4 @@ def test_fewer_than_three_planes_are_refused(tmp_path):
     for case, planes in (("measured", mapping["planes"]), ("declared", mapping["planes"][:2])):
         write_dataset(tmp_path / case, mapping={**mapping, "planes": planes}, **two.tables())
         result = run("calibrate", tmp_path / case, "-o", tmp_path / "out")
-        refused(result, INPUT_AT_FAULT, "three", output=tmp_path / "out")
+        refused(result, INPUT_AT_FAULT, "three", "few_planes: true", output=tmp_path / "out")

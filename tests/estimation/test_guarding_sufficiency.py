@@ -26,14 +26,17 @@ def planes(*normals: Any) -> Planes:
 
 
 def test_planes_nearly_parallel_are_refused():
-    """A third plane that leans by fifteen degrees out of the span of the others is enough with a limit of ten degrees, and not with twenty."""
-    model: Any = SimpleNamespace(target=planes((0, 0, 1), (1, 0, 0), (1, np.tan(15 * DEG), 0)))
+    """A third plane at ten degrees to another one is enough with the limit, and not with twice the limit, unless there are said to be no more."""
+    model: Any = SimpleNamespace(target=planes((0, 0, 1), (1, 0, 0), (1, np.tan(10 * DEG), 0)))
     residuals: Any = SimpleNamespace(measurement=SimpleNamespace(needs_spanning_planes=True))
     left = float(np.linalg.svd(model.target.normals, compute_uv=False)[-1])
     assert SUFFICIENT.least_span < left < 2 * SUFFICIENT.least_span
-    check_span(residuals, model)
+    dataset: Any = SimpleNamespace(few_planes=False)
+    check_span(dataset, residuals, model)
+    stricter = replace(SUFFICIENT, least_span=2 * SUFFICIENT.least_span)
     with pytest.raises(Undetermined, match="span only two directions"):
-        check_span(residuals, model, replace(SUFFICIENT, least_span=2 * SUFFICIENT.least_span))
+        check_span(dataset, residuals, model, stricter)
+    check_span(SimpleNamespace(few_planes=True), residuals, model, stricter)  # type: ignore[arg-type]
 
 
 def test_a_guess_far_from_its_plane_is_refused():

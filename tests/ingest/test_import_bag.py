@@ -78,6 +78,20 @@ def test_a_campaign_is_recovered(version, kind, within, campaign, workcell, tmp_
         assert len(mine) > 0.95 * len(true)
 
 
+def test_two_planes_are_imported_if_there_are_said_to_be_no_more(campaign, workcell, tmp_path):
+    """A recording of two planes of three is refused with what to add to dataset.yaml, and imported with that line."""
+    two = campaign.subset(campaign.plane_index < 2)
+    path = write_bag(two, tmp_path / "c.bag", 1, "LaserScan")
+    status, said = run("import-bag", workcell, path, "-o", tmp_path / "d")
+    assert status == 3 and "few_planes: true" in said
+    assert not (tmp_path / "d").exists()
+    dump_yaml({**load_yaml(workcell), "few_planes": True}, tmp_path / "dataset.yaml")
+    status, said = run("import-bag", tmp_path / "dataset.yaml", path, "-o", tmp_path / "d")
+    assert status == 0, said
+    found = read_dataset(tmp_path / "d")
+    assert found.few_planes and found.n_poses == two.n_poses
+
+
 def test_positions_without_names_are_counted(campaign, workcell, tmp_path):
     """A driver that publishes no names of joints is not said to have published nothing: its positions are taken in their order, here one too many."""
     bag = write_bag(campaign, tmp_path / "c.bag", 1, "LaserScan", named=False)

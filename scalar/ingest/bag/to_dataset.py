@@ -13,7 +13,8 @@ import pandas as pd
 
 from scalar.data.dataset_writer import write_dataset
 from scalar.data.declared import PlaneGuess
-from scalar.data.description import DESCRIPTION, MIN_PLANES, Description, check_description
+from scalar.data.description import DESCRIPTION, MIN_PLANES, NO_MORE_PLANES, Description, check_description
+from scalar.data.formats import FEW_PLANES
 from scalar.data.io.plain_yaml import load_yaml_lines
 from scalar.data.located_table import did_you_mean, shorten
 from scalar.data.unit_suspicions import suspect_description
@@ -144,26 +145,32 @@ def write_recorded_dataset(
     counts = StopCounts(
         len(stops), len(stops) - len(chosen), len(chosen) - len(pieces), len(pieces) - len(kept), names
     )
-    _refuse(found, counts, settings, told)
+    _refuse(found, counts, settings, 1 if workcell.get(FEW_PLANES) else MIN_PLANES, told)
     poses, scans = _tables([pieces[i] for i in kept], [planes[k].name for k in index[kept]])
     write_dataset(target, mapping=workcell, poses=poses, scans=scans, force=settings.force)
     return counts
 
 
 def _refuse(
-    found: Pieces, counts: StopCounts, settings: BagSettings, told: Callable[[int, int], None]
+    found: Pieces,
+    counts: StopCounts,
+    settings: BagSettings,
+    least_planes: int,
+    told: Callable[[int, int], None],
 ) -> None:
     """Refuse a recording of which too few stops become poses, or that fits another reading of the set-up far better."""
     index = found.plane_index()
     seen = [name for k, name in enumerate(found.plane_names) if k in index]
-    few = len(seen) < MIN_PLANES
+    few = len(seen) < least_planes
     if settings.accept_losses and not few:
         return
     better = better_reading(found, counts.joint_names, told)
     anyway = "; --accept-losses writes the dataset all the same"
     if few:
         on = f"only {' and '.join(seen)} {'is' if len(seen) == 1 else 'are'}" if seen else "no plane is"
-        said = counts.sentence(f", and {on} seen of the three that are needed")
+        said = counts.sentence(
+            f", and {on} seen of the three that are needed{NO_MORE_PLANES if seen else ''}"
+        )
     elif counts.kept < LEAST_KEPT * counts.still:
         said = counts.sentence() + anyway
     elif better:
