@@ -77,7 +77,7 @@ def _environment() -> Environment:
     """Return what loads and compiles the templates; it keeps those that are compiled."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    from scalar.report.lead_in import lead_in
+    from scalar.report.lead_in import is_warning, lead_in
 
     environment = Environment(
         loader=PackageLoader("scalar.report"),
@@ -87,4 +87,5 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     environment.globals["lead_in"] = lead_in
+    environment.globals["is_warning"] = is_warning
     return environment

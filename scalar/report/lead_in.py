@@ -1,4 +1,4 @@
-"""What a paragraph at the head of the report is about: its first words, in bold, so that a reader finds the error that is looked for."""
+"""Which paragraphs on errors stand at the head of the report, and the first words of the others, in bold, so that each one is found by what it is on."""
 
 from __future__ import annotations
 
@@ -9,6 +9,13 @@ _LEAD_IN = re.compile(
     r"|When each of \d+ regions of the joint space is held out as a whole|Measured over a small part of the joint limits"
     r"|Use after\.json (?:only at poses like those that were measured|within the ranges of the joints that were measured)|Not confirmed"
 )
+
+_WARNINGS = "Take care", "after.json is the model without", "Use after.json only"
+
+
+def is_warning(text: str) -> bool:
+    """Return whether a paragraph says that a correction may do harm, or is not made: it stands at the head of the report, in bold."""
+    return text.startswith(_WARNINGS)
 
 
 def lead_in(text: str) -> tuple[str, str]:
