@@ -1,4 +1,4 @@
-"""Which paragraphs on errors stand at the head of the report, and the first words of the others, in bold, so that each one is found by what it is on."""
+"""Which paragraphs on errors stand at the head of the report, and the first words of the others, in bold, so that one finds what is looked for."""
 
 from __future__ import annotations
 
