@@ -148,7 +148,7 @@ def _lines_on_error(
 def _line_on_other_counts(info: Information, result: Plan, count: int) -> str:
     """Return the line on the errors that are expected with other numbers of poses than ``count``."""
     others = ", ".join(f"{n}: {e / MM:.4f}" for n, e in result.curve if n != count)
-    return f"  expected error with other numbers of {_more(info)}poses, at most [mm]: {others}"
+    return f"  with other numbers of {_more(info)}poses, the expected error is at most [mm]: {others}"
 
 
 def _line_on_diagnosis(info: Information, count: int, equations_per_pose: int) -> list[str]:
