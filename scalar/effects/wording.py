@@ -47,6 +47,10 @@ def angle(value: float, digits: int = 2) -> str:
 
 
 _OF_BASE = re.compile(r"frame(\d+)_([xyz])")
+_TILTS_OF_PLANE = {
+    "tilt_u": "tilt along one direction u in the plane",
+    "tilt_v": "tilt along v, square to u",
+}
 _OF_WEIGHT = re.compile(r"joint(\d+)_frame(\d+)_([xyz])")
 
 
@@ -74,7 +78,7 @@ def coefficient(name: str, value: float, std: float | None) -> tuple[str, str, s
             )
             if (of_base := _OF_BASE.fullmatch(stem)) is not None:
                 stem = of_base.expand(r"tilt by the masses along \2 of frame \1")
-            stem = stem.replace("_", " ")
+            stem = _TILTS_OF_PLANE.get(stem, stem.replace("_", " "))
             return stem, *with_error(value / scale, None if std is None else std / scale), unit
     return name, *with_error(value, std), ""
 
