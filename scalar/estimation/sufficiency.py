@@ -156,7 +156,7 @@ def _parallel_planes(planes: Planes) -> str:
     angle = np.arccos(min(float(cosines[i, j]), 1.0)) / DEG
     return (
         f"the planes' normals span only two directions ({planes.names[i]} and {planes.names[j]} are {angle:.1f} degrees from "
-        f"parallel): motion along the third cannot be determined; place three target planes roughly at right angles{NO_MORE_PLANES}"
+        f"parallel), and hardly show errors along the third; place three target planes roughly at right angles{NO_MORE_PLANES}"
     )
 
 
