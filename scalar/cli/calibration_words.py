@@ -64,10 +64,14 @@ def _lines_on_fit(calibration: Calibration) -> Iterator[str]:
         yield _line_on_misfit(calibration)
     elif unstated := unstated_noise_in_words(calibration):
         yield f"  {unstated}"
-    if scale := scanner_scale_in_words(calibration):
-        yield f"  {scale}"
-    if unseen := unseen_directions_in_words(calibration):
-        yield f"  {unseen}"
+    yield from lines_on_scanner_and_planes(calibration)
+
+
+def lines_on_scanner_and_planes(calibration: Calibration) -> Iterator[str]:
+    """Yield that the data do not show the scale of the scanner, and which directions the planes do not show; nothing if the data show both."""
+    for said in (scanner_scale_in_words(calibration), unseen_directions_in_words(calibration)):
+        if said:
+            yield f"  {said}"
 
 
 def _line_on_misfit(calibration: Calibration) -> str:

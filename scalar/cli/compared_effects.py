@@ -95,11 +95,13 @@ def _with_same_effects(comparison: Comparison) -> str:
     steps: list[str] = []
     if a:
         command = "scalar calibrate ... --effects"
-        same = _are_the_same(comparison.same_effects)
-        each = f"with the same effects of the arm, and each with those of its own set-up: A by {command} {a}; B by {command} {b}"
-        steps.append(
-            f"calibrate both with the same effects: {command} {a}" if same else f"calibrate both {each}"
-        )
+        if _are_the_same(comparison.same_effects):
+            how = f": {command} {a}"
+        else:
+            how = (
+                f" of the arm, and each with those of its own set-up: A by {command} {a}; B by {command} {b}"
+            )
+        steps.append(f"calibrate both with the same effects{how}")
     steps += _with_terms_of_the_other(comparison)
     if not steps and any(comparison.unnamed):
         return "no option of --effects frees such a term: compare calibrations without it"

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from math import inf
 from typing import Any
 
+from scalar.cli.calibration_words import lines_on_scanner_and_planes
 from scalar.diagnosis.fit.partial_residuals import FittedView
 from scalar.diagnosis.naming.finding import UNATTRIBUTED
 from scalar.diagnosis.result import Diagnosis
@@ -18,10 +19,9 @@ from scalar.report.excess_words import cause_of_excess, unexplained_excess
 from scalar.report.few_poses import few_poses
 from scalar.report.opening import verdict_on_effects, verdict_on_structure
 from scalar.report.pose_numbers import with_pose_numbers
-from scalar.report.scale_words import scale_in_words, scanner_scale_in_words
+from scalar.report.scale_words import scale_in_words
 from scalar.report.shipped_words import shipped_sentences
 from scalar.report.unmeasured_words import unmeasured_sentence
-from scalar.report.unseen_directions_words import unseen_directions_in_words
 from scalar.report.unseen_words import unseen_sentences
 
 _UNOBSERVABLE_SHOWN = 4
@@ -161,10 +161,7 @@ def _lines_on_scales(diagnosis: Diagnosis) -> Iterator[str]:
     calibration = diagnosis.calibration_after
     if scale := scale_in_words(calibration):
         yield f"  no length is known in these data: every length is relative to {scale}"
-    if scale := scanner_scale_in_words(calibration):
-        yield f"  {scale}"
-    if unseen := unseen_directions_in_words(calibration):
-        yield f"  {unseen}"
+    yield from lines_on_scanner_and_planes(calibration)
 
 
 def _lines_on_what_is_left_out(entry: Mapping[str, Any]) -> Iterator[str]:

@@ -32,6 +32,11 @@ MAX_JOINTS = 100
 """The schema's limit. A longer chain is a fault, and the tables are then not checked for its joints' columns."""
 
 
+def least_planes(few_planes: object) -> int:
+    """Return how many planes a sensor needs that measures planes: three, or one if ``few_planes`` of dataset.yaml says that there are no more."""
+    return 1 if few_planes is True else MIN_PLANES
+
+
 class Description:
     """The content of dataset.yaml while it is being checked: parts of it may be missing or malformed.
 
@@ -112,7 +117,7 @@ class Description:
     @property
     def least_planes(self) -> int:
         """Return how many planes a sensor needs that measures planes: three, or one if there are said to be no more."""
-        return 1 if self.get(FEW_PLANES) is True else MIN_PLANES
+        return least_planes(self.get(FEW_PLANES))
 
     @property
     def plane_names(self) -> list[str]:

@@ -38,9 +38,8 @@ from scalar.estimation.prepare import Prepared
 from scalar.estimation.residuals import Residuals, extra_basis_of
 from scalar.estimation.result import Calibration
 
-_FAR_ROUNDS = (
-    2  # chosen: times that a few poses a centimetre off are set aside, each of which takes a whole run
-)
+# Chosen: times that a few poses a centimetre off are set aside, each of which takes a whole run.
+_FAR_ROUNDS = 2
 _Progress = Callable[[str], None]
 
 

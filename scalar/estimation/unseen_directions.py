@@ -25,9 +25,8 @@ UNSEEN_DIRECTIONS = "unseen_directions"
 """Key of a calibration's summary: what ``unseen_directions`` returns."""
 WEAK_SPAN = float(np.sin(10 * DEG))
 """Singular value of the normals below which planes hardly show a direction, chosen: their noise is multiplied by six along it."""
-_NOT_AT_ALL = float(
-    np.sin(0.5 * DEG)
-)  # chosen: two plates that are called parallel are parallel to half a degree
+# Chosen: two plates that are called parallel are parallel to half a degree.
+_NOT_AT_ALL = float(np.sin(0.5 * DEG))
 
 
 def span_of(normals: Array) -> tuple[Array, Array]:

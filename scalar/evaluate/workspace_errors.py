@@ -185,8 +185,7 @@ def errors_within_limits(
         estimate: The best calibration of the arm, with its covariance.
         models: The models that are judged in addition to the data sheet, by name.
         measured_poses: The poses with what was recorded of them. A joint without limits keeps to the range that it has in them; other columns, such
-        as the
-            temperature, take values from them.
+            as the temperature, take values from them.
         discrepancy: What the model of ``estimate`` may lack.
     """
     robot = estimate.model.nominal

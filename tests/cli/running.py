@@ -15,6 +15,13 @@ def run(*arguments: object) -> Result:
     return CliRunner().invoke(cli, [str(argument) for argument in arguments])
 
 
+def begun(folder: Path, *robot: object, sensor: str = "tracker") -> Path:
+    """Return a folder that `scalar init` has written."""
+    result = run("init", folder, *robot, "--sensor", sensor)
+    assert result.exit_code == 0, result.output
+    return folder
+
+
 def refused(
     result: Result, status: int, *words: str, output: Path | None = None, lines: int | None = None
 ) -> None:

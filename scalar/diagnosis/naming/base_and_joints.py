@@ -14,7 +14,6 @@ from scalar.diagnosis.naming.finding import Finding, limited_where
 from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.diagnosis.naming.rival_sets import CLEAR_ODDS
 from scalar.effects import BaseEffect
-from scalar.effects.effect import WEIGHT
 
 FEW_POSES = 100  # chosen, between the 60 and the 120 poses of the sets above
 SAME_WEIGHT = "joints that give way were found too, under the same weight, and so few poses hardly distinguish a base that does from them"
@@ -31,7 +30,7 @@ def limited_by_joint_compliance(
         least_confidence: A name with less confidence is doubtful, between 0 and 1.
     """
     joint_is_compliant = any(
-        f.has_name and f.effect.load == WEIGHT and not isinstance(f.effect, BaseEffect) for f in found
+        f.has_name and f.is_known_deflection and not isinstance(f.effect, BaseEffect) for f in found
     )
     if not joint_is_compliant or n_poses >= FEW_POSES:
         return tuple(found)
@@ -40,6 +39,5 @@ def limited_by_joint_compliance(
 
 def _is_unclear_base(finding: Finding) -> bool:
     """Return whether a finding is a base that gives way under the weight of the arm, without clear log odds."""
-    effect = finding.effect
-    of_base = isinstance(effect, BaseEffect) and effect.load == WEIGHT and not effect.flexible
+    of_base = isinstance(finding.effect, BaseEffect) and finding.is_known_deflection
     return of_base and finding.grounds.log_odds < CLEAR_ODDS

@@ -13,6 +13,7 @@ from typing import Any
 from scalar.diagnosis.held_out.hold_out import HeldOutErrors
 from scalar.diagnosis.naming.grounds import Grounds
 from scalar.effects import Effect, registry
+from scalar.effects.effect import WEIGHT
 from scalar.effects.title import joints_of
 from scalar.units import MM
 
@@ -67,6 +68,11 @@ class Finding:
     def has_name(self) -> bool:
         """Return whether it is reported under the name of a known effect."""
         return not (self.effect.flexible or self.doubtful)
+
+    @property
+    def is_known_deflection(self) -> bool:
+        """Return whether it is a known effect by which something gives way under the weight of the arm, whether its name is doubtful or not."""
+        return self.effect.load == WEIGHT and not self.effect.flexible
 
     @property
     def depends_on(self) -> list[str]:

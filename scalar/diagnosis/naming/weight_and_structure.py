@@ -14,7 +14,6 @@ from scalar.diagnosis.naming.base_and_joints import FEW_POSES
 from scalar.diagnosis.naming.finding import Finding, limited_where
 from scalar.diagnosis.naming.most_confidence import NEARLY_SURE
 from scalar.diagnosis.naming.rival_sets import CLEAR_ODDS
-from scalar.effects.effect import WEIGHT
 
 A_PART_OF_IT = (
     "unmodelled structure was found as well, and this may be the part of it that follows the arm's weight"
@@ -36,8 +35,7 @@ def limited_by_structure(
     few = n_poses < FEW_POSES
 
     def applies(finding: Finding) -> bool:
-        of_weight = finding.effect.load == WEIGHT and not finding.effect.flexible
-        return of_weight and (few or finding.grounds.log_odds < CLEAR_ODDS)
+        return finding.is_known_deflection and (few or finding.grounds.log_odds < CLEAR_ODDS)
 
     return limited_where(found, applies, NEARLY_SURE, least_confidence, A_PART_OF_IT)
 

@@ -41,9 +41,8 @@ MOST_LEFT = 3 * MM
 NOMINAL_LEFT = 30 * MM
 AS_GOOD = 3.0  # two residuals count as equally good if neither exceeds the other by more than this factor
 ALIKE = 1.2  # two nominal fits are alike if one residual exceeds the other by less than this factor
-NEAR = (
-    30 * DEG
-)  # a fit is near to dataset.yaml if nothing turns farther: an initial guess of a plane or of the sensor may be wrong by as much
+# A fit is near to dataset.yaml if nothing turns farther: an initial guess of a plane or of the sensor may be wrong by as much.
+NEAR = 30 * DEG
 # Of two corrections that fit equally well, the one that is nearer to dataset.yaml by so much is taken.
 CLEARLY_NEARER = 20 * DEG
 NEAR_SHIFT = 50 * MM  # the same for places, which are measured by hand

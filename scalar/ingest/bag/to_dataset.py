@@ -13,7 +13,7 @@ import pandas as pd
 
 from scalar.data.dataset_writer import write_dataset
 from scalar.data.declared import PlaneGuess
-from scalar.data.description import DESCRIPTION, MIN_PLANES, NO_MORE_PLANES, Description, check_description
+from scalar.data.description import DESCRIPTION, NO_MORE_PLANES, Description, check_description, least_planes
 from scalar.data.formats import FEW_PLANES
 from scalar.data.io.plain_yaml import load_yaml_lines
 from scalar.data.located_table import did_you_mean, shorten
@@ -34,9 +34,8 @@ TOLERANCE = 1.5e-3
 SIGMAS = 5.0
 """The same in standard deviations of the stated noise."""
 _SEED = 0
-_FARTHEST = (
-    20.0  # m; scanners of profiles measure over a few metres at most, and hardly any nearer than 20 mm
-)
+# [m] Scanners of profiles measure over a few metres at most, and hardly any nearer than 20 mm.
+_FARTHEST = 20.0
 _SEVERAL = 2  # joints: a single one may well turn endlessly
 # Radians of joints within a turn are no larger than this; an arm that is calibrated has larger positions in degrees.
 _A_TURN = 2.0 * np.pi
@@ -145,7 +144,7 @@ def write_recorded_dataset(
     counts = StopCounts(
         len(stops), len(stops) - len(chosen), len(chosen) - len(pieces), len(pieces) - len(kept), names
     )
-    _refuse(found, counts, settings, 1 if workcell.get(FEW_PLANES) else MIN_PLANES, told)
+    _refuse(found, counts, settings, least_planes(workcell.get(FEW_PLANES)), told)
     poses, scans = _tables([pieces[i] for i in kept], [planes[k].name for k in index[kept]])
     write_dataset(target, mapping=workcell, poses=poses, scans=scans, force=settings.force)
     return counts

@@ -85,7 +85,7 @@ def test_poses_of_which_none_is_near_another_exclude_nothing(campaign):
 def test_a_jitter_has_no_name_unless_returns_or_neighbours_bear_it_out(
     monkeypatch, excluded, beside, returns, expected
 ):
-    """Without returns, a jitter is as likely as not where neighbours leave a smooth error open, or unmodelled structure stands beside it."""
+    """Without returns, a jitter is as likely as not where neighbours leave a smooth error open, or unmodelled structure was found as well."""
     monkeypatch.setattr(limits_of_noise, "most_confidence_at_returns", lambda *_: returns)
     monkeypatch.setattr(limits_of_noise, "most_confidence_in_time", lambda *_: 1.0)
     monkeypatch.setattr(limits_of_noise, "excludes_smooth_error", lambda *_: excluded)
