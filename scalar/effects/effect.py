@@ -259,6 +259,10 @@ class Effect(Described):
         """Return whether its coefficients make something move against the load that moves it, as the cause that it names cannot."""
         return False
 
+    def along_usual_weight(self, robot: Robot, poses: Poses) -> float | None:
+        """Return how well what gives way follows the weight of usual masses, from -1 to 1 (``usual_weight``); None where that says nothing."""
+        return None
+
     def is_impossible(self, robot: Robot, poses: Poses) -> bool:
         """Return whether the effect, with its coefficients, cannot be what it is called, so that a model must not contain it."""
         return False

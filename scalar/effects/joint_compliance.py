@@ -18,6 +18,7 @@ from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import JointEffect
 from scalar.effects.title import joints_in_words
+from scalar.effects.usual_weight import joints_along_weight
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -78,6 +79,13 @@ class JointCompliance(JointEffect):
         for k, (joint, frame) in enumerate(self.terms):
             B[:, joint - 1, 2 * k : 2 * k + 2] = torque_about(moments, axes, joint, frame)
         return B
+
+    def along_usual_weight(self, robot: Robot, poses: Poses) -> float | None:
+        """Return how well the joints' deflections follow the torques of usual masses."""
+        deflections = self.joint_basis(robot, poses) @ self.coefficients
+        return joints_along_weight(
+            robot, poses.q, {joint: deflections[:, joint - 1] for joint in self.target["joints"]}
+        )
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the terms."""

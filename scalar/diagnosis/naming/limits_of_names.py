@@ -20,7 +20,9 @@ from scalar.diagnosis.naming.several_orders import limited_by_several_orders
 from scalar.diagnosis.naming.step_at_boundary import limited_by_boundaries
 from scalar.diagnosis.naming.two_halves import limited_by_halves
 from scalar.diagnosis.naming.unstated_order import limited_by_order
+from scalar.diagnosis.naming.usual_masses import limited_by_usual_masses
 from scalar.diagnosis.naming.usual_odds import limited_by_usual_odds
+from scalar.diagnosis.naming.warmth_named_twice import limited_by_same_warmth
 from scalar.diagnosis.naming.weight_and_structure import limited_by_structure
 
 
@@ -43,11 +45,13 @@ def limited_names(
     found = limited_by_orders_between(found, run.after, least)
     found = limited_by_order(found, given, least)
     found = limited_by_path(found, dataset, least)
+    found = limited_by_usual_masses(found, run.after, least)
     found = limited_by_joint_compliance(found, n_poses, least)
     found = limited_by_one_joint(found, dataset.q, least)
     found = limited_by_few_positions(found, run.after, run.candidates, least)
     found = limited_by_assembly(found, least)
     found = limited_by_boundaries(found, dataset, settings.selection.change_margin, least)
+    found = limited_by_same_warmth(found, least)
     found = limited_by_usual_odds(found, least)
     found = limited_by_several_orders(found, least)
     return limited_by_structure(found, n_poses, least)
