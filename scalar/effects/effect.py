@@ -26,10 +26,8 @@ if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
     from scalar.geometry.robot import Robot
 
-GRAVITY = "gravity"
-"""The name, in ``depends_on``, of the direction of gravity."""
-WEIGHT = "weight"
-"""The load of effects by which something gives way under the weight of the arm."""
+GRAVITY = "gravity"  # the name, in ``depends_on``, of the direction of gravity
+WEIGHT = "weight"  # the load of effects by which something gives way under the weight of the arm
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +40,9 @@ class Effect(Described):
     frees: ClassVar[str] = ""  # a kind of geometric parameter that is fixed unless the model has this effect
     acts_on_arm: ClassVar[bool] = False  # whether it is one of the arm or its pedestal
     of_instrument: ClassVar[bool] = False  # whether it is an error of the measuring instrument
-    # Whether it stands for an error of any smooth form, of which something remains that looks like another effect.
-    any_smooth_form: ClassVar[bool] = False
+    any_smooth_form: ClassVar[bool] = (
+        False  # whether it is any smooth error, whose rest looks like another effect
+    )
     growth_of_arm: ClassVar[bool] = False  # whether the whole arm grows in the course of time
     load: ClassVar[str] = ""  # under which something gives way; effects of one load imitate one another
     acts_by_joint_angles: ClassVar[bool] = True  # whether its predictions depend on joint angles alone
@@ -55,8 +54,7 @@ class Effect(Described):
     # Log odds [nats] that nearly all right names of this kind reach in simulated exams, and wrong ones seldom; infinitely small if no odds do so.
     usual_odds: ClassVar[float] = -np.inf
     borne_out_by_others: ClassVar[bool] = False  # whether another finding of this kind makes that irrelevant
-    # Whether it is an error of the scale of all lengths, which leaves no residual.
-    stretches_lengths: ClassVar[bool] = False
+    stretches_lengths: ClassVar[bool] = False  # whether it scales all lengths, which leaves no residual
     contains_imitated: ClassVar[bool] = False  # whether the effect that it imitates is a special case of it
     most_words: ClassVar[int] = 1  # most words that may follow the name on a command line
 

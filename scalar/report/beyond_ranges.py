@@ -12,6 +12,7 @@ from scalar.data.io.atomic import plain
 from scalar.diagnosis.accuracy.expected_errors import expected_errors
 from scalar.geometry.se3 import Array
 from scalar.planning.left_open import LeftOpen, left_open
+from scalar.report.lead_in import IN_MEASURED_RANGES, ONLY_LIKE_MEASURED
 from scalar.report.words import length, listed, quoted
 from scalar.units import DEG, MM
 
@@ -39,10 +40,7 @@ def beyond_ranges(diagnosis: Diagnosis) -> list[str]:
     counts = more is not None and more.error > _COUNTS * found
     if (more.error if more is not None and counts else found) <= MUCH_FARTHER * measured:
         return []
-    begin = (
-        "Use after.json within the ranges of the joints that were measured: there, predictions are expected to err by "
-        f"{length(measured)} RMS, but by "
-    )
+    begin = f"{IN_MEASURED_RANGES}: there, predictions are expected to err by {length(measured)} RMS, but by "
     if more is None or not counts:
         return [f"{begin}{length(found)} over the whole of the joint limits."]
     titles = list(dict.fromkeys(quoted(effect.title) for effect in more.effects))
@@ -70,7 +68,7 @@ def _only_at_such_poses(dataset: Dataset, at_measured: float, within_ranges: flo
             "the joints; measure poses with the tool tilted in other directions"
         )
     return (
-        f"Use after.json only at poses like those that were measured: there, predictions err by {length(at_measured)}. At random poses within the "
+        f"{ONLY_LIKE_MEASURED}: there, predictions err by {length(at_measured)}. At random poses within the "
         f"same ranges of the joints they are expected to err by {length(within_ranges)}, because {why} if the arm is to be right there too."
     )
 

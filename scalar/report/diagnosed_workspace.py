@@ -20,6 +20,7 @@ from scalar.evaluate.workspace_errors import (
 )
 from scalar.report import words
 from scalar.report.beyond_ranges import error_left_open
+from scalar.report.lead_in import BY_DATA_SHEET
 from scalar.report.workspace_map import (
     SHIPPED,
     WITHOUT_EFFECTS,
@@ -78,7 +79,7 @@ def before_and_after_in_words(diagnosis: Diagnosis) -> str:
     data_sheet, shipped = (errors.all_sizes[model] for model in (NOMINAL, SHIPPED))
     before, after = banded_in_words(data_sheet, mean_over_poses), banded_in_words(shipped, mean_over_poses)
     return (
-        f"By its data sheet the arm errs by {before['value']} in the mean over its workspace (95 of 100 poses by less than "
+        f"{BY_DATA_SHEET} the arm errs by {before['value']} in the mean over its workspace (95 of 100 poses by less than "
         f"{banded_in_words(data_sheet, most_errors)['value']}), and with {SHIPPED} by {after['value']} (95 % band {after['band']}), with the best "
         "base and tool frame for each."
     )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scalar.report.lead_in import SMALL_RANGES
 from scalar.report.words import listed
 from scalar.units import DEG, MM
 
@@ -36,6 +37,6 @@ def narrow_ranges(dataset: Dataset) -> list[str]:
     ]
     ranges = "this range" if len(joints) == 1 else "these ranges"
     return [
-        f"Measured over a small part of the joint limits: {listed(parts)}. What the model lacks outside {ranges}, such as a gear error, these data "
+        f"{SMALL_RANGES}: {listed(parts)}. What the model lacks outside {ranges}, such as a gear error, these data "
         "cannot show, and no error that is stated contains it."
     ]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from scalar.diagnosis.shipping.nested_models import LIMITS
 from scalar.diagnosis.shipping.shipped_fit import BY_COMPONENT
 from scalar.report.beyond_ranges import beyond_ranges
+from scalar.report.lead_in import FITS_DISAGREE, REGIONS, WITHOUT_EFFECTS
 from scalar.report.narrow_ranges import narrow_ranges
 from scalar.report.words import length, listed, number, quoted
 from scalar.units import MM
@@ -80,7 +81,7 @@ def _in_other_regions(diagnosis: Diagnosis) -> list[str]:
     without, effects = (number(error.rms / MM) for error in shipped.regions)
     count = int(shipped.regions[0].block.max()) + 1
     return [
-        f"When each of {count} regions of the joint space is held out as a whole, its poses are predicted to {effects} mm RMS with the effects, "
+        f"{REGIONS.format(count=count)}, its poses are predicted to {effects} mm RMS with the effects, "
         f"and to {without} mm without. Expect such errors, in which the noise of the measurement is included, next to the poses that were measured; "
         "farther away they may be larger."
     ]
@@ -94,26 +95,26 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
         choice = shipped.choice
         with_all, without = length(choice.error_with_all), length(choice.errors_as_chosen[LIMITS])
         return [
-            f"after.json is the model without effects, because with them predictions at other poses are expected to err by {with_all}, "
+            f"{WITHOUT_EFFECTS}, because with them predictions at other poses are expected to err by {with_all}, "
             f"and by {without} without them{_although_smaller(choice)}. The effects are findings only, and nothing is corrected for them."
         ]
     if shipped.decided_by == "undetermined_geometry":
         return [
-            "after.json is the model without effects, because these poses leave a part of the geometry to the data sheet. Effects may then "
+            f"{WITHOUT_EFFECTS}, because these poses leave a part of the geometry to the data sheet. Effects may then "
             "stand for errors of the geometry: among the measured poses they reduce the residual, and elsewhere they may do harm. They are findings "
             "only, and nothing is corrected for them. Poses that differ in all joints would determine the geometry ('scalar plan' chooses them)."
         ]
     if shipped.decided_by == "extrapolation":
         expected, errs = length(shipped.choice.errors_as_chosen[LIMITS]), length(shipped.held_out.rms)
         return [
-            "after.json is the model without effects, because with them predictions over the whole of the joint limits are expected to err by "
+            f"{WITHOUT_EFFECTS}, because with them predictions over the whole of the joint limits are expected to err by "
             f"{expected}, far more than the model without them errs at held-out poses ({errs} RMS): the measured poses do not show how the "
             "correction extrapolates. The effects are findings only, and nothing is corrected for them. Measure poses all over the workspace "
             "('scalar plan' chooses them), and diagnose again."
         ]
     if shipped.decided_by == "few_poses":
         return [
-            "after.json is the model without effects, because unmodelled structure was found in few poses. In simulated trials, correcting "
+            f"{WITHOUT_EFFECTS}, because unmodelled structure was found in few poses. In simulated trials, correcting "
             "for it did harm as often as good. Measure more poses ('scalar plan' chooses them), and diagnose again."
         ]
     on_unseen = diagnosis.halves if diagnosis.outer is None else diagnosis.outer
@@ -128,7 +129,7 @@ def _without_effects(diagnosis: Diagnosis) -> list[str]:
         without_and_with = [shipped.held_out.rms, shipped.rms_with_equal_weights]
     without, with_effects = (number(rms / MM) for rms in without_and_with)
     return [
-        f"after.json is the model without effects, because with them {poses} are predicted worse ({with_effects} mm RMS, "
+        f"{WITHOUT_EFFECTS}, because with them {poses} are predicted worse ({with_effects} mm RMS, "
         f"{without} mm without). The effects are findings only, and nothing is corrected for them."
     ]
 
@@ -155,8 +156,8 @@ def _weights(diagnosis: Diagnosis) -> list[str]:
     sentences = [f"after.json is fitted with {used}: {why} ({figures})."]
     if found.beyond_chance:
         sentences.append(
-            f"Take care: the fits with and without these weights disagree. Their predictions differ by {length(found.difference)}, with a standard "
-            f"error of {length(found.difference_std)}. A random error that is the same at all poses does not explain this, so something may act on "
-            "some poses only. Look at the poses with the largest residuals before the correction is used."
+            f"{FITS_DISAGREE}: the fits with and without these weights disagree. Their predictions differ by {length(found.difference)}, with a "
+            f"standard error of {length(found.difference_std)}. A random error that is the same at all poses does not explain this, so something "
+            "may act on some poses only. Look at the poses with the largest residuals before the correction is used."
         )
     return sentences

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from scalar.report.lead_in import WHERE_UNMEASURED
 from scalar.report.words import number
 
 _PLACES = {"x": "x", "y": "y", "z": "height z"}
@@ -25,7 +26,7 @@ def unmeasured_sentence(mapping: Mapping[str, Any]) -> str:
         f" (without effects the worst by {number(entry['without_effects_rms_mm'])} mm)" if effects else ""
     )
     return (
-        f"Where nothing was measured, expect up to {number(entry['rms_mm'])} mm RMS{_as_elsewhere(mapping)}: of {entry['halves']} halves of the "
+        f"{WHERE_UNMEASURED}, expect up to {number(entry['rms_mm'])} mm RMS{_as_elsewhere(mapping)}: of {entry['halves']} halves of the "
         "poses, by the angle of a joint, by place or by time, each predicted by the same model fitted to the other half, the median errs by "
         f"{number(entry['median_rms_mm'])} mm, and the worst, {_half(worst)}, by {number(worst['rms_mm'])} mm{without}{_by_chance(worst)}."
     )

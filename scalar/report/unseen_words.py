@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from scalar.effects.wording import with_error
+from scalar.report.lead_in import NOT_CONFIRMED, ON_UNSEEN_POSES
 from scalar.report.words import number, quoted, title
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[s
     sentences = _halves(mapping)
     if after["unseen_rms_mm"] is not None:
         sentences.append(
-            f"On poses that took no part in the diagnosis ({len(outer.answers)} runs, each without a part of the poses) the error is "
+            f"{ON_UNSEEN_POSES} ({len(outer.answers)} runs, each without a part of the poses) the error is "
             f"{_with_spread(after)} mm RMS, and {_with_spread(before)} mm without effects; at most {number(after['unseen_max_mm'])} mm at a pose. "
             "Errors of this size are to be expected of measurements at poses like these; the noise of the measurement is included."
         )
@@ -50,7 +51,7 @@ def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[s
         # If it does, ``shipped_words`` says so.
         rest = "" if is_corrected else ", and after.json does not correct for it"
         sentences.append(
-            f"Not confirmed: {quoted(name)} was chosen in {share(entry, diagnosis)}. It is not counted as a finding{rest}."
+            f"{NOT_CONFIRMED}: {quoted(name)} was chosen in {share(entry, diagnosis)}. It is not counted as a finding{rest}."
         )
     return sentences
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -34,8 +34,7 @@ _MISREAD_AXES = ("ZYX", "zyx", "XYZ", "xyz")  # of Euler angles that an import m
 _ROUNDING = 1e-6  # of rotations that are the same
 _NEARLY_HALF_A_TURN = 3.0  # rad: beyond it, a small error may turn the axis round
 _WIDE = 50.0  # times what the positions leave: over places that are spread as far, a frame is known to about a degree
-_INVERTED = "the inverse rotation, from the tracker's axes to the target's"
-_SWAPPED = "quaternions whose columns"
+INVERSE, SWAPPED = "inverse", "swapped"  # kinds of readings
 _LEAST_POSES = 4  # with fewer, a few turns may agree by chance
 
 
@@ -59,15 +58,16 @@ def refuse_wrong_orientations(dataset: Dataset) -> None:
     most = min(DISAGREEMENT, FALLS_TO * as_read)
     readings = list(_readings(some, frames))
     # Constant frames may make two readings the same; the more usual one comes first.
-    least = AS_GOOD * min(left for left, _, _ in readings)
-    left, says, remedy = next(reading for reading in readings if reading[0] <= least)
-    if left <= most:
-        if says == _INVERTED:
+    least = AS_GOOD * min(reading.left for reading in readings)
+    alike = [reading for reading in readings if reading.left <= least]
+    best = alike[0]
+    if best.left <= most:
+        if best.kind == INVERSE:
             _refuse_inverse_poses(dataset)
-        swapped = [what for alike, what, _ in readings if alike <= least and what.startswith(_SWAPPED)]
-        message = f"they are {says}: {_then(left, as_read)}; {remedy}"
+        swapped = [reading.says for reading in alike if reading.kind == SWAPPED]
+        message = f"they are {best.says}: {_then(best.left, as_read)}; {best.remedy}"
         # Where both frames are free, quaternions in the wrong order cannot be distinguished from inverse rotations.
-        if swapped and not says.startswith(_SWAPPED):
+        if swapped and best.kind != SWAPPED:
             either = " or ".join(swapped)
             message += f". They fit as well as {either}: if the file has quaternions, correct qw, qx, qy and qz in the mapping, and not the signs"
         fault = Fault(_FILE, message, column=_COLUMN)
@@ -208,8 +208,25 @@ def _angle_left_in(arm: Array, measured: Array) -> float:
     return float(np.median(rotation_angle(np.swapaxes(arm @ X, 1, 2) @ measured)))
 
 
-def _readings(dataset: Dataset, frames: Array | None) -> Iterator[tuple[float, str, str]]:
-    """Yield other readings of the columns rx,ry,rz: the disagreement that is left [rad], what the columns then are, and what to do.
+@dataclass(frozen=True)
+class _Reading:
+    """Another reading of the columns rx,ry,rz.
+
+    Attributes:
+        left: The disagreement that it leaves [rad].
+        says: What the columns then are, after "they are".
+        remedy: What to do.
+        kind: ``INVERSE``, ``SWAPPED`` (quaternions in another order), or empty.
+    """
+
+    left: float
+    says: str
+    remedy: str
+    kind: str = ""
+
+
+def _readings(dataset: Dataset, frames: Array | None) -> Iterator[_Reading]:
+    """Yield other readings of the columns rx,ry,rz.
 
     Args:
         dataset: What was measured.
@@ -217,28 +234,28 @@ def _readings(dataset: Dataset, frames: Array | None) -> Iterator[tuple[float, s
     """
     vectors = _vectors(dataset)
     convert = "write rotation vectors (the axis times the angle, in radians); 'scalar import' converts Euler angles (euler_axes in the mapping)"
-    yield disagreement(dataset, exp_so3(-vectors), frames), _INVERTED, "change the sign of all three columns"
+    inverse = "the inverse rotation, from the tracker's axes to the target's"
+    left = disagreement(dataset, exp_so3(-vectors), frames)
+    yield _Reading(left, inverse, "change the sign of all three columns", INVERSE)
     as_read = np.roll(Rotation.from_rotvec(vectors).as_quat(), 1, axis=1)  # qw, qx, qy, qz
     for roll, read, is_ in ((0, "qw,qx,qy,qz", "qx,qy,qz,qw"), (-2, "qx,qy,qz,qw", "qw,qx,qy,qz")):
         R = Rotation.from_quat(np.roll(as_read, roll, axis=1)).as_matrix()
-        says = f"{_SWAPPED} are {is_} and were read as {read}"
-        yield disagreement(dataset, R, frames), says, "exchange the columns in the mapping"
-    yield disagreement(dataset, exp_so3(vectors * DEG), frames), "in degrees", "multiply them by pi / 180"
+        says = f"quaternions whose columns are {is_} and were read as {read}"
+        yield _Reading(disagreement(dataset, R, frames), says, "exchange the columns in the mapping", SWAPPED)
+    left = disagreement(dataset, exp_so3(vectors * DEG), frames)
+    yield _Reading(left, "in degrees", "multiply them by pi / 180")
     for axes in _EULER_AXES:
         kind = "moving" if axes.isupper() else "fixed"
         for unit, degrees in (("radians", False), ("degrees", True)):
             R = Rotation.from_euler(axes, vectors, degrees=degrees).as_matrix()
             says = f"Euler angles about the {kind} axes {axes.lower()} in {unit}"
-            yield disagreement(dataset, R, frames), says, convert
-            yield (
-                disagreement(dataset, np.swapaxes(R, 1, 2), frames),
-                f"{says} of the inverse rotation",
-                convert,
-            )
+            yield _Reading(disagreement(dataset, R, frames), says, convert)
+            left = disagreement(dataset, np.swapaxes(R, 1, 2), frames)
+            yield _Reading(left, f"{says} of the inverse rotation", convert)
     yield from _other_axes(dataset, frames)
 
 
-def _other_axes(dataset: Dataset, frames: Array | None) -> Iterator[tuple[float, str, str]]:
+def _other_axes(dataset: Dataset, frames: Array | None) -> Iterator[_Reading]:
     """Yield readings in which the Euler angles that an import converted turn about other axes than its mapping states; as ``_readings``."""
     as_read = Rotation.from_rotvec(_vectors(dataset))
     # Angles in the other order about axes in the other order are the same rotation.
@@ -253,11 +270,8 @@ def _other_axes(dataset: Dataset, frames: Array | None) -> Iterator[tuple[float,
             alike.append((R, [what]))
     for R, words in alike:
         remedy = f"if 'scalar import' made them, write euler_axes: {', or '.join(words)} in the mapping, and import again"
-        yield (
-            disagreement(dataset, R, frames),
-            "Euler angles about other axes than they were read with",
-            remedy,
-        )
+        says = "Euler angles about other axes than they were read with"
+        yield _Reading(disagreement(dataset, R, frames), says, remedy)
 
 
 def without_orientations(dataset: Dataset) -> Dataset:
