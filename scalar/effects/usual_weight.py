@@ -17,7 +17,7 @@ from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
 LOADED = 0.2  # chosen: a joint whose usual torque varies by a smaller share of the largest, such as a wrist's, may bear mainly an unknown tool
-LARGE = 0.25  # chosen: deflections that vary by a smaller share of the largest may be those of a joint that was added by chance
+LARGE = 0.5  # chosen: a joint that is deflected by a smaller share of the largest deflection may bear mainly the unknown masses of a wrist
 
 
 def joints_along_weight(robot: Robot, q: Array, deflections: Mapping[int, Array]) -> float | None:

@@ -12,6 +12,7 @@ from scalar.diagnosis.naming.usual_masses import UNUSUAL_MASSES, limited_by_usua
 from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_scale import JointScale
+from scalar.effects.usual_weight import joints_along_weight
 from scalar.geometry.robot import Robot
 from tests.diagnosis.stand_ins import finding_of
 from tests.robot_configs import robot_mapping
@@ -91,3 +92,12 @@ def test_a_wrist_that_may_bear_an_unknown_tool_is_not_judged():
     wrist = JointCompliance(((6, 6),)).with_coefficients(np.array([1e-3, -2e-3]))
     assert wrist.along_usual_weight(ARM, POSES) is None
     assert answer(wrist).confidence == 0.95
+
+
+@pytest.mark.parametrize(("share", "cosine"), [(0.3, 1.0), (0.7, -1.0)], ids=["little", "much"])
+def test_a_joint_that_is_deflected_little_is_not_judged(share, cosine):
+    """Its deflection may be that of the unknown masses of a wrist; shares of the standard deviation over the poses."""
+    own, other = torque_on(2), -torque_on(3)
+    deflections = {2: own, 3: share * np.std(own) / np.std(other) * other}
+    found = joints_along_weight(ARM, POSES.q, deflections)
+    assert found == pytest.approx(cosine, abs=0.2)
