@@ -111,7 +111,7 @@ def test_readme_and_documentation_say_how_the_last_exam_ended():
         ("wrong_sure", "sets with a wrong name"),
         ("worse", "corrections that made"),
     ):
-        *others, final = (counts[rate] for counts in earlier)
+        *others, final = (f"{int(counts[rate]):,}" for counts in earlier)
         assert f"{', '.join(others)} and {final} {words}" in trials, rate
 
 
