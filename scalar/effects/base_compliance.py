@@ -18,7 +18,7 @@ from scalar.effects.gravity import AXES, unit_moments_at
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import BaseEffect
-from scalar.effects.usual_weight import base_along_weight
+from scalar.effects.typical_weight import base_along_weight
 from scalar.geometry.planes import tangent_basis
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array, cross
@@ -96,8 +96,8 @@ class BaseCompliance(BaseEffect):
         w = (by_axis[..., None] * across).reshape(len(poses), len(self.coefficient_units), 3)
         return _about_carriage(robot, poses, w)
 
-    def along_usual_weight(self, robot: Robot, poses: Poses) -> float | None:
-        """Return how well the tilt follows the moment of usual masses."""
+    def along_typical_weight(self, robot: Robot, poses: Poses) -> float | None:
+        """Return how well the tilt follows the moment of typical masses."""
         tilts = self.base_screws(robot, poses)[:, :3] @ self.coefficients
         return base_along_weight(robot, poses.q, _frames_that_load(robot)[0], tilts)
 

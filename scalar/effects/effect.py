@@ -40,9 +40,8 @@ class Effect(Described):
     frees: ClassVar[str] = ""  # a kind of geometric parameter that is fixed unless the model has this effect
     acts_on_arm: ClassVar[bool] = False  # whether it is one of the arm or its pedestal
     of_instrument: ClassVar[bool] = False  # whether it is an error of the measuring instrument
-    any_smooth_form: ClassVar[bool] = (
-        False  # whether it is any smooth error, whose rest looks like another effect
-    )
+    # Whether it stands for an error of any smooth form, of which something remains that looks like another effect.
+    any_smooth_form: ClassVar[bool] = False
     growth_of_arm: ClassVar[bool] = False  # whether the whole arm grows in the course of time
     load: ClassVar[str] = ""  # under which something gives way; effects of one load imitate one another
     acts_by_joint_angles: ClassVar[bool] = True  # whether its predictions depend on joint angles alone
@@ -257,8 +256,8 @@ class Effect(Described):
         """Return whether its coefficients make something move against the load that moves it, as the cause that it names cannot."""
         return False
 
-    def along_usual_weight(self, robot: Robot, poses: Poses) -> float | None:
-        """Return how well what gives way follows the weight of usual masses, from -1 to 1 (``usual_weight``); None where that says nothing."""
+    def along_typical_weight(self, robot: Robot, poses: Poses) -> float | None:
+        """Return how well what gives way follows the weight of typical masses, from -1 to 1 (``typical_weight``); None where that says nothing."""
         return None
 
     def is_impossible(self, robot: Robot, poses: Poses) -> bool:

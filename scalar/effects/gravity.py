@@ -137,6 +137,17 @@ def assumed_torque(robot: Robot, q: Array, joint: int, masses: Sequence[float]) 
     return torque_of(robot, q, joint, masses) if masses else typical_torque(robot, q, joint)
 
 
+def typical_moment(robot: Robot, frames: Array, joint: int) -> Array:
+    """Return the moment of 1 kg at the end of each link after a joint (from 1) about the joint's place, over the weight of 1 kg ``(N, 3)`` [m].
+
+    Args:
+        robot: Nominal.
+        frames: As for ``moments_of_ends``.
+        joint: From 1.
+    """
+    return moments_of_ends(robot, frames, joint, robot.down).sum(axis=1)
+
+
 def typical_masses(robot: Robot, q: Array, joint: int) -> Array:
     """Return the first moments ``(2 (n - joint + 1),)``, a vector of length one, whose torque is proportional to ``typical_torque``."""
     B = _torques(robot, q, joint)

@@ -18,7 +18,7 @@ from scalar.effects.joint_pictures import joint_profile
 from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import JointEffect
 from scalar.effects.title import joints_in_words
-from scalar.effects.usual_weight import joints_along_weight
+from scalar.effects.typical_weight import joints_along_weight
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
@@ -80,8 +80,8 @@ class JointCompliance(JointEffect):
             B[:, joint - 1, 2 * k : 2 * k + 2] = torque_about(moments, axes, joint, frame)
         return B
 
-    def along_usual_weight(self, robot: Robot, poses: Poses) -> float | None:
-        """Return how well the joints' deflections follow the torques of usual masses."""
+    def along_typical_weight(self, robot: Robot, poses: Poses) -> float | None:
+        """Return how well the joints' deflections follow the torques of typical masses."""
         deflections = self.joint_basis(robot, poses) @ self.coefficients
         return joints_along_weight(
             robot, poses.q, {joint: deflections[:, joint - 1] for joint in self.target["joints"]}
@@ -103,7 +103,7 @@ class JointCompliance(JointEffect):
         A joint may move no link whose leverage changes; what then acts on it is constant, and a part of its zero.
         """
         n = dataset.robot.n_joints
-        joints = [j for j in range(1, n + 1) if not dataset.robot.slides[j - 1]]
+        joints = dataset.robot.turning
         pairs = [(j, f) for j in joints for f in range(j, n + 1)]
         alone: list[Effect] = [cls(tuple(p for p in pairs if p[0] == j)) for j in joints]
         return [*alone, cls(tuple(pairs))] if pairs else []

@@ -94,6 +94,11 @@ class Robot:
         return np.isin(np.arange(self.n_joints), self.prismatic)
 
     @property
+    def turning(self) -> list[int]:
+        """Return the joints that turn, from 1; all others slide."""
+        return [j + 1 for j in range(self.n_joints) if j not in self.prismatic]
+
+    @property
     def joint_columns(self) -> slice | IntArray:
         """Return the indices, in ``geometry.ravel()``, of the n parameters that move the arm as q does: theta, or d of a prismatic joint."""
         n = self.n_joints

@@ -37,3 +37,9 @@ def finding_of(effect: Any, confidence: float) -> Finding:
     """Return a finding of which nothing is known but its effect and its confidence."""
     unknown: Any = None
     return Finding(effect, 1.0, unknown, unknown, (), confidence, (), unknown)
+
+
+def sure_finding(effect: Any, log_odds: float = 10.0, **more: Any) -> Finding:
+    """Return a finding with a confidence of 0.95 and these log odds [nats]; ``more`` are further attributes."""
+    grounds: Any = SimpleNamespace(log_odds=log_odds)
+    return replace(finding_of(effect, 0.95), grounds=grounds, **more)

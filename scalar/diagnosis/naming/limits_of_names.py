@@ -19,8 +19,8 @@ from scalar.diagnosis.naming.rounded_record import limited_by_rounding
 from scalar.diagnosis.naming.several_orders import limited_by_several_orders
 from scalar.diagnosis.naming.step_at_boundary import limited_by_boundaries
 from scalar.diagnosis.naming.two_halves import limited_by_halves
+from scalar.diagnosis.naming.typical_masses import limited_by_typical_masses
 from scalar.diagnosis.naming.unstated_order import limited_by_order
-from scalar.diagnosis.naming.usual_masses import limited_by_usual_masses
 from scalar.diagnosis.naming.usual_odds import limited_by_usual_odds
 from scalar.diagnosis.naming.warmth_named_twice import limited_by_same_warmth
 from scalar.diagnosis.naming.weight_and_structure import limited_by_structure
@@ -45,7 +45,7 @@ def limited_names(
     found = limited_by_orders_between(found, run.after, least)
     found = limited_by_order(found, given, least)
     found = limited_by_path(found, dataset, least)
-    found = limited_by_usual_masses(found, run.after, least)
+    found = limited_by_typical_masses(found, run.after, least)
     found = limited_by_joint_compliance(found, n_poses, least)
     found = limited_by_one_joint(found, dataset.q, least)
     found = limited_by_few_positions(found, run.after, run.candidates, least)

@@ -11,7 +11,7 @@ import numpy as np
 from scalar.data.poses import Poses
 from scalar.effects.effect import GRAVITY
 from scalar.effects.flexible.unattributed import NAME, Unattributed
-from scalar.effects.gravity import moments_of_ends
+from scalar.effects.gravity import typical_moment
 from scalar.effects.places import LinkEffect
 from scalar.geometry.robot import GEOMETRY, Robot
 from scalar.geometry.se3 import Array, cross
@@ -110,7 +110,7 @@ def moments_across(robot: Robot, q: Array, joint: int) -> Array:
         The components along x of the frame before the joint, and along y, which with x and the joint's axis is right-handed.
     """
     frames = robot.frames(q)
-    moment = moments_of_ends(robot, frames, joint, robot.down).sum(axis=1)
+    moment = typical_moment(robot, frames, joint)
     x, z = frames[:, joint - 1, :3, 0], frames[:, joint, :3, 2]
     return np.stack([np.sum(moment * x, axis=1), np.sum(moment * cross(z, x), axis=1)], axis=1)
 
@@ -135,6 +135,6 @@ def tilts(dataset: Dataset, *, with_base: bool = False) -> list[UnattributedTilt
         dataset: On which they act.
         with_base: Whether to return the play of the base too, where joint 1 turns; it is tried as a rival of named effects alone.
     """
-    turning = [j for j in range(1, dataset.robot.n_joints + 1) if not dataset.robot.slides[j - 1]]
+    turning = dataset.robot.turning
     of_base = [UnattributedTilt(1)] if with_base and 1 in turning else []
     return of_base + [UnattributedTilt(j) for j in turning[1:]]

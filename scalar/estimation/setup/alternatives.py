@@ -22,9 +22,8 @@ from scalar.geometry.standard_dh import read_as_modified, read_as_standard
 from scalar.sensors import kind_of
 from scalar.units import DEG, MM
 
-ZERO_STEP = (
-    30 * DEG
-)  # between the zeros of a joint that are tried: from half of it away, a fit still converges
+# Step between the zeros of a joint that are tried: from half of it away, a fit still converges.
+ZERO_STEP = 30 * DEG
 LENGTH_UNITS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0, "feet": 304.8}
 """Units that are mistaken for millimetres or metres, each with its size in millimetres."""
 CORRECT_TABLE = "correct the table of joints in dataset.yaml"

@@ -34,7 +34,7 @@ _MISREAD_AXES = ("ZYX", "zyx", "XYZ", "xyz")  # of Euler angles that an import m
 _ROUNDING = 1e-6  # of rotations that are the same
 _NEARLY_HALF_A_TURN = 3.0  # rad: beyond it, a small error may turn the axis round
 _WIDE = 50.0  # times what the positions leave: over places that are spread as far, a frame is known to about a degree
-INVERSE, SWAPPED = "inverse", "swapped"  # kinds of readings
+_INVERSE, _SWAPPED = "inverse", "swapped"  # kinds of readings
 _LEAST_POSES = 4  # with fewer, a few turns may agree by chance
 
 
@@ -62,12 +62,12 @@ def refuse_wrong_orientations(dataset: Dataset) -> None:
     alike = [reading for reading in readings if reading.left <= least]
     best = alike[0]
     if best.left <= most:
-        if best.kind == INVERSE:
+        if best.kind == _INVERSE:
             _refuse_inverse_poses(dataset)
-        swapped = [reading.says for reading in alike if reading.kind == SWAPPED]
+        swapped = [reading.says for reading in alike if reading.kind == _SWAPPED]
         message = f"they are {best.says}: {_then(best.left, as_read)}; {best.remedy}"
         # Where both frames are free, quaternions in the wrong order cannot be distinguished from inverse rotations.
-        if swapped and best.kind != SWAPPED:
+        if swapped and best.kind != _SWAPPED:
             either = " or ".join(swapped)
             message += f". They fit as well as {either}: if the file has quaternions, correct qw, qx, qy and qz in the mapping, and not the signs"
         fault = Fault(_FILE, message, column=_COLUMN)
@@ -216,7 +216,7 @@ class _Reading:
         left: The disagreement that it leaves [rad].
         says: What the columns then are, after "they are".
         remedy: What to do.
-        kind: ``INVERSE``, ``SWAPPED`` (quaternions in another order), or empty.
+        kind: ``_INVERSE``, ``_SWAPPED`` (quaternions in another order), or empty.
     """
 
     left: float
@@ -236,12 +236,14 @@ def _readings(dataset: Dataset, frames: Array | None) -> Iterator[_Reading]:
     convert = "write rotation vectors (the axis times the angle, in radians); 'scalar import' converts Euler angles (euler_axes in the mapping)"
     inverse = "the inverse rotation, from the tracker's axes to the target's"
     left = disagreement(dataset, exp_so3(-vectors), frames)
-    yield _Reading(left, inverse, "change the sign of all three columns", INVERSE)
+    yield _Reading(left, inverse, "change the sign of all three columns", _INVERSE)
     as_read = np.roll(Rotation.from_rotvec(vectors).as_quat(), 1, axis=1)  # qw, qx, qy, qz
     for roll, read, is_ in ((0, "qw,qx,qy,qz", "qx,qy,qz,qw"), (-2, "qx,qy,qz,qw", "qw,qx,qy,qz")):
         R = Rotation.from_quat(np.roll(as_read, roll, axis=1)).as_matrix()
         says = f"quaternions whose columns are {is_} and were read as {read}"
-        yield _Reading(disagreement(dataset, R, frames), says, "exchange the columns in the mapping", SWAPPED)
+        yield _Reading(
+            disagreement(dataset, R, frames), says, "exchange the columns in the mapping", _SWAPPED
+        )
     left = disagreement(dataset, exp_so3(vectors * DEG), frames)
     yield _Reading(left, "in degrees", "multiply them by pi / 180")
     for axes in _EULER_AXES:

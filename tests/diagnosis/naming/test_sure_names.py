@@ -1,9 +1,5 @@
 """Names are not sure with unmodelled structure, with several orders, and where they lead by less than is usual for their kind."""
 
-from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -19,15 +15,9 @@ from scalar.effects.joint_coupling import JointCoupling
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from scalar.effects.plane_bow import PlaneBow
-from tests.diagnosis.stand_ins import finding_of
+from tests.diagnosis.stand_ins import sure_finding
 
 LEAST, SURE, FEW, MANY = 0.6, 0.95, 60, 300
-
-
-def found(effect: Any, log_odds: float = 10.0, **more: Any):
-    """Return a finding with a confidence of 0.95."""
-    grounds: Any = SimpleNamespace(log_odds=log_odds)
-    return replace(finding_of(effect, SURE), grounds=grounds, **more)
 
 
 def gear(*orders):
@@ -37,7 +27,7 @@ def gear(*orders):
 
 JOINTS, BASE, SCALE = JointCompliance(((2, 2),)), BaseCompliance((2, 3), True), JointScale(4)
 SPACE = UnattributedSpace("strain")
-NAMELESS = found(SCALE, doubtful=True)
+NAMELESS = sure_finding(SCALE, doubtful=True)
 SHRUNK = gear(1, 2, 3).with_term_std([1e-5] * 3)
 
 
@@ -48,9 +38,9 @@ SHRUNK = gear(1, 2, 3).with_term_std([1e-5] * 3)
         (BASE, 10.0, [NAMELESS], MANY, True),
         (JOINTS, 30.0, [NAMELESS], FEW, True),
         (JOINTS, 30.0, [NAMELESS], MANY, False),
-        (JOINTS, 10.0, [found(SCALE)], FEW, False),
+        (JOINTS, 10.0, [sure_finding(SCALE)], FEW, False),
         (SCALE, 10.0, [NAMELESS], FEW, False),
-        (BASE, 10.0, [found(SPACE)], FEW, False),
+        (BASE, 10.0, [sure_finding(SPACE)], FEW, False),
     ],
     ids=[
         "unclear",
@@ -66,7 +56,7 @@ def test_what_gives_way_is_not_sure_beside_structure_without_a_name(
     effect, log_odds, others, n_poses, limited
 ):
     """It keeps its name, with a confidence below that of a sure one, unless many poses show it clearly; the others keep theirs."""
-    answer, *rest = limited_by_structure([found(effect, log_odds), *others], n_poses, LEAST)
+    answer, *rest = limited_by_structure([sure_finding(effect, log_odds), *others], n_poses, LEAST)
     expected = (NEARLY_SURE, weight_and_structure.A_PART_OF_IT) if limited else (SURE, "")
     assert (answer.confidence, answer.limit, answer.doubtful) == (*expected, False)
     assert rest == others
@@ -78,9 +68,9 @@ def test_what_gives_way_is_not_sure_beside_structure_without_a_name(
         (gear(2), [NAMELESS], False),
         (gear(2, 4), [], False),
         (gear(2, 4), [NAMELESS], True),
-        (gear(1, 6), [found(BASE)], True),
-        (gear(2, 6), [found(BASE)], False),
-        (gear(1, 6), [found(SCALE)], False),
+        (gear(1, 6), [sure_finding(BASE)], True),
+        (gear(2, 6), [sure_finding(BASE)], False),
+        (gear(1, 6), [sure_finding(SCALE)], False),
         (gear(5, 6, 10), [], True),
         (SHRUNK, [NAMELESS], False),
     ],
@@ -97,7 +87,7 @@ def test_what_gives_way_is_not_sure_beside_structure_without_a_name(
 )
 def test_several_orders_are_not_sure(effect, others, limited):
     """Three orders chosen one by one are never sure; two are not beside unmodelled structure, or with the first beside what gives way."""
-    answer, *rest = limited_by_several_orders([found(effect), *others], LEAST)
+    answer, *rest = limited_by_several_orders([sure_finding(effect), *others], LEAST)
     expected = (NEARLY_SURE, several_orders.ANOTHER_FORM) if limited else (SURE, "")
     assert (answer.confidence, answer.limit, answer.doubtful) == (*expected, False)
     assert rest == others
@@ -113,16 +103,16 @@ def bow(plane):
     [
         (JointCoupling(3, 2), JointCoupling.usual_odds - 1, [], True),
         (JointCoupling(3, 2), JointCoupling.usual_odds + 1, [], False),
-        (JointCoupling(3, 2), JointCoupling.usual_odds - 1, [found(JointCoupling(5, 4), 50.0)], True),
+        (JointCoupling(3, 2), JointCoupling.usual_odds - 1, [sure_finding(JointCoupling(5, 4), 50.0)], True),
         (bow("floor"), PlaneBow.usual_odds - 1, [], True),
-        (bow("floor"), PlaneBow.usual_odds - 1, [found(bow("wall"), 50.0)], False),
+        (bow("floor"), PlaneBow.usual_odds - 1, [sure_finding(bow("wall"), 50.0)], False),
         (SCALE, -5.0, [], False),
     ],
     ids=["below", "above", "not borne out", "one bow", "two bows", "a kind without usual odds"],
 )
 def test_a_name_with_unusually_small_odds_is_not_sure(effect, log_odds, others, limited):
     """Below the odds that are usual for its kind a name is not sure, unless a fellow bears it out where its kind allows that."""
-    answer, *rest = limited_by_usual_odds([found(effect, log_odds), *others], LEAST)
+    answer, *rest = limited_by_usual_odds([sure_finding(effect, log_odds), *others], LEAST)
     expected = (NEARLY_SURE, usual_odds.LEADS_BY_LITTLE) if limited else (SURE, "")
     assert (answer.confidence, answer.limit, answer.doubtful) == (*expected, False)
     assert rest == others

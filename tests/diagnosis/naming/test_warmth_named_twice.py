@@ -1,9 +1,5 @@
 """An arm warms up once: of two growths in the course of time, the lesser has no sure name."""
 
-from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
-
 import pytest
 
 from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
@@ -11,23 +7,17 @@ from scalar.diagnosis.naming.warmth_named_twice import SAME_WARMTH, limited_by_s
 from scalar.effects.joint_scale import JointScale
 from scalar.effects.restarted_warm_up import RestartedWarmUp
 from scalar.effects.thermal_drift import ThermalDrift
-from tests.diagnosis.stand_ins import finding_of
+from tests.diagnosis.stand_ins import sure_finding
 
 LEAST = 0.6
 AGAIN = RestartedWarmUp("time", (0.0, 3000.0), (1800.0, 5000.0), 600.0)
 BY_TIME, BY_TEMPERATURE = ThermalDrift("time", 0.0), ThermalDrift("temperature", 20.0)
 
 
-def found(effect: Any, log_odds: float, **more: Any) -> Any:
-    """Return a finding with a confidence of 0.95."""
-    grounds: Any = SimpleNamespace(log_odds=log_odds)
-    return replace(finding_of(effect, 0.95), grounds=grounds, **more)
-
-
 @pytest.mark.parametrize("drift", [5.0, 40.0], ids=["the drift has less", "the drift has more"])
 def test_the_one_with_less_evidence_loses_its_name(drift):
     """Whichever was found first, the one with the larger log odds keeps its confidence."""
-    pair = [found(BY_TIME, drift), found(AGAIN, 20.0)]
+    pair = [sure_finding(BY_TIME, drift), sure_finding(AGAIN, 20.0)]
     answers = limited_by_same_warmth(pair, LEAST)
     less = 0 if drift < 20.0 else 1
     assert (answers[less].confidence, answers[less].limit, answers[less].doubtful) == (
@@ -40,10 +30,14 @@ def test_the_one_with_less_evidence_loses_its_name(drift):
 
 @pytest.mark.parametrize(
     "beside",
-    [found(BY_TEMPERATURE, 50.0), found(JointScale(2), 50.0), found(AGAIN, 50.0, doubtful=True)],
+    [
+        sure_finding(BY_TEMPERATURE, 50.0),
+        sure_finding(JointScale(2), 50.0),
+        sure_finding(AGAIN, 50.0, doubtful=True),
+    ],
     ids=["another temperature", "no growth", "one in doubt"],
 )
 def test_a_growth_without_a_second_one_in_time_keeps_its_name(beside):
     """A growth with the recorded temperature of the surroundings is another course, and a doubtful name says nothing."""
-    answer, other = limited_by_same_warmth([found(BY_TIME, 20.0), beside], LEAST)
+    answer, other = limited_by_same_warmth([sure_finding(BY_TIME, 20.0), beside], LEAST)
     assert (answer.confidence, other.confidence) == (0.95, 0.95)

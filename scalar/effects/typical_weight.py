@@ -1,4 +1,4 @@
-"""How well a deflection follows the weight of an arm with usual masses.
+"""How well a deflection follows the weight of an arm with typical masses.
 
 The masses of an arm are unknown, so what gives way under its weight is fitted with first moments of mass that may have any size and
 direction in each link. Sums of sinusoids of the joints' angles, and of their sums, are then compliances too: a spring, a hose or a floor that
@@ -12,11 +12,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from scalar.effects.gravity import moments_of_ends, typical_torque
+from scalar.effects.gravity import typical_moment, typical_torque
 from scalar.geometry.robot import Robot
 from scalar.geometry.se3 import Array
 
-LOADED = 0.2  # chosen: a joint whose usual torque varies by a smaller share of the largest, such as a wrist's, may bear mainly an unknown tool
+LOADED = 0.2  # chosen: a joint whose typical torque varies by a smaller share of the largest, such as a wrist's, may bear mainly an unknown tool
 LARGE = 0.5  # chosen: a joint that is deflected by a smaller share of the largest deflection may bear mainly the unknown masses of a wrist
 
 
@@ -32,10 +32,9 @@ def joints_along_weight(robot: Robot, q: Array, deflections: Mapping[int, Array]
         The cosine between the two as they vary over the poses, of the joint that follows its torque least, among those that are loaded and deflected
         most; None if there is none.
     """
-    turning = [joint for joint in range(1, robot.n_joints + 1) if not robot.slides[joint - 1]]
-    torques = {joint: typical_torque(robot, q, joint) for joint in turning}
-    most_torque = max((float(np.std(torque)) for torque in torques.values()), default=0.0)
-    most_deflection = max((float(np.std(each)) for each in deflections.values()), default=0.0)
+    torques = {joint: typical_torque(robot, q, joint) for joint in robot.turning}
+    most_torque = max(np.std(torque) for torque in torques.values())
+    most_deflection = max(np.std(deflection) for deflection in deflections.values())
     found = [
         cosine(deflection[:, None], torques[joint][:, None])
         for joint, deflection in deflections.items()
@@ -53,7 +52,7 @@ def base_along_weight(robot: Robot, q: Array, joint: int, tilts: Array) -> float
         joint: The first joint whose link loads the base, from 1.
         tilts: Rotations of the base ``(N, 3)`` [rad], in its frame.
     """
-    return cosine(tilts, moments_of_ends(robot, robot.frames(q), joint, robot.down).sum(axis=1))
+    return cosine(tilts, typical_moment(robot, robot.frames(q), joint))
 
 
 def cosine(a: Array, b: Array) -> float | None:

@@ -1,4 +1,4 @@
-"""Lower the confidence in a deflection under the weight of the arm that does not follow the weight of an arm with usual masses.
+"""Lower the confidence in a deflection under the weight of the arm that does not follow the weight of an arm with typical masses.
 
 The first moments of mass are fitted, so errors that follow sums of joint angles for other reasons resemble a deflection. They need masses where
 an arm has none. In simulated sets, 177 joints or bases were found to give way that did: two of them have a cosine of less than 0.7 with the weight of
@@ -15,12 +15,12 @@ from scalar.diagnosis.naming.finding import Finding, limited_where
 from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 
 LEAST_COSINE = 0.7  # chosen, between those of the sets above
-UNUSUAL_MASSES = (
+UNTYPICAL_MASSES = (
     "it does not follow the weight of the arm as it would if each link had its mass between its joints"
 )
 
 
-def limited_by_usual_masses(
+def limited_by_typical_masses(
     found: Sequence[Finding], state: FittedState, least_confidence: float
 ) -> tuple[Finding, ...]:
     """Return the findings, with the confidence limited in what gives way under a weight that an arm hardly has.
@@ -33,7 +33,7 @@ def limited_by_usual_masses(
     robot, poses = state.dataset.robot, state.dataset.known_poses
 
     def applies(finding: Finding) -> bool:
-        along = finding.effect.along_usual_weight(robot, poses)
+        along = finding.effect.along_typical_weight(robot, poses)
         return along is not None and along < LEAST_COSINE
 
-    return limited_where(found, applies, ONE_OF_TWO, least_confidence, UNUSUAL_MASSES)
+    return limited_where(found, applies, ONE_OF_TWO, least_confidence, UNTYPICAL_MASSES)

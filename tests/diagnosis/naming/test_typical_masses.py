@@ -8,11 +8,11 @@ import pytest
 
 from scalar.data.poses import Poses
 from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
-from scalar.diagnosis.naming.usual_masses import UNUSUAL_MASSES, limited_by_usual_masses
+from scalar.diagnosis.naming.typical_masses import UNTYPICAL_MASSES, limited_by_typical_masses
 from scalar.effects.base_compliance import BaseCompliance
 from scalar.effects.joint_compliance import JointCompliance
 from scalar.effects.joint_scale import JointScale
-from scalar.effects.usual_weight import joints_along_weight
+from scalar.effects.typical_weight import joints_along_weight
 from scalar.geometry.robot import Robot
 from tests.diagnosis.stand_ins import finding_of
 from tests.robot_configs import robot_mapping
@@ -27,7 +27,7 @@ STATE: Any = SimpleNamespace(dataset=SimpleNamespace(robot=ARM, known_poses=POSE
 
 def answer(effect: Any) -> Any:
     """Return what the rule makes of one finding with a confidence of 0.95."""
-    (found,) = limited_by_usual_masses([finding_of(effect, 0.95)], STATE, LEAST)
+    (found,) = limited_by_typical_masses([finding_of(effect, 0.95)], STATE, LEAST)
     return found
 
 
@@ -64,7 +64,7 @@ BASE = BaseCompliance((2, 3, 4, 5, 6), True)
     ids=["a joint under its links", "a base under the arm", "no deflection"],
 )
 def test_what_follows_the_weight_keeps_its_confidence(effect):
-    """Links that have their masses half-way between their joints are usual, although the rule assumes them at their ends."""
+    """Links that have their masses half-way between their joints are typical, although the rule assumes them at their ends."""
     assert (answer(effect).confidence, answer(effect).limit) == (0.95, "")
 
 
@@ -81,16 +81,16 @@ def test_what_follows_the_weight_keeps_its_confidence(effect):
         "a base that tilts across the load",
     ],
 )
-def test_what_follows_no_usual_weight_loses_its_name(effect):
+def test_what_follows_no_typical_weight_loses_its_name(effect):
     """Its confidence is that of one of two, so its name is doubtful, and the reason is given."""
     found = answer(effect)
-    assert (found.confidence, found.limit, found.doubtful) == (ONE_OF_TWO, UNUSUAL_MASSES, True)
+    assert (found.confidence, found.limit, found.doubtful) == (ONE_OF_TWO, UNTYPICAL_MASSES, True)
 
 
 def test_a_wrist_that_may_bear_an_unknown_tool_is_not_judged():
-    """The usual torque on a wrist hardly varies: its weight is that of a tool of unknown shape."""
+    """The typical torque on a wrist hardly varies: its weight is that of a tool of unknown shape."""
     wrist = JointCompliance(((6, 6),)).with_coefficients(np.array([1e-3, -2e-3]))
-    assert wrist.along_usual_weight(ARM, POSES) is None
+    assert wrist.along_typical_weight(ARM, POSES) is None
     assert answer(wrist).confidence == 0.95
 
 
