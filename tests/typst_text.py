@@ -24,11 +24,12 @@ NAMES = {
 }
 """Words of prose that hold a digit and are no number: names of arms and kinds of sensors."""
 NUMBER_WORDS = re.compile(
-    r"\b(ten|eleven|twelve|\w+teen|twenty|thirty|forty|fifty|sixty|seventy|eighty|ninety|hundred|million"
+    r"\b(?!\w+ty-\w+(?:st|nd|rd|th)\b)(ten|eleven|twelve|\w+teen|twenty|thirty|forty|fifty|sixty|seventy|eighty|ninety|hundred|million"
     r"|(one|two|three|four|five|six|seven|eight|nine) (degrees?|millimet\w+|microm\w+|per cent|times|seconds?|minutes?|hours?))\b",
     re.IGNORECASE,
 )
-"""Numbers spelt out are typed as well, from ten on, and smaller ones before a unit; other small ones are words of the language."""
+"""Numbers spelt out are typed as well, from ten on, and smaller ones before a unit; other small ones are words of the language, and ordinals are
+names (the twenty-sixth exam, as the nineteenth)."""
 ALLOWED_PHRASES = ("some hundreds", "tens of", "KUKA iiwa 7", "ABB IRB 120")
 UNIT = re.compile(r"\d\s*(mm|µm|°|%|m\b|s\b|rad|mrad)")
 

@@ -59,6 +59,8 @@ def test_no_semicolon_is_swallowed(path):
         '#text("0.35 mm")',
         'read #n("a.b"), typed 7',
         "= A heading of 12 words",
+        "in twenty-six exams",
+        "a twenty sided arm, the fourth",
     ],
 )
 def test_a_typed_number_is_found(text):
@@ -76,6 +78,7 @@ def test_a_typed_number_is_found(text):
         '#picture("figure-3.svg", width: 60%, [What to see.]) <fig-3>',
         "#set text(size: 9.6pt)\nthree planes",
         '`theta_6` and #name("held.7").',
+        "as the nineteenth and the twenty-sixth exam did",
         'An interval of #says("conventions.interval", "95 %") holds #says("setup.seeds", "30") seeds.',
     ],
 )
