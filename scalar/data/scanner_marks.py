@@ -69,7 +69,8 @@ def suspect_origins(points: Table, layout: MeasuredTable, faults: list[Fault]) -
         message = (
             f"suspect: {', '.join(lengths)} are all exactly 0 in {len(lines)} of {len(zero)} rows ({shown}), which is the origin of the instrument: "
             f"was the target not seen there? Leave these rows out (of an import by drop_zeros: [{', '.join(lengths)}] in the mapping). If the target "
-            "did stand there, because positions count from it, add the same length to one coordinate of all rows"
+            "did stand there, because positions count from it, add the same length to one coordinate of all rows (in an import by offset: 100 of its "
+            "column in the mapping)"
         )
         faults.append(Fault(points.file, message, lines[0], lengths[0]))
 

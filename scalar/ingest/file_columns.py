@@ -118,7 +118,8 @@ def _kept(table: ImportedTable, empty: dict[str, Array], block: Block, left_out:
         keep &= ~empty[name]
     zero = np.zeros(n, dtype=bool)
     if block.drop_zeros:
-        zero = keep & np.all([columns[name] == 0.0 for name in block.drop_zeros], axis=0)
+        zeros = {name: block.columns[name].to_si(block.columns[name].offset) for name in block.drop_zeros}
+        zero = keep & np.all([columns[name] == zero for name, zero in zeros.items()], axis=0)
     if not (keep & ~zero).any():
         message = f"no row has {' and '.join(block.drop_without)}, so that none is left; check columns and drop_without"
         if zero.any():

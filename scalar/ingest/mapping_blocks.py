@@ -149,11 +149,12 @@ def _column(
         hint = did_you_mean(unit, list(units))
         given.fault((*path, "unit"), f"unknown ({shorten(unit)}); {hint}write one of {', '.join(units)}")
     for key in ("sign", "offset", "plus", "minus"):
-        mirrored = key == "sign" and (name in ("x", "y", "z") or bool(OF_JOINT.fullmatch(name)))
+        of_point = key in ("sign", "offset") and name in ("x", "y", "z")
+        mirrored = key == "sign" and bool(OF_JOINT.fullmatch(name))
         counted = key == "offset" and name == "pose"
         if counted and key in entry and entry[key] != int(entry[key]):
             given.fault((*path, key), "poses have whole numbers; write one")
-        if key in entry and not (JOINT.fullmatch(name) or mirrored or counted):
+        if key in entry and not (JOINT.fullmatch(name) or of_point or mirrored or counted):
             given.fault((*path, key), "only joints have one; remove this key")
     if "plus" in entry and "minus" in entry:
         given.fault((*path, "minus"), "a column is added already by plus; keep one of the two keys")

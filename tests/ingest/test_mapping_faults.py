@@ -53,7 +53,11 @@ def changed(path: tuple[str, ...], value: Any) -> dict[str, Any]:
         (("poses", "columns", "q1", "unit"), "degrees", ("poses.columns.q1.unit", "did you mean 'deg'")),
         (("poses", "columns", "q1", "unit"), None, ("poses.columns.q1.unit", "missing", "rad or deg")),
         (("poses", "columns", "x", "unit"), "inch", ("poses.columns.x.unit", "m, mm")),
-        (("poses", "columns", "x", "offset"), 1.0, ("poses.columns.x.offset", "only joints")),
+        (
+            ("poses", "columns", "order"),
+            {"column": "x", "offset": 1.0},
+            ("poses.columns.order.offset", "only joints"),
+        ),
         (("poses", "columns", "x", "plus"), "y", ("poses.columns.x.plus", "only joints")),
         (("poses", "columns", "q1", "sign"), 2, ("poses.columns.q1.sign", "1, -1")),
         (("poses", "columns", "q1", "offset"), float("nan"), ("poses.columns.q1.offset", "finite")),

@@ -83,6 +83,19 @@ def test_a_measurement_at_the_origin_of_the_instrument_is_asked_about(tmp_path):
     )
     mapping["points"] |= {"drop_zeros": ["x", "y", "z"], "matched_only": True}
     assert len(imported(tmp_path, mapping, tmp_path).pose_ids) == N - 1
+    mapping["points"]["columns"] |= {"x": {**XYZ["x"], "offset": 100}}
+    assert len(imported(tmp_path, mapping, tmp_path).pose_ids) == N - 1, "the zeros are those of the file"
+
+
+def test_positions_that_count_from_the_first_one_are_moved_by_an_offset(tmp_path):
+    """Where the target did stand at the origin, an offset of one coordinate keeps it from being taken for one that was not seen."""
+    moved = places() - places()[2]
+    rows = [[str(k + 1), *map(str, row)] for k, row in enumerate(moved)]
+    mapping = two_tables(tmp_path, points=rows)
+    refused(tmp_path, run(tmp_path, mapping, tmp_path), "offset: 100")
+    mapping["points"]["columns"] |= {"x": {**XYZ["x"], "offset": 100}}
+    data = imported(tmp_path, mapping, tmp_path)
+    np.testing.assert_allclose(data.points, (moved + np.array([100.0, 0.0, 0.0])) / 1000, rtol=0, atol=1e-15)
 
 
 def test_files_are_taken_in_the_order_of_the_numbers_in_their_names(tmp_path):

@@ -195,6 +195,18 @@ def test_links_that_end_no_chain_are_refused(base, tip, message, tmp_path):
         robot_from_urdf(path, base, tip)
 
 
+def test_a_fixed_joint_keeps_no_limits(tmp_path):
+    """Exporters write limits of 0 and 0, a mimic or an axis of a joint that is fixed; nothing reads them."""
+    useless = '<axis xyz="0 0 0"/><limit lower="0" upper="0"/><mimic joint="j1"/>'
+    robots = []
+    for content in ("", useless):
+        path = tmp_path / "in.urdf"
+        path.write_text(urdf([*GOOD[:2], ("f", "fixed", "c", "d", content)]), encoding="utf-8")
+        robots.append(robot_from_urdf(path)[0])
+    np.testing.assert_array_equal(robots[0].geometry, robots[1].geometry)
+    np.testing.assert_array_equal(robots[0].limits, robots[1].limits)
+
+
 def test_a_document_type_in_another_encoding_is_refused(tmp_path):
     """A declaration that a search of the bytes does not find is found by the parser."""
     path = tmp_path / "in.urdf"

@@ -248,7 +248,7 @@ def _joint(document: UrdfDocument, element: Any) -> ChainJoint:
             raise document.refusal(axis, f"the axis of {called} has no direction; write it as in 0 0 1")
         direction = direction / length
     default, unit = (DEFAULT_TRAVEL, "m") if slides else (DEFAULT_LIMIT, "rad")
-    states_limits = kind != "continuous" and element.find("limit") is not None
+    states_limits = moves and kind != "continuous" and element.find("limit") is not None
     limits = _limits(document, element, called, unit) if states_limits else (-default, default)
     child = _link_of(document, element, "child")
     T_origin = transform(rotation_from_rpy(rpy), xyz)
