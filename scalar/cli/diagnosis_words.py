@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from math import inf
 from typing import Any
@@ -29,24 +30,34 @@ _EFFECTS_NAMED = 8
 _CONFOUNDED_NAMED = 3  # effects from which the data do not distinguish a finding
 _POSES_NAMED = 5  # poses set aside that are named one by one
 _COEFFICIENTS_SHOWN = 3
-# For terminals that show only ASCII.
+_RAISED = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
+_POWER = re.compile(rf"(\d × )?10([{_RAISED}]+)")
 _PLAIN = str.maketrans({"−": "-", "±": "+-", "°": "deg", "²": "2", "×": "x", "“": '"', "”": '"'})
 
 
 def describe_diagnosis(diagnosis: Diagnosis) -> str:
     """Return what was found, in about ten lines."""
     entry = diagnosis.to_mapping()
-    setup = diagnosis.calibration_before.summary["setup"]
     lines = [
         f"{diagnosis.dataset.name}: {_verdict(diagnosis)}",
-        *(f"  check the set-up: {suspicion['sentence']}" for suspicion in setup),
+        *(f"  check the set-up: {suspicion['sentence']}" for suspicion in diagnosis.setup),
         *_lines_on_effects(diagnosis, entry["effects"]),
         *_line_on_option(diagnosis),
         *_lines_on_errors(diagnosis, entry),
         *_lines_on_scales(diagnosis),
         *_lines_on_what_is_left_out(entry),
     ]
-    return with_pose_numbers("\n".join(lines).translate(_PLAIN), diagnosis.dataset)
+    return with_pose_numbers(in_ascii("\n".join(lines)), diagnosis.dataset)
+
+
+def in_ascii(text: str) -> str:
+    """Return a text for terminals that show only ASCII, powers of ten as in ``1.2e-7``."""
+
+    def power(match: re.Match[str]) -> str:
+        mantissa = match[1][0] if match[1] else "1"
+        return f"{mantissa}e{match[2].translate(str.maketrans(_RAISED, '-0123456789'))}"
+
+    return _POWER.sub(power, text).translate(_PLAIN)
 
 
 def _verdict(diagnosis: Diagnosis) -> str:

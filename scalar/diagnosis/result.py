@@ -23,6 +23,7 @@ from scalar.diagnosis.scoring.ranking import Scored, candidate_entries
 from scalar.diagnosis.shipping.shipped_fit import ShippedFit
 from scalar.estimation.gross_errors import Cleaned
 from scalar.estimation.result import Calibration
+from scalar.estimation.setup.computed_positions import COMPUTED
 from scalar.units import MM
 
 FORMAT = "scalar-diagnosis/2"
@@ -98,6 +99,13 @@ class Diagnosis:
             ),
             **unseen(self.outer, 0 if self._ships_geometry_alone else 1, self.calibration_after),
         }
+
+    @property
+    def setup(self) -> list[dict[str, Any]]:
+        """Return what the fit without effects finds doubtful in the set-up, and whether positions were computed, which effects may hide."""
+        before = self.calibration_before.summary["setup"]
+        after = [s for s in self.calibration_after.summary["setup"] if s["what"] == COMPUTED]
+        return before if any(s["what"] == COMPUTED for s in before) else [*before, *after]
 
     @property
     def unobservable_alone(self) -> tuple[Unobservable, ...]:
@@ -215,7 +223,7 @@ class Diagnosis:
             },
             "setup": [
                 {key: suspicion[key] for key in ("what", "where", "rms_before_mm", "rms_after_mm")}
-                for suspicion in self.calibration_before.summary["setup"]
+                for suspicion in self.setup
             ],
             "noise": noise_entry(self.after),
             "residual": {

@@ -61,7 +61,7 @@ def row_of(diagnosis: Diagnosis) -> dict[str, Any]:
         **_over_workspace(diagnosis),
         "outlier_poses": len(mapping["outliers"]["poses"]),
         "mislabelled_poses": len(mapping["outliers"]["mislabelled"]),
-        "message": "; ".join(suspicion["sentence"] for suspicion in _setup(diagnosis)),
+        "message": "; ".join(suspicion["sentence"] for suspicion in diagnosis.setup),
         "unsure_effects": with_pose_numbers("; ".join(_with_rivals(e) for e in unsure), diagnosis.dataset),
     }
 
@@ -121,7 +121,3 @@ def _cell(value: Any) -> str:
     if value is None:
         return ""
     return f"{value:.6g}" if isinstance(value, float) else printable(str(value))
-
-
-def _setup(diagnosis: Diagnosis) -> list[Mapping[str, Any]]:
-    return diagnosis.calibration_before.summary["setup"]

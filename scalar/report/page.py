@@ -65,7 +65,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": mapping["verdict"],
         "headline": _headline(diagnosis),
         "opening": opening(diagnosis, mapping, shown),
-        "setup": [entry["sentence"] for entry in diagnosis.calibration_before.summary["setup"]],
+        "setup": [entry["sentence"] for entry in diagnosis.setup],
         "files": _files(diagnosis),
         "unseen": [
             *unseen_words.unseen_sentences(diagnosis, mapping),

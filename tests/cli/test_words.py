@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from scalar.cli.correct_words import warnings_on_written
-from scalar.cli.diagnosis_words import set_aside_in_words
+from scalar.cli.diagnosis_words import in_ascii, set_aside_in_words
 from scalar.data.dataset_writer import write_dataset
 from scalar.estimation.correction import Correction, Sensitivity
 from scalar.geometry.robot import Robot
@@ -27,6 +27,19 @@ from tests.robot_configs import robot_mapping
 def test_what_was_set_aside_is_named(poses, mislabelled, points, said):
     """The first poses stand by their numbers, and planes are mentioned only where a label was wrong."""
     assert set_aside_in_words({"poses": poses, "mislabelled": mislabelled, "points": points}) == said
+
+
+@pytest.mark.parametrize(
+    ("text", "plain"),
+    [
+        ("errs by 1.85 × 10⁻¹² mm", "errs by 1.85e-12 mm"),
+        ("p < 10⁻¹²", "p < 1e-12"),
+        ("−4.0 ± 2.5 mm/m², 3° × 10 poses", "-4.0 +- 2.5 mm/m2, 3deg x 10 poses"),
+    ],
+)
+def test_terminals_that_show_only_ascii_get_powers_of_ten(text, plain):
+    """An exponent is legible, whichever digits it has."""
+    assert in_ascii(text) == plain
 
 
 @pytest.mark.parametrize(

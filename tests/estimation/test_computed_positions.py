@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from scalar.cli.diagnosis_words import describe_diagnosis
+from scalar.diagnosis.diagnose import diagnose
 from scalar.estimation.calibrate import calibrate
 from scalar.report.unstated_noise import unstated_noise_in_words
 from scalar.units import MM
@@ -39,6 +42,20 @@ def test_positions_without_any_scatter_are_said_to_be_computed(noise):
 def test_measured_positions_are_not(scatter, noise, poses):
     """Nothing is said of 5 um, of a noise that the user states to be as small, and of so few poses that a fit may leave nothing."""
     assert not said_of(scatter, noise, poses)
+
+
+def test_an_error_that_was_put_into_computed_positions_does_not_hide_them():
+    """A simulation of a wrong gear leaves a residual without effects, and none that an instrument would leave with them."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=25, noise=1e-4, seed=7).dataset
+    points = (dataset.robot.flange(dataset.q) @ dataset.sensor.T_flange_sensor)[:, :3, 3]
+    poses = dataset.poses.assign(q3=dataset.poses["q3"] + 1e-3 * np.sin(2 * dataset.poses["q3"]))
+    simulated = replace(dataset, points=points, poses=poses, sensor=replace(dataset.sensor, noise=None))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        answer = diagnose(simulated)
+    assert [s["what"] for s in answer.setup].count("computed") == 1
+    assert "no instrument measures so exactly" in describe_diagnosis(answer)
+    assert "computed" not in [s["what"] for s in answer.calibration_before.summary["setup"]]
 
 
 STEP = np.deg2rad(0.1)

@@ -21,6 +21,8 @@ from scalar.diagnosis.fit.background import Background
 from scalar.geometry.se3 import Array
 from scalar.kernels.gains import chosen_forward, shrunk_gains
 
+_NO_LENGTH = 1e-250  # a squared length that stands for none; a variance, however large, is divided by it without an overflow
+
 
 @dataclass(frozen=True, eq=False)
 class Projected:
@@ -145,7 +147,7 @@ def in_prior_units(background: Background, squared_lengths: Array, prior_std: Ar
         prior_std: ``(e,)``, prior standard deviations of the coefficients, infinite for those without a prior.
     """
     without_prior = background.settings.std_without_prior * np.sqrt(
-        background.variance / np.maximum(squared_lengths, 1e-300)
+        background.variance / np.maximum(squared_lengths, _NO_LENGTH)
     )
     return np.where(np.isfinite(prior_std), prior_std, without_prior)
 
