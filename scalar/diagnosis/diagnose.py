@@ -226,7 +226,8 @@ def _confirmed(
 
     A finding is confirmed if at least the share ``settings.outer_split.least_selected`` of the runs of the outer split select its effect. Without an
     outer split, all findings count as confirmed. If predictions become worse without the others, the run keeps their effects, after those of the
-    confirmed findings.
+    confirmed findings. Changes at a moment are not kept: whatever distinguishes the poses before from those after it seems to predict held-out poses
+    of either part, and what is left of the campaign is that of the later part alone.
     """
     if outer is None or not outer.answers:
         return run, found, ()
@@ -243,8 +244,9 @@ def _confirmed(
         after = run.after.refitted([f.effect for f in kept])
         if not after.is_plausible:
             return run, found, ()
-        if kept:
-            everything = after.refitted([f.effect for f in (*kept, *refused)])
+        lasting = [f for f in refused if "at" not in f.effect.target]
+        if kept and lasting:
+            everything = after.refitted([f.effect for f in (*kept, *lasting)])
             if unconfirmed_effects_help(near_data_sheet(after), near_data_sheet(everything)):
                 after = everything
         run = replace(run, after=after)

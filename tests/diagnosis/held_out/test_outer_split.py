@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import jsonschema
 import numpy as np
@@ -17,12 +20,16 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
+from scalar.diagnosis.explained import Explained
 from scalar.diagnosis.held_out.hold_out import HeldOutErrors
 from scalar.diagnosis.held_out.outer_split import OuterSplit, outer_split
 from scalar.diagnosis.held_out.repeated_runs import Answer, _begin_work
+from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.settings import DEFAULTS, Settings
+from scalar.effects import Effect
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
+from scalar.effects.sensor_slip import SensorSlip
 from scalar.errors import Undetermined
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.gross_errors import Cleaned, clean
@@ -254,6 +261,24 @@ def test_an_unconfirmed_effect_without_which_predictions_are_worse_is_corrected_
         and "are predicted worse" in page
         and "does not correct for it" not in page
     )
+
+
+def test_an_unconfirmed_change_at_a_moment_is_not_corrected(monkeypatch):
+    """A slip that no run chose is left out, although held-out poses of either part are predicted better with it; a scale that helps is kept."""
+    effects = (JointScale(3), JointScale(2), SensorSlip(30.0))
+    found = tuple(Finding(e, 1e-9, None, None, (), 0.9, (), None) for e in effects)  # type: ignore[arg-type]
+
+    def fit(of: Sequence[Effect]) -> Any:
+        return SimpleNamespace(effects=tuple(of), settings=DEFAULTS, is_plausible=True, refitted=fit)
+
+    monkeypatch.setattr(DIAGNOSE, "near_data_sheet", lambda state: state)
+    monkeypatch.setattr(DIAGNOSE, "unconfirmed_effects_help", lambda without, everything: True)
+    outer: Any = SimpleNamespace(answers=(None,), selected_in=lambda effect: float(effect is effects[0]))
+    run, kept, refused = DIAGNOSE._confirmed(
+        Explained(None, None, fit(effects), fit(effects), None), found, outer
+    )  # type: ignore[arg-type]
+    assert run.after.effects == effects[:2]
+    assert [f.effect for f in kept] == [effects[0]] and [f.effect for f in refused] == [*effects[1:]]
 
 
 @pytest.mark.slow
