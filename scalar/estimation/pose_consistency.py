@@ -25,6 +25,10 @@ from scalar.sensors.robust_scale import robust_std
 _ROUNDS = 12  # most rounds of fitting and setting aside; usually nothing changes after two
 _CONCENTRATIONS = 4  # fits to the best-fitting poses; later ones change nothing
 _LEAST_RETURNS = 3  # poses at one place; with fewer, none could be left out
+_LEAST_TRUSTED = 3  # poses of every plane, place or session: as many as determine where it is
+_FEW_OF_SESSION = (
+    6  # poses of a session are few: with some of them left out, the others hardly determine its place
+)
 _LEAST_RETURNING = 0.5  # share of the poses that has to be at such places
 # Bounds of the share of poses that are off, from which the length of runs by chance is computed.
 _LEAST_SHARE, _MOST_SHARE = 1e-3, 0.95
@@ -211,13 +215,24 @@ def best_fitting(dataset: Dataset, distance: Array, usable: Array, settings: Gro
 
     Where a tracker's target returns to a few places, the share is taken of the poses at every place: without a pose at one of two places in a
     session, the orientation of the tracker's frame is not determined there, and all poses at the other place would seem to be off.
+
+    Of a tracker's session of few poses of which none were trusted, the best are: without any one of them, the others hardly determine where base and
+    sensor stood, and each then seems to be off.
     """
     core = np.zeros(len(usable), dtype=bool)
+
+    def trust(group: Array, share: float) -> None:
+        best = group[np.argsort(distance[group], kind="stable")]
+        core[best[: max(int(np.ceil(share * len(best))), _LEAST_TRUSTED)]] = True
+
     index = dataset.plane_index if dataset.planes else places_returned_to(dataset)
     for k in np.unique(index):
-        mine = np.flatnonzero((index == k) & usable)
-        best = mine[np.argsort(distance[mine], kind="stable")]
-        core[best[: max(int(np.ceil(settings.core_share * len(best))), 3)]] = True
+        trust(np.flatnonzero((index == k) & usable), settings.core_share)
+    if dataset.session is not None and not dataset.planes:
+        for name in np.setdiff1d(dataset.session[usable], dataset.session[core]):
+            mine = np.flatnonzero((dataset.session == name) & usable)
+            if len(mine) <= _FEW_OF_SESSION:
+                trust(mine, 0.0)
     return core
 
 
