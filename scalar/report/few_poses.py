@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scalar.diagnosis.held_out.hold_out import distinct_poses
 from scalar.diagnosis.naming.two_halves import EQUATIONS_FOR_EFFECTS
 
 if TYPE_CHECKING:
@@ -20,12 +21,12 @@ def few_poses(diagnosis: Diagnosis) -> list[str]:
     """Return a sentence that the poses are too few to find effects, if nothing certain was found; nothing if the poses suffice."""
     if any(finding.has_name and not finding.doubtful for finding in diagnosis.findings):
         return []
-    measurement = diagnosis.after.residuals.measurement
-    equations, unknowns = int(measurement.equations.sum()), len(diagnosis.calibration_before.free)
+    measurement, distinct = diagnosis.after.residuals.measurement, distinct_poses(diagnosis.after)
+    equations, unknowns = int(measurement.equations[distinct].sum()), len(diagnosis.calibration_before.free)
     if equations >= EQUATIONS_FOR_EFFECTS * unknowns:
         return []
     more = int(np.ceil((EQUATIONS_FOR_EFFECTS * unknowns - equations) / measurement.equations_per_pose))
-    poses = len(measurement.equations)
+    poses = f"{distinct.sum()}" if distinct.all() else f"{distinct.sum()} different ones"
     called = (
         "what is called a scatter here may be an effect"
         if diagnosis.reported_noise

@@ -94,6 +94,26 @@ def blocks_of(state: FittedState) -> tuple[Array, Array]:
     )
 
 
+def first_of_repetitions_of(state: FittedState) -> Array:
+    """Return for every pose of a state the index ``(N,)`` of the first that it repeats; only joints that move what is measured distinguish poses."""
+    moving, same_pose = moving_joints(state), state.settings.hold_out.same_pose
+    return state.rows.once(
+        ("first", same_pose, *moving.tolist()),
+        lambda: first_of_repetitions(state.dataset.q[:, moving], same_pose),
+    )
+
+
+def distinct_poses(state: FittedState) -> Array:
+    """Return which poses ``(N,)`` bool repeat no earlier one: the equations of a repetition show the noise, and no more of the arm."""
+    first = first_of_repetitions_of(state)
+    return first == np.arange(len(first))
+
+
+def distinct_equations(state: FittedState) -> int:
+    """Return the number of equations that were measured at distinct poses."""
+    return int(state.residuals.measurement.equations[distinct_poses(state)].sum())
+
+
 def first_of_repetitions(q: Array, same_pose: float = DEFAULTS.hold_out.same_pose) -> Array:
     """Return for every pose the index ``(N,)`` of the first pose of which it is a repetition, its own if it repeats none.
 

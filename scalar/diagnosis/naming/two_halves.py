@@ -22,7 +22,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.diagnosis.explained import Explained
 from scalar.diagnosis.fit.fitted_state import FittedState
-from scalar.diagnosis.held_out.hold_out import moving_joints
+from scalar.diagnosis.held_out.hold_out import distinct_equations, moving_joints
 from scalar.diagnosis.held_out.outer_split import OuterSplit, outer_split
 from scalar.diagnosis.held_out.repeated_runs import Run
 from scalar.diagnosis.naming.finding import Finding
@@ -47,8 +47,7 @@ def two_halves(
         settings: Thresholds.
         cores: Number of runs at once; None for as many as there are processors that this process may use.
     """
-    equations = float(found.before.residuals.measurement.equations.sum())
-    enough = equations / 2 >= EQUATIONS_FOR_EFFECTS * int(found.before.free.sum())
+    enough = distinct_equations(found.before) / 2 >= EQUATIONS_FOR_EFFECTS * int(found.before.free.sum())
     if not (found.after.effects and enough and residuals_are_correlated(found.after)):
         return None
     halves = outer_split(

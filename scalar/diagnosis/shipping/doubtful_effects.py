@@ -11,6 +11,7 @@ import numpy as np
 
 from scalar.data.motion import at_few_positions
 from scalar.diagnosis.fit.fitted_state import FittedState
+from scalar.diagnosis.held_out.hold_out import distinct_equations
 from scalar.diagnosis.shipping.nested_models import LIMITS, NestedModels
 from scalar.effects import Effect
 from scalar.effects.acquisition import on_one_path
@@ -66,8 +67,8 @@ def with_doubtful_that_help(
 
 
 def equations_per_parameter(state: FittedState) -> float:
-    """Return the number of measured equations for each free parameter of robot, sensor and target."""
-    return float(state.residuals.measurement.equations.sum() / max(int(state.geometry_free.sum()), 1))
+    """Return the number of equations that were measured at distinct poses for each free parameter of robot, sensor and target."""
+    return distinct_equations(state) / max(int(state.geometry_free.sum()), 1)
 
 
 def _without(kept: tuple[int, ...], doubtful: list[int]) -> tuple[int, ...]:

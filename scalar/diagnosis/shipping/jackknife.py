@@ -3,7 +3,7 @@
 It is used to compare weights of the poses, and models with different effects. The delete-one-pose jackknife (Efron and Stein, Annals of Statistics 9,
 1981; CR3 of Bell and McCaffrey, Survey Methodology 28, 2002) is valid for any covariance within a pose, even if the weights of a fit are wrong. A fit
 with the weights of a variance component that does not exist loses efficiency but is not biased; its own standard errors do not show this loss, but
-those of the jackknife do.
+those of the jackknife do. Repetitions of a pose share what the model lacks there, and are left out together.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from scalar.diagnosis.fit.predicted_displacements import (
     poses_measured,
     poses_within,
 )
+from scalar.diagnosis.held_out.hold_out import first_of_repetitions_of
 from scalar.diagnosis.selection.harmonic_spectrum import priors_for_whitened_rows
 from scalar.geometry.se3 import Array
 
@@ -35,7 +36,7 @@ class PredictionChanges:
 
     Attributes:
         to_optimum: ``(3 K,)`` [m], from the state to the optimum under the weights of the poses.
-        left_out: ``(N, 3 K)`` [m], from that optimum to the fit without each of the N poses.
+        left_out: ``(D, 3 K)`` [m], from that optimum to the fit without each of the D distinct poses.
     """
 
     to_optimum: Array
@@ -53,7 +54,7 @@ class PredictionChanges:
 
 
 class Linearised:
-    """A state, linearised at its optimum: its fits with some of its F free coordinates, and without each of its N poses.
+    """A state, linearised at its optimum: its fits with some of its F free coordinates, and without each of its D distinct poses.
 
     Attributes:
         coefficients: ``(F,)``, the free coordinates, times ``scale``.
@@ -75,6 +76,7 @@ class Linearised:
         self._gram, self._projection = self._J.T @ self._J, self._J.T @ residual
         # An entry of the data sheet is expected to err by its prior standard deviation. In its row, that is ``misfit_ratio``.
         self._data_sheet = self._J[len(J) - len(state.model.priors) :] * state.model.misfit_ratio
+        self._repeated = poses_by_repetitions(first_of_repetitions_of(state))
         self._state = state
         self.coefficients = state.model.vector[state.free] * self.scale
 
@@ -98,7 +100,7 @@ class Linearised:
         return displacement_columns(self._state, poses)[:, self._state.free] / self.scale
 
     def fitted(self, free: Array) -> tuple[Array, Array]:
-        """Return the step ``(F,)`` to the optimum of a nested model, and the further steps ``(N, F)`` when each pose is left out of its fit.
+        """Return the step ``(F,)`` to the optimum of a nested model, and the further steps ``(D, F)`` when each distinct pose is left out of its fit.
 
         Args:
             free: ``(F,)`` bool, the coordinates that the nested model has; the step makes all others zero. Steps are changes of ``coefficients``.
@@ -108,8 +110,14 @@ class Linearised:
         inverse = self._inverse(free)
         step = self._step(free, inverse)
         rest = (self._residual + self._J @ step)[: N * m].reshape(N, m)
-        left_out = np.zeros((N, len(free)))
-        left_out[:, free] = steps_left_out(J[: N * m].reshape(N, m, -1), rest, inverse)
+        rows = J[: N * m].reshape(N, m, -1)
+        left_out = np.zeros((sum(map(len, self._repeated)), len(free)))
+        begin = 0
+        for poses in self._repeated:
+            n = len(poses)
+            of_group, rest_of_group = rows[poses].reshape(n, -1, J.shape[1]), rest[poses].reshape(n, -1)
+            left_out[begin : begin + n, free] = steps_left_out(of_group, rest_of_group, inverse)
+            begin += n
         return step, left_out
 
     def sum_of_squares(self, free: Array) -> float:
@@ -159,6 +167,18 @@ def prediction_changes(state: FittedState, whitening: Array | None) -> Predictio
     return PredictionChanges(linear.columns @ step, left_out @ linear.columns.T)
 
 
+def poses_by_repetitions(first: Array) -> list[Array]:
+    """Return the distinct poses by how often they were measured: for each number of times t, the rows ``(D_t, t)`` of its D_t poses.
+
+    Args:
+        first: ``(N,)``, for every pose the index of the first that it repeats.
+    """
+    _, of_pose, times = np.unique(first, return_inverse=True, return_counts=True)
+    together = np.argsort(of_pose, kind="stable")
+    begins = np.cumsum(times) - times
+    return [together[begins[times == t][:, None] + np.arange(t)] for t in np.unique(times)]
+
+
 def steps_left_out(rows: Array, rest: Array, inverse: Array) -> Array:
     """Return the steps ``(N, F)`` from an optimum to that without each pose.
 
@@ -166,7 +186,7 @@ def steps_left_out(rows: Array, rest: Array, inverse: Array) -> Array:
     is ``G^-1 A_i' (I - H_i)^-1 r_i``.
 
     Args:
-        rows: ``(N, m, F)``, the derivatives A_i.
+        rows: ``(N, m, F)``, the derivatives A_i; those of all repetitions, if they are left out together.
         rest: ``(N, m)``, the residuals r_i at the optimum.
         inverse: ``(F, F)``, G^-1.
     """

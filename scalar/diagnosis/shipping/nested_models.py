@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from scalar.diagnosis.fit.fitted_state import FittedState
+from scalar.diagnosis.held_out.hold_out import distinct_equations
 from scalar.diagnosis.shipping.jackknife import Linearised, covariance_of
 from scalar.estimation.displacement import position_std
 from scalar.geometry.se3 import Array
@@ -34,7 +35,7 @@ class NestedModels:
         model = state.model.released()
         self.linear = Linearised(state if model is state.model else replace(state, model=model), None)
         self.beyond_chance = state.settings.shipped_fit.beyond_chance
-        self._equations = int(state.residuals.measurement.equations.sum())
+        self._equations = distinct_equations(state)
         sizes = [len(effect.coefficients) for effect in state.effects]
         effect_index = np.r_[np.full(len(state.geometry_free), -1), np.repeat(np.arange(len(sizes)), sizes)]
         self.effect_index = effect_index[state.free]
