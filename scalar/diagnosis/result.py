@@ -20,7 +20,7 @@ from scalar.diagnosis.naming.limits_of_noise import limit_of_noise
 from scalar.diagnosis.naming.observability import Unobservable
 from scalar.diagnosis.noise.noise_floor import noise_entry, noise_floor
 from scalar.diagnosis.scoring.ranking import Scored, candidate_entries
-from scalar.diagnosis.shipping.shipped_fit import ShippedFit
+from scalar.diagnosis.shipping.shipped_fit import BY_COMPONENT, ShippedFit
 from scalar.estimation.gross_errors import Cleaned
 from scalar.estimation.result import Calibration
 from scalar.estimation.setup.computed_positions import COMPUTED
@@ -77,8 +77,8 @@ class Diagnosis:
 
     @property
     def _ships_geometry_alone(self) -> bool:
-        """Return whether effects were found but none is shipped; the errors of runs that shipped effects then say nothing about this calibration."""
-        return self.shipped.without_effects or (bool(self.not_confirmed) and not self.findings)
+        """Return whether ``after.json`` is the fit without effects; the errors of runs that shipped effects say nothing about it then."""
+        return not self.shipped_state.effects and self.shipped.fit != BY_COMPONENT
 
     @property
     def ships_effects(self) -> bool:

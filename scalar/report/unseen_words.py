@@ -35,9 +35,11 @@ def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[s
     before, after = (mapping["residual"][when] for when in ("before", "after"))
     sentences = _halves(mapping)
     if after["unseen_rms_mm"] is not None:
+        alike = all(after[key] == before[key] for key in after if key.startswith("unseen"))
+        without = "" if alike else f", and {_with_spread(before)} mm without effects"
         sentences.append(
             f"{ON_UNSEEN_POSES} ({len(outer.answers)} runs, each without a part of the poses) the error is "
-            f"{_with_spread(after)} mm RMS, and {_with_spread(before)} mm without effects; at most {number(after['unseen_max_mm'])} mm at a pose. "
+            f"{_with_spread(after)} mm RMS{without}; at most {number(after['unseen_max_mm'])} mm at a pose. "
             "Errors of this size are to be expected of measurements at poses like these; the noise of the measurement is included."
         )
     if outer.failed:

@@ -59,6 +59,15 @@ def one_scale(dataset: Dataset, settings: Settings) -> Answer:
     return Answer(model, model, (JointScale(3),), None)
 
 
+def corrects_wrongly(dataset: Dataset, settings: Settings) -> Answer:
+    """Stand in for a diagnosis whose correction predicts worse than the model without it: that of half of the poses."""
+    model, poor = (
+        geometry_fit(part, settings.estimation)[0]
+        for part in (dataset, dataset.subset(np.arange(dataset.n_poses // 2)))
+    )
+    return Answer(model, poor, (JointScale(3),), None)
+
+
 def refuses_the_first(dataset: Dataset, settings: Settings) -> Answer:
     """Stand in for a diagnosis that fails without the first pose."""
     if 1 not in dataset.pose_ids:
@@ -234,6 +243,18 @@ def test_what_no_run_confirms_is_no_finding(monkeypatch):
     )
     assert mapping["verdict"] == "no_effect" and not diagnosis.calibration_after.model.effects
     assert "Not confirmed" in render_report(diagnosis)
+
+
+def test_the_error_of_runs_that_correct_is_not_that_of_a_file_without_effects(monkeypatch):
+    """Where nothing was found, after.json is the fit without effects, and its error at unseen poses is that of the runs' fits without effects."""
+    monkeypatch.setattr(DIAGNOSE, "answer_without", corrects_wrongly)
+    diagnosis = diagnose(make_cell(seed=61, poses_per_plane=30, points_per_scan=12).dataset, outer_folds=2)
+    before, after = (
+        diagnosis.to_mapping()["residual"][when]["unseen_rms_mm"] for when in ("before", "after")
+    )
+    assert not diagnosis.findings and diagnosis.outer.unseen_rms(1, 0.0) > diagnosis.outer.unseen_rms(0, 0.0)
+    assert after == before
+    assert "without effects; at most" not in render_report(diagnosis)
 
 
 @pytest.mark.slow
