@@ -46,6 +46,12 @@ def unseen_sentences(diagnosis: Diagnosis, mapping: Mapping[str, Any]) -> list[s
         sentences.append(
             f"{len(outer.failed)} of {outer.folds} runs failed without their part of the poses, and that part is not counted: {outer.failed[0]}."
         )
+    if outer.without_place:
+        poses = "One pose is" if outer.without_place == 1 else f"{outer.without_place} poses are"
+        target = diagnosis.after.residuals.measurement.target_words
+        sentences.append(
+            f"{poses} not counted, because the poses of the other parts do not show where the {target} stood there."
+        )
     corrected = mapping["shipped"]["unconfirmed"]
     for entry in mapping["not_confirmed"]:
         name = title(entry["name"], entry["target"], entry.get("depends_on", ()))

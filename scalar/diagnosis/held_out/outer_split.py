@@ -28,6 +28,10 @@ from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
+# Times the variance of a measurement: if the place of the target alone is less certain at a pose, an error there shows that place and not the arm.
+_MOST_LEVERAGE = 4.0
+_NO_INFORMATION = 1e-9  # of a coordinate whose derivatives have unit length: it makes directions without information uncertain, and changes no others
+
 
 @dataclass(frozen=True, eq=False)
 class OuterSplit:
@@ -41,6 +45,7 @@ class OuterSplit:
         fold: ``(N,)``, the part of each of these poses.
         over_all_poses: Mean squared distances [m^2] without effects and as shipped, over all poses that are no gross errors, whether or not a run
             left them out; averaged over the runs with the number of poses that each left out as weight.
+        without_place: Number of poses that are not included because the others do not show where the target stands there.
     """
 
     folds: int
@@ -49,6 +54,7 @@ class OuterSplit:
     errors: tuple[HeldOutErrors, HeldOutErrors]
     fold: Array
     over_all_poses: tuple[float, float]
+    without_place: int = 0
 
     def unseen_rms(self, which: int, seen_rms: float) -> float:
         """Return the root mean square error [m] of the whole diagnosis on unseen poses.
@@ -147,6 +153,7 @@ def outer_split(
         (before, after),
         fold[kept][known],
         unseen.over_all_poses(),
+        unseen.without_place,
     )
 
 
@@ -159,12 +166,14 @@ class _Unseen:
         metric: ``(2, M)`` [m^2], mean squared distances without effects and as shipped, each pose predicted by the run without it; NaN where
             that failed.
         counts: ``(M,)``, numbers of points.
+        without_place: Number of poses at which the others do not show where the target stands; their distances stay NaN.
     """
 
     def __init__(self, n_poses: int) -> None:
         """Begin without any answer."""
         self.answers: list[Answer] = []
         self.failed: list[str] = []
+        self.without_place = 0
         self.metric = np.full((2, n_poses), np.nan)
         self.counts = np.ones(n_poses)
         # The number of poses that each run left out, and its mean squared distances (2,) [m^2] over all poses.
@@ -186,10 +195,13 @@ class _Unseen:
             self.failed.append(str(error).splitlines()[0])
             return
         self.answers.append(answer)
-        means = np.array([squares.sum() / n.sum() for squares, n in found])
-        self._of_runs.append((float(left_out.sum()), means))
+        shown = ~left_out | _places_shown(judged, answer.before, ~left_out)
+        seen = left_out & shown
+        self.without_place += int((~shown).sum())
+        means = np.array([squares[shown].sum() / n[shown].sum() for squares, n in found])
+        self._of_runs.append((float(seen.sum()), means))
         for k, (squares, n) in enumerate(found):
-            self.metric[k, left_out], self.counts[left_out] = (squares / n)[left_out], n[left_out]
+            self.metric[k, seen], self.counts[seen] = (squares / n)[seen], n[seen]
 
     def over_all_poses(self) -> tuple[float, float]:
         """Return the mean squared distances [m^2] over all poses without effects and as shipped, as ``OuterSplit`` states them."""
@@ -210,6 +222,25 @@ def _numbered(dataset: Dataset) -> Dataset:
     if "order" in dataset.poses:
         return dataset
     return replace(dataset, poses=dataset.poses.assign(order=np.arange(dataset.n_poses, dtype=float)))
+
+
+def _places_shown(dataset: Dataset, model: Model, trained: Array) -> Array:
+    """Return at which poses ``(N,)`` bool other poses show where the target stands, given the arm: an error there says something of the arm.
+
+    A target in two sockets shows how the tracker is turned; without the few poses at one of them, the poses there would err by centimetres.
+
+    Args:
+        dataset: The N poses.
+        model: A model of the trained poses.
+        trained: ``(N,)`` bool, the poses that it was fitted to.
+    """
+    residuals = Residuals.of(dataset, model)
+    N, m = dataset.n_poses, residuals.measurement.rows_per_pose
+    J = residuals.linearise(model)[1][: N * m, model.blocks["target"]]
+    J = (J / np.maximum(np.linalg.norm(J, axis=0), 1e-300)).reshape(N, m, -1)
+    information = np.einsum("nmf,nmg->fg", J[trained], J[trained])
+    response = np.linalg.solve(information + _NO_INFORMATION * np.eye(J.shape[2]), np.swapaxes(J, 1, 2))
+    return np.linalg.norm(J @ response, 2, axis=(1, 2)) < _MOST_LEVERAGE
 
 
 def _squared_distances(dataset: Dataset, model: Model) -> tuple[Array, Array]:

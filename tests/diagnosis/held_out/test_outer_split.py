@@ -22,7 +22,7 @@ from scalar.data.dataset import Dataset
 from scalar.diagnosis import diagnose
 from scalar.diagnosis.explained import Explained
 from scalar.diagnosis.held_out.hold_out import HeldOutErrors
-from scalar.diagnosis.held_out.outer_split import OuterSplit, outer_split
+from scalar.diagnosis.held_out.outer_split import OuterSplit, _places_shown, outer_split
 from scalar.diagnosis.held_out.repeated_runs import Answer, _begin_work
 from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.settings import DEFAULTS, Settings
@@ -37,6 +37,7 @@ from scalar.estimation.residuals import Residuals
 from scalar.report import render_report
 from tests.diagnosis.cases import scale
 from tests.effects.injected import Flaws, PoseData, make_cell
+from tests.random_scene import make_scene
 
 DIAGNOSE = sys.modules["scalar.diagnosis.diagnose"]  # the package's own name for it is the function
 SCHEMA = json.loads((Path(__file__).parents[1] / "diagnosis.schema.json").read_text())
@@ -150,6 +151,18 @@ def test_a_run_that_fails_is_said_and_not_counted(cleaned):
     found = split(cleaned, refuses_the_first)
     assert found.failed == ("the first pose is missing",) and len(found.answers) == 3
     assert 0 < len(found.fold) < cleaned.dataset.n_poses and np.isfinite(found.errors[1].rms)
+
+
+def test_poses_at_which_the_others_do_not_show_the_place_of_the_tracker_are_not_counted():
+    """A session has two poses away from the place of all its others: without them, nothing shows how the tracker is turned there."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=20, noise=1e-4, seed=12).dataset
+    for second, shown in ((np.r_[np.full(8, 50), 51, 52], False), (np.arange(50, 60), True)):
+        both = dataset.subset(np.r_[np.arange(50), second])
+        rows = np.arange(both.n_poses)
+        session = np.where(rows < 50, "a", "b")
+        both = replace(both, poses=both.poses.assign(pose=rows, order=rows, session=session))
+        places = _places_shown(both, geometry_fit(both)[0], trained=rows < both.n_poses - 2)
+        assert places.tolist() == [*[True] * (len(rows) - 2), shown, shown]
 
 
 def test_poses_that_are_gross_errors_are_not_counted(cleaned):
