@@ -16,7 +16,12 @@ from scalar.effects.registry import module_of
 from scalar.estimation.misfit import lacks_something
 from scalar.report import words
 from scalar.report.diagnosed_workspace import before_and_after_in_words
-from scalar.report.excess_words import cause_of_excess, unexplained_excess
+from scalar.report.excess_words import (
+    SCATTER_OF_WHAT,
+    cause_of_excess,
+    more_than_instrument,
+    unexplained_excess,
+)
 from scalar.report.few_poses import few_poses
 from scalar.report.opening import verdict_on_effects, verdict_on_structure
 from scalar.report.pose_numbers import with_pose_numbers
@@ -70,6 +75,8 @@ def _verdict(diagnosis: Diagnosis) -> str:
     if lacks_something(summary):
         cause = cause_of_excess(diagnosis)
         return f"no effect found: the residual is {summary['misfit']:.1f} times what the noise explains, because of {cause}"
+    if beyond := more_than_instrument(diagnosis):
+        return f"no effect found, but {beyond}"
     return "no effect found: these data show nothing that the model lacks"
 
 
@@ -151,12 +158,15 @@ def _lines_on_errors(diagnosis: Diagnosis, entry: Mapping[str, Any]) -> Iterator
     """Yield the errors before and after, and which model is shipped; ``entry`` is the content of diagnosis.json."""
     residual = entry["residual"]
     before, after = residual["before"]["held_out_rms_mm"], residual["after"]["held_out_rms_mm"]
+    beyond = diagnosis.verdict == "no_effect" and more_than_instrument(diagnosis)
+    scatter = "a scatter like that of these measurements" if beyond else "noise alone"
     yield (
         f"  error on held-out poses {before:.4f} -> {after:.4f} mm RMS; "
-        f"noise alone would leave {residual['floor_mm']:.4f} mm"
+        f"{scatter} would leave {residual['floor_mm']:.4f} mm"
     )
     workspace = before_and_after_in_words(diagnosis)
     for sentence in [
+        *([SCATTER_OF_WHAT] if beyond else []),
         *([workspace] if workspace else []),
         *unexplained_excess(diagnosis),
         *few_poses(diagnosis),

@@ -5,6 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scalar.estimation.misfit import lacks_something
+from scalar.estimation.usual_noise import exceeds_usual_noise
+from scalar.report.words import number
+from scalar.sensors.registry import kind_named
+from scalar.units import MM
 
 if TYPE_CHECKING:
     from scalar.diagnosis.result import Diagnosis
@@ -15,6 +19,24 @@ def cause_of_excess(diagnosis: Diagnosis) -> str:
     if diagnosis.after.residuals.measurement.scans:
         return "something that these data do not name"
     return "a noise that is larger than stated, or something that these data do not name"
+
+
+def more_than_instrument(diagnosis: Diagnosis) -> str:
+    """Return as a clause that the residual is no noise of the instrument, where no noise is stated; else empty."""
+    calibration = diagnosis.calibration_after
+    usual = kind_named(calibration.sensor["kind"]).usual_noise
+    if usual is None or not exceeds_usual_noise(calibration):
+        return ""
+    if calibration.residual_rms > usual.most:
+        return f"the residual of {number(calibration.residual_rms / MM)} mm is more than the noise of an instrument ({usual.words})"
+    return "similar poses leave similar residuals, which noise does not"
+
+
+SCATTER_OF_WHAT = (
+    "Measure some poses several times, far apart in time: if the readings of one pose differ by as much as the residual, instrument, target or arm "
+    "scatter; if they agree, something acts at each pose that these data do not name. Use after.json with care at other poses."
+)
+"""What to do about such a residual that no effect explains."""
 
 
 def unexplained_excess(diagnosis: Diagnosis) -> list[str]:

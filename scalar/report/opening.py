@@ -11,7 +11,12 @@ from scalar.effects.picture import Map, Profile
 from scalar.effects.title import joints_in_words
 from scalar.estimation.misfit import lacks_something
 from scalar.report import words
-from scalar.report.excess_words import cause_of_excess, unexplained_excess
+from scalar.report.excess_words import (
+    SCATTER_OF_WHAT,
+    cause_of_excess,
+    more_than_instrument,
+    unexplained_excess,
+)
 from scalar.report.few_poses import few_poses
 from scalar.report.further_poses import answer_on
 from scalar.report.noise_card import SURE, noise_advice, noise_clause, noise_size
@@ -158,6 +163,11 @@ def _what_matters(diagnosis: Diagnosis, mapping: Mapping[str, Any], pictures: Se
     if not found and not noise and lacks_something(diagnosis.calibration_after.summary):
         times = f"{diagnosis.calibration_after.summary['misfit']:.1f}"
         return f"The residual is {times} times what the noise explains, because of {cause_of_excess(diagnosis)}: {error} is {before} mm, and {level}."
+    if not found and not noise and (beyond := more_than_instrument(diagnosis)):
+        return (
+            f"No effect was found, but {beyond}: {error} is {before} mm, and a scatter like that of these measurements would leave "
+            f"{words.number(mapping['residual']['floor_mm'])} mm."
+        )
     if not found and not noise:
         return f"These data show nothing that the model lacks: {error} is {before} mm, and {level}."
     said = _joined(found, noise)
@@ -199,6 +209,8 @@ def _what_to_do(diagnosis: Diagnosis) -> str:
                 "Use after.json with care, since it may err by more at other poses; check the noise that dataset.yaml states, and measure more "
                 "poses: they show what the model lacks."
             )
+        if not diagnosis.reported_noise and more_than_instrument(diagnosis):
+            return SCATTER_OF_WHAT
         return (
             noise_advice(diagnosis)[0]
             if diagnosis.reported_noise

@@ -17,12 +17,14 @@ from scalar.diagnosis.shipping.shipped_fit import BY_COMPONENT
 from scalar.estimation.calibrate import calibrate
 from scalar.evaluate.workspace_errors import aligned_errors
 from scalar.report.calibration_page import calibration_page
-from scalar.report.excess_words import unexplained_excess
+from scalar.report.excess_words import SCATTER_OF_WHAT, unexplained_excess
 from scalar.report.fleet_row import row_of
 from scalar.report.page import page
+from scalar.units import MM
 from tests.diagnosis.test_patterns_are_no_noise import loose_mount
 from tests.diagnosis.unnamed_causes import unnamed
 from tests.effects.injected import Flaws, PoseData, make_cell, on_joint
+from tests.random_scene import make_scene
 
 
 def upper_end(banded: dict[str, str]) -> float:
@@ -34,6 +36,21 @@ def upper_end(banded: dict[str, str]) -> float:
 def few() -> Diagnosis:
     """Return the diagnosis of sixty poses of an arm whose joint errs as no effect does: too few to find anything."""
     return diagnose(unnamed(1, poses_per_plane=20)[0].dataset, outer_folds=0)
+
+
+@pytest.mark.parametrize(("scatter", "beyond"), [(1.5, True), (0.05, False)])
+def test_a_scatter_that_no_instrument_has_is_not_called_noise(scatter: float, beyond: bool) -> None:
+    """No noise is stated, and positions scatter by so many millimetres: beyond what trackers do, 'nothing is lacking' would contradict calibrate."""
+    scene = make_scene("vs060", "tracker", poses_per_plane=25, noise=scatter * MM, seed=41).dataset
+    answer = diagnose(replace(scene, sensor=replace(scene.sensor, noise=None)), outer_folds=0)
+    told, text = page(answer)["opening"], describe_diagnosis(answer)
+    assert answer.verdict == "no_effect"
+    for said in (told[0], text):
+        assert ("more than the noise of an instrument" in said) == beyond
+        assert ("nothing that the model lacks" in said) != beyond and (
+            "noise alone would leave" in said
+        ) != beyond
+    assert (SCATTER_OF_WHAT in told[1] and SCATTER_OF_WHAT in text) == beyond
 
 
 @pytest.mark.slow
