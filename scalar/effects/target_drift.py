@@ -266,27 +266,28 @@ class TargetDrift(BaseEffect):
         return "Nothing in the controller: the movement belongs to the campaign, and the parameters of the arm are free of it."
 
     def pictures(self, view: View) -> list[Profile | Map]:
-        """Return the shift along its main direction in the course of the campaign."""
-        screws = (self.base_screws(view.nominal, view.poses) @ self.coefficients)[:, 3:]
-        direction = np.linalg.svd(screws - screws.mean(axis=0), full_matrices=False)[2][0]
+        """Return the shift of the middle of the measured positions along its main direction in the course of the campaign."""
+        middle = view.nominal.flange(view.poses.q)[:, :3, 3].mean(axis=0)
+        screws = self.base_screws(view.nominal, view.poses) @ self.coefficients
+        shifts = screws[:, 3:] + np.cross(screws[:, :3], middle)
+        direction = np.linalg.svd(shifts - shifts.mean(axis=0), full_matrices=False)[2][0]
         motion = np.zeros((len(screws), 6))
         motion[:, 3:] = direction
         rest, std = view.estimated_along(motion)
-        fitted = screws @ direction
+        fitted = shifts @ direction
         clock = view.poses.columns["time"] if self.by == "time" else view.poses.order
         if self.by in (REFERENCES, STEP):
             at = np.argsort(clock)
             curve = np.stack([clock[at], fitted[at], np.zeros(len(at))])
         else:
             x = np.linspace(clock.min(), clock.max(), CURVE_POINTS)
-            basis = np.einsum("nk,j->nkj", self._profile(x), np.r_[np.zeros(3), direction]).reshape(
-                len(x), -1
-            )
+            along = np.r_[np.cross(middle, direction), direction]
+            basis = np.einsum("nk,j->nkj", self._profile(x), along).reshape(len(x), -1)
             curve = np.stack([x, basis @ self.coefficients, view.error_of(self, basis)])
-        axis = Axis("shift of the base relative to the tracker", "m")
+        axis = Axis("shift of the measured positions relative to the tracker", "m")
         x_axis = variable_axis("time" if self.by == "time" else "order", view.nominal)
         return [Profile(x_axis, axis, clock, fitted + rest, rest, std, fitted, curve, mark=self.order)]
 
     def size(self, pictures: Sequence[Profile | Map]) -> str:
-        """Return how far the base moved."""
+        """Return how far the middle of the measured positions was moved."""
         return largest(pictures, "")
