@@ -1,5 +1,5 @@
 # Two questions about planned poses: are calibrations with them as accurate as with twice as many random ones, and do further planned poses separate
-# causes that a diagnosis could not distinguish? The study is not part of the default target and takes about half an hour. The summaries are committed:
+# causes that a diagnosis could not distinguish? The study is not part of the default target and takes some minutes. The summaries are committed:
 #   snakemake planning --cores 2
 #   cp results/planning/{summary.csv,numbers.json,separation.csv,separation.json} paper/summaries/planning/
 PLANNING = config.get("planning") or {

@@ -67,24 +67,17 @@ def test_errors_are_several_times_what_the_arms_repeat():
             assert min(errors) > 3 * found["repeated_poses"]["scatter_mm"]
 
 
-def test_spoiled_data_hide_one_of_two_gears():
-    """Structure that is found and not named is there in sets with a gear alone, in one of two, also at the fewest stray points (edges)."""
+def test_only_the_most_stray_points_hide_a_gear():
+    """Structure is found and not named in one set, with a gear and the most stray points that are answered; no gear is named wrongly (edges)."""
     rows = read("edges/edges.csv")
+    answered = [
+        float(row["value"]) for row in rows if row["axis"] == "outliers" and row["answer"] != "refused"
+    ]
     unnamed = [row for row in rows if row["verdict"] == "unattributed"]
-    assert {row["injected"] for row in unnamed} == {"gear"}
-    degrees = {(row["axis"], row["value"]) for row in unnamed}
-    assert len(degrees) == len(unnamed)
-    tried = {
-        (row["axis"], row["value"])
-        for row in rows
-        if row["axis"] in ("outliers", "labels", "missing")
-        and float(row["value"]) > 0
-        and row["answer"] != "refused"
-    }
-    assert len(degrees) > len(tried) / 2
-    assert ("outliers", min((value for axis, value in tried if axis == "outliers"), key=float)) in degrees
-    wrong = [row for row in rows if row["answer"] == "wrong" and row["verdict"] != "unattributed"]
-    assert {row["injected"] for row in wrong} == {"gear"}  # "In no set was a gear named that was not there"
+    assert [(row["injected"], row["axis"], float(row["value"])) for row in unnamed] == [
+        ("gear", "outliers", max(answered))
+    ]
+    assert all(row["answer"] in ("right", "refused") for row in rows if row not in unnamed)
 
 
 def test_readme_and_documentation_say_how_the_last_exam_ended():
