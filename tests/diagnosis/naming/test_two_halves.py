@@ -56,17 +56,15 @@ def test_independent_residuals_need_no_halves():
     )
 
 
-@pytest.mark.parametrize(
-    ("effects", "equations", "judged"), [(1, 80.0, True), (0, 80.0, False), (1, 79.0, False)]
-)
+@pytest.mark.parametrize(("effects", "equations", "judged"), [(1, 80, True), (0, 80, False), (1, 79, False)])
 def test_halves_judge_what_was_chosen_from_enough_poses(monkeypatch, effects, equations, judged):
     """No halves are run without effects, or if a half has fewer than four equations for each of ten parameters, because it then shows no effects."""
     module = sys.modules["scalar.diagnosis.naming.two_halves"]
     monkeypatch.setattr(module, "residuals_are_correlated", lambda state: True)
     monkeypatch.setattr(module, "moving_joints", lambda state: None)
     monkeypatch.setattr(module, "outer_split", lambda *_: SimpleNamespace(answers=("one", "other")))
-    measurement = SimpleNamespace(equations=np.array([equations / 2, equations / 2]))
-    before = SimpleNamespace(residuals=SimpleNamespace(measurement=measurement), free=np.ones(10, dtype=bool))
+    monkeypatch.setattr(module, "distinct_equations", lambda state: state.equations)
+    before = SimpleNamespace(equations=equations, free=np.ones(10, dtype=bool))
     found: Any = SimpleNamespace(
         before=before, after=SimpleNamespace(effects=(None,) * effects), cleaned=None
     )
