@@ -29,7 +29,7 @@ from benchmarks.diagnosis.learners import Network, Process  # noqa: E402
 from scalar.data.dataset import Dataset, read_dataset  # noqa: E402
 from scalar.data.io.atomic import write_json  # noqa: E402
 from scalar.diagnosis.diagnose import diagnose  # noqa: E402
-from scalar.diagnosis.held_out.hold_out import first_of_repetitions  # noqa: E402
+from scalar.diagnosis.held_out.repetitions import first_of_repetitions  # noqa: E402
 from scalar.diagnosis.shipping.nested_models import LIMITS  # noqa: E402
 from scalar.errors import Fault, InvalidInput, ScalarError  # noqa: E402
 from scalar.estimation.gross_errors import clean  # noqa: E402

@@ -9,9 +9,10 @@ from scalar.data.dataset import Dataset
 from scalar.diagnosis.explained import Explained, explained
 from scalar.diagnosis.fit.near_data_sheet import near_data_sheet
 from scalar.diagnosis.fit.variance_components import VarianceComponent, whitening_for
-from scalar.diagnosis.held_out.hold_out import HeldOutErrors, held_out_errors, moving_joints
+from scalar.diagnosis.held_out.hold_out import HeldOutErrors, held_out_errors
 from scalar.diagnosis.held_out.outer_split import OuterSplit, outer_split
 from scalar.diagnosis.held_out.repeated_runs import Answer
+from scalar.diagnosis.held_out.repetitions import moving_joints
 from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.naming.grounds import FinalResiduals, grounds_of_component
 from scalar.diagnosis.naming.judged_effects import findings_of

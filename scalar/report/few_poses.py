@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scalar.diagnosis.held_out.hold_out import distinct_poses
+from scalar.diagnosis.held_out.repetitions import distinct_poses
 from scalar.diagnosis.naming.two_halves import EQUATIONS_FOR_EFFECTS
 
 if TYPE_CHECKING:

@@ -12,14 +12,8 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.fit.background import Background
-from scalar.diagnosis.held_out.hold_out import (
-    HeldOutErrors,
-    blocks,
-    first_of_repetitions,
-    improvement,
-    moving_joints,
-    no_worse,
-)
+from scalar.diagnosis.held_out.hold_out import HeldOutErrors, blocks, improvement, no_worse
+from scalar.diagnosis.held_out.repetitions import first_of_repetitions, moving_joints
 from scalar.diagnosis.scoring.score_test import Projected, in_prior_units, remainder
 from scalar.diagnosis.settings import DEFAULTS
 from tests.diagnosis.stand_ins import doubled

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from scalar.diagnosis.fit.fitted_state import FittedState
-from scalar.diagnosis.held_out.hold_out import in_metres, moving_joints
+from scalar.diagnosis.held_out.hold_out import in_metres
+from scalar.diagnosis.held_out.repetitions import moving_joints
 from scalar.estimation.design_effect import LEAST_POSES
 from scalar.geometry.se3 import Array
 

@@ -18,9 +18,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from scalar.diagnosis.fit.fitted_state import FittedState, whitened
+from scalar.diagnosis.held_out.repetitions import first_of_repetitions, moving_joints
 from scalar.diagnosis.settings import DEFAULTS, HoldOutSettings
 from scalar.estimation.design_effect import LEAST_POSES, similar_poses
 from scalar.estimation.normal_equations import factor_if_conditioned, solved_by
@@ -80,52 +80,12 @@ def blocks(q: Array, settings: HoldOutSettings = DEFAULTS.hold_out) -> tuple[Arr
     return block, block % settings.folds
 
 
-def moving_joints(state: FittedState) -> Array:
-    """Return which joints move what is measured, ``(n,)`` bool: their derivatives are at least ``settings.hold_out.least_derivative``."""
-    sizes = state.rows.derivatives_by_joint(state.residuals, state.model)
-    return sizes >= state.settings.hold_out.least_derivative
-
-
 def blocks_of(state: FittedState) -> tuple[Array, Array]:
     """Return the block ``(N,)`` and the fold ``(N,)`` of every pose of a state; only joints that move what is measured distinguish poses."""
     moving, settings = moving_joints(state), state.settings.hold_out
     return state.rows.once(
         ("blocks", settings, *moving.tolist()), lambda: blocks(state.dataset.q[:, moving], settings)
     )
-
-
-def first_of_repetitions_of(state: FittedState) -> Array:
-    """Return for every pose of a state the index ``(N,)`` of the first that it repeats; only joints that move what is measured distinguish poses."""
-    moving, same_pose = moving_joints(state), state.settings.hold_out.same_pose
-    return state.rows.once(
-        ("first", same_pose, *moving.tolist()),
-        lambda: first_of_repetitions(state.dataset.q[:, moving], same_pose),
-    )
-
-
-def distinct_poses(state: FittedState) -> Array:
-    """Return which poses ``(N,)`` bool repeat no earlier one: the equations of a repetition show the noise, and no more of the arm."""
-    first = first_of_repetitions_of(state)
-    return first == np.arange(len(first))
-
-
-def distinct_equations(state: FittedState) -> int:
-    """Return the number of equations that were measured at distinct poses."""
-    return int(state.residuals.measurement.equations[distinct_poses(state)].sum())
-
-
-def first_of_repetitions(q: Array, same_pose: float = DEFAULTS.hold_out.same_pose) -> Array:
-    """Return for every pose the index ``(N,)`` of the first pose of which it is a repetition, its own if it repeats none.
-
-    Args:
-        q: Joint coordinates ``(N, n)`` [rad, or m of a joint that slides].
-        same_pose: A pose whose coordinates all differ by less is a repetition, in the same unit.
-    """
-    first = np.arange(len(q))
-    pairs = KDTree(q).query_pairs(same_pose, p=np.inf, output_type="ndarray")
-    for i, j in pairs[np.lexsort((pairs[:, 0], pairs[:, 1]))]:
-        first[j] = min(first[j], first[i])
-    return first
 
 
 def held_out_errors(state: FittedState, whitening: Array | None = None) -> HeldOutErrors:

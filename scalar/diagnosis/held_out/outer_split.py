@@ -125,7 +125,7 @@ def outer_split(
         folds: Number of parts.
         on_fold: Called before the first and after each run, with the number of runs that are done and the number of all runs.
         cores: Number of runs at once; None for as many as there are processors that this process may use.
-        moving: ``(n,)`` bool, the joints by which poses differ (``hold_out.moving_joints``); None for all.
+        moving: ``(n,)`` bool, the joints by which poses differ (``repetitions.moving_joints``); None for all.
     """
     if folds < 2:
         return None

@@ -11,7 +11,7 @@ import numpy as np
 
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.fit.variance_components import JITTER, VarianceComponent
-from scalar.diagnosis.held_out.hold_out import first_of_repetitions
+from scalar.diagnosis.held_out.repetitions import first_of_repetitions
 from scalar.diagnosis.naming.most_confidence import NOT_SURE
 from scalar.diagnosis.noise.repeated_poses import SAME_ANGLES
 from scalar.estimation.design_effect import standstills

@@ -23,7 +23,7 @@ from scipy.special import ndtr
 from scalar.diagnosis.fit.background import Background
 from scalar.diagnosis.fit.fitted_state import FittedState, whitened
 from scalar.diagnosis.fit.plausibility import is_implausible
-from scalar.diagnosis.held_out.hold_out import first_of_repetitions, moving_joints
+from scalar.diagnosis.held_out.repetitions import first_of_repetitions, moving_joints
 from scalar.diagnosis.scoring.candidate_columns import CandidateColumns
 from scalar.diagnosis.scoring.conditional_scores import background_without, columns_of_effects, rivals
 from scalar.diagnosis.scoring.ranking import Scored, rank

@@ -22,9 +22,9 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.diagnosis.explained import Explained
 from scalar.diagnosis.fit.fitted_state import FittedState
-from scalar.diagnosis.held_out.hold_out import distinct_equations, moving_joints
 from scalar.diagnosis.held_out.outer_split import OuterSplit, outer_split
 from scalar.diagnosis.held_out.repeated_runs import Run
+from scalar.diagnosis.held_out.repetitions import distinct_equations, moving_joints
 from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.settings import Settings
 from scalar.estimation.design_effect import design_effect

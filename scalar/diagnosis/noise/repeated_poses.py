@@ -17,7 +17,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.data.formats import PAYLOAD
-from scalar.diagnosis.held_out.hold_out import first_of_repetitions
+from scalar.diagnosis.held_out.repetitions import first_of_repetitions
 from scalar.estimation.design_effect import standstills
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals

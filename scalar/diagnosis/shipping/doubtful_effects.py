@@ -11,7 +11,7 @@ import numpy as np
 
 from scalar.data.motion import at_few_positions
 from scalar.diagnosis.fit.fitted_state import FittedState
-from scalar.diagnosis.held_out.hold_out import distinct_equations
+from scalar.diagnosis.held_out.repetitions import distinct_equations
 from scalar.diagnosis.shipping.nested_models import LIMITS, NestedModels
 from scalar.effects import Effect
 from scalar.effects.acquisition import on_one_path

@@ -22,7 +22,7 @@ from scalar.diagnosis.fit.predicted_displacements import (
     poses_measured,
     poses_within,
 )
-from scalar.diagnosis.held_out.hold_out import first_of_repetitions_of
+from scalar.diagnosis.held_out.repetitions import first_of_repetitions_of, poses_by_repetitions
 from scalar.diagnosis.selection.harmonic_spectrum import priors_for_whitened_rows
 from scalar.geometry.se3 import Array
 
@@ -165,18 +165,6 @@ def prediction_changes(state: FittedState, whitening: Array | None) -> Predictio
     linear = Linearised(state if whitening is None else priors_for_whitened_rows(state), whitening)
     step, left_out = linear.fitted(np.ones(len(linear.scale), dtype=bool))
     return PredictionChanges(linear.columns @ step, left_out @ linear.columns.T)
-
-
-def poses_by_repetitions(first: Array) -> list[Array]:
-    """Return the distinct poses by how often they were measured: for each number of times t, the rows ``(D_t, t)`` of its D_t poses.
-
-    Args:
-        first: ``(N,)``, for every pose the index of the first that it repeats.
-    """
-    _, of_pose, times = np.unique(first, return_inverse=True, return_counts=True)
-    together = np.argsort(of_pose, kind="stable")
-    begins = np.cumsum(times) - times
-    return [together[begins[times == t][:, None] + np.arange(t)] for t in np.unique(times)]
 
 
 def steps_left_out(rows: Array, rest: Array, inverse: Array) -> Array:

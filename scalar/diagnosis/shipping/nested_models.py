@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from scalar.diagnosis.fit.fitted_state import FittedState
-from scalar.diagnosis.held_out.hold_out import distinct_equations
+from scalar.diagnosis.held_out.repetitions import distinct_equations
 from scalar.diagnosis.shipping.jackknife import Linearised, covariance_of
 from scalar.estimation.displacement import position_std
 from scalar.geometry.se3 import Array

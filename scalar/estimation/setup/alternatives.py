@@ -111,7 +111,6 @@ def with_sign_changed(robot: Robot, joint: int) -> Robot:
     """Return the arm whose joint (from 0) counts the other way: ``Rz(-q + theta) Tz(d) = Rx(pi) Rz(q - theta) Tz(-d) Rx(-pi)``.
 
     The same holds for a travel, ``Rz(theta) Tz(-q + d)``.
-
     Hayati's angle beta lies between the two rotations about x, so its sign changes as well: ``Ry(beta) Rx(pi) = Rx(pi) Ry(-beta)``.
     """
     geometry = robot.geometry.copy()

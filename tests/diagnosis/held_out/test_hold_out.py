@@ -18,8 +18,8 @@ from scalar.diagnosis.held_out.hold_out import (
     held_out_regions,
     improvement,
     improves_with_limited_blocks,
-    moving_joints,
 )
+from scalar.diagnosis.held_out.repetitions import moving_joints
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.command_line import parse_effects
 from scalar.estimation.geometry_fit import geometry_fit

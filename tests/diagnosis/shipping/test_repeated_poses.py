@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scalar.diagnosis.fit.fitted_state import FittedState, refit
-from scalar.diagnosis.held_out.hold_out import distinct_equations, distinct_poses
+from scalar.diagnosis.held_out.repetitions import distinct_equations, distinct_poses
 from scalar.diagnosis.shipping.doubtful_effects import equations_per_parameter
 from scalar.diagnosis.shipping.jackknife import Linearised, poses_by_repetitions
 from scalar.diagnosis.shipping.nested_models import NestedModels

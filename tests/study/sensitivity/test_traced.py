@@ -108,13 +108,13 @@ def test_a_result_that_is_itself_traced_is_computed_for_every_alternative():
 def test_plain_ranges_stay_as_they_are():
     """Without a traced bound ``range`` is the built-in, and after the study the modules have their own functions again."""
     from scalar.diagnosis import diagnose as module_of_its_own  # so that the modules are there
-    from scalar.diagnosis.held_out import hold_out
+    from scalar.diagnosis.held_out import hold_out, repetitions
 
-    before = hold_out.first_of_repetitions
+    before = repetitions.first_of_repetitions
     assert counted(2, 5) == range(2, 5)
     with traced_estimator():
-        assert vars(hold_out)["range"] is counted and hold_out.first_of_repetitions is not before
-    assert "range" not in vars(hold_out) and hold_out.first_of_repetitions is before
+        assert vars(hold_out)["range"] is counted and repetitions.first_of_repetitions is not before
+    assert "range" not in vars(hold_out) and repetitions.first_of_repetitions is before
     assert callable(module_of_its_own)
 
 

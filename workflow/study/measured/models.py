@@ -20,7 +20,8 @@ from scalar.data.dataset import Dataset
 from scalar.data.poses import is_joint
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.fit.measured_rows import MeasuredRows
-from scalar.diagnosis.held_out.hold_out import first_of_repetitions, held_out_errors
+from scalar.diagnosis.held_out.hold_out import held_out_errors
+from scalar.diagnosis.held_out.repetitions import first_of_repetitions
 from scalar.diagnosis.naming.finding import UNATTRIBUTED
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.effects.effect import Effect

@@ -56,7 +56,7 @@ COMPARED_BY_RESULT: dict[str, Callable[[Any, Any], bool]] = {
     "scalar.estimation.outlying_points.without_outlying_points": same_content,
     "scalar.estimation.pose_consistency.coarsely_consistent": same_content,
     "scalar.estimation.data_sheet_priors.fit_near_data_sheet": same_content,
-    "scalar.diagnosis.held_out.hold_out.first_of_repetitions": same_content,
+    "scalar.diagnosis.held_out.repetitions.first_of_repetitions": same_content,
     "scalar.diagnosis.naming.confidence.confidence": same_side,
 }
 """By dotted name, functions that depend on nothing but their arguments, each with the test whether two of its results are the same."""
