@@ -31,6 +31,11 @@ _DATASETS = click.Path(path_type=Path, readable=False)
     is_flag=True,
     help="Diagnose once instead of six times: findings are not confirmed, and errors on unseen poses stay unknown.",
 )
+@click.option(
+    "--cores",
+    type=click.IntRange(min=1),
+    help="How many processes run at once; as many as there are processors if not given. The results are the same.",
+)
 @COMMANDED
 @FORCE
 @EFFECTS_MODULE
@@ -41,6 +46,7 @@ def diagnose(
     output: Path,
     batch: bool,
     quick: bool,
+    cores: int | None,
     commanded: bool,
     force: bool,
     effects_modules: Sequence[Path],
@@ -80,7 +86,7 @@ def diagnose(
     if batch:
         from scalar.cli.fleet_table import diagnose_fleet
 
-        ctx.exit(diagnose_fleet(datasets, output, folds, effects_modules))
+        ctx.exit(diagnose_fleet(datasets, output, folds, effects_modules, cores))
     (dataset,) = datasets
     calibrations = [(output / name, json_of("calibration")) for name in ("before.json", "after.json")]
     others = [(output / "diagnosis.json", json_of("diagnosis")), (output / "report.html", is_report)]
@@ -88,7 +94,7 @@ def diagnose(
     data = read_dataset(dataset)
     data = data.commanded() if commanded else data
     with corrected_description(dataset, output), stages_and_runs() as (advance, on_fold):
-        result = diagnose(data, progress=advance, outer_folds=folds, on_fold=on_fold)
+        result = diagnose(data, progress=advance, outer_folds=folds, on_fold=on_fold, cores=cores)
         advance("writing the report")
         write_diagnosis(result, output)
     say(describe_diagnosis(result))

@@ -15,7 +15,9 @@ from scalar.cli.terminal import say, say_written
 TABLE = "fleet.csv"
 
 
-def diagnose_fleet(folders: Sequence[Path], output: Path, folds: int, modules: Sequence[Path]) -> int:
+def diagnose_fleet(
+    folders: Sequence[Path], output: Path, folds: int, modules: Sequence[Path], cores: int | None = None
+) -> int:
     """Diagnose all datasets of some folders, write one table, and return the exit status: 0, or that of the first that was refused.
 
     Args:
@@ -23,6 +25,7 @@ def diagnose_fleet(folders: Sequence[Path], output: Path, folds: int, modules: S
         output: Folder for the table and a folder of results for each dataset.
         folds: Number of parts of the outer split; 0 for quick answers.
         modules: Files with effects from outside the package.
+        cores: Number of processes that run at once; None for as many as there are processors that this process may use.
 
     Raises:
         InvalidInput: The output cannot be written.
@@ -54,7 +57,7 @@ def diagnose_fleet(folders: Sequence[Path], output: Path, folds: int, modules: S
                 said += 1
 
         advance(f"diagnosing {len(jobs)} datasets", 0, len(jobs))
-        rows = run_all(jobs, available_cores(), done)
+        rows = run_all(jobs, cores or available_cores(), done)
     _write(output / TABLE, [list(COLUMNS), *(cells(row) for row in rows)])
     refused = [int(row["status"]) for row in rows if row["status"]]
     say_written(output / TABLE, len(rows), "dataset", f", {len(refused)} refused")

@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +20,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scalar.cli import cli
+from scalar.cli.fleet import Job
 from scalar.cli.fleet_folders import datasets_in, names_of
 from scalar.data.io import temporary
 from scalar.diagnosis import Diagnosis, diagnose
+from scalar.diagnosis.held_out.repeated_runs import available_cores
 from tests.random_scene import make_scene
 
 ERRORS = (("data_sheet", ""), ("after", ""), ("after", "_at_most"))
@@ -199,6 +201,22 @@ def test_the_hidden_folder_of_a_worker_that_outlived_its_run_is_removed(
     left.mkdir(parents=True)
     run("diagnose", "--batch", fleet, "-o", tmp_path / "out")
     assert next(at_first, None) is None and not left.exists()
+
+
+@pytest.mark.parametrize(("options", "cores"), [([], available_cores()), (["--cores", "1"], 1)])
+def test_the_number_of_processes_may_be_given(
+    options: list[str], cores: int, fleet: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A machine that others use as well is not filled; without the option, as many processes run as there are processors."""
+    asked: list[int] = []
+
+    def nothing_done(jobs: Sequence[Job], cores: int, done: object) -> list[dict[str, object]]:
+        asked.append(cores)
+        return []
+
+    monkeypatch.setattr("scalar.cli.fleet_table.run_all", nothing_done)
+    run("diagnose", "--batch", fleet, "--quick", *options, "-o", tmp_path / "out")
+    assert asked == [cores]
 
 
 def test_one_dataset_at_a_time_without_the_option(fleet: Path, tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
@@ -25,8 +24,6 @@ from scalar.estimation.residuals import Residuals
 from tests.diagnosis.held_out.runs import geometry_alone, refuses_the_first
 from tests.effects.injected import make_cell
 from tests.random_scene import make_scene
-
-DIAGNOSE = sys.modules["scalar.diagnosis.diagnose"]  # the package's own name for it is the function
 
 
 @pytest.fixture(scope="module")
