@@ -9,6 +9,7 @@ from scalar.errors import Fault
 LEAST_MARKED_SCANS = 3  # with a number that may stand for "no value"; in fewer, it may be a coincidence
 DISTINCT = 0.2  # least share of distinct numbers in a column of which one may be such a mark
 _SHOWN = 6  # rows that a message lists
+_AT_A_SOCKET = 3  # rows for each place in the mean; where a target was not seen in some rows, nearly all others are places of their own
 FAR_MARK = 0.1  # least distance of such a number from all others of its column, as a share of their range
 
 _A_MARK = (
@@ -57,13 +58,15 @@ def suspect_marks(points: Table, layout: MeasuredTable, faults: list[Fault]) -> 
 def suspect_origins(points: Table, layout: MeasuredTable, faults: list[Fault]) -> None:
     """Add a fault if coordinates are all exactly 0: the origin of the instrument, where no target can be, which it writes when it did not see one.
 
-    In the first row alone, they are taken for the place from which all others count.
+    In the first row alone, they are taken for the place from which all others count. They are a place among others where a ball returns to few places
+    that are stated exactly, as to the sockets of a plate.
     """
     lengths = [name for name, unit in layout.units.items() if unit == "m" and name in points.columns]
     if len(lengths) < len(layout.units):
         return
     zero = np.all([points.columns[name] == 0.0 for name in lengths], axis=0)
-    if zero[1:].any() and not zero.all():
+    places = np.unique(np.column_stack([points.columns[name] for name in lengths]), axis=0)
+    if zero[1:].any() and not zero.all() and len(places) * _AT_A_SOCKET > len(zero):
         lines = [int(line) for line in points.line_numbers()[zero]]
         shown = ", ".join(map(str, lines[:_SHOWN])) + (", ..." if len(lines) > _SHOWN else "")
         message = (

@@ -87,6 +87,14 @@ def test_a_measurement_at_the_origin_of_the_instrument_is_asked_about(tmp_path):
     assert len(imported(tmp_path, mapping, tmp_path).pose_ids) == N - 1, "the zeros are those of the file"
 
 
+def test_a_socket_at_the_origin_of_its_plate_is_a_place_among_others(tmp_path):
+    """A ball returns to three sockets, whose stated places are what was measured: rows of zeros are one of them."""
+    sockets = ["000", ("50", "0", "0"), ("0", "50", "0")]
+    rows = [[str(k + 1), *sockets[(k + 1) % 3]] for k in range(N)]
+    data = imported(tmp_path, two_tables(tmp_path, points=rows), tmp_path)
+    assert (data.points == 0.0).all(axis=1).sum() == N // 3
+
+
 def test_positions_that_count_from_the_first_one_are_moved_by_an_offset(tmp_path):
     """Where the target did stand at the origin, an offset of one coordinate keeps it from being taken for one that was not seen."""
     moved = places() - places()[2]
