@@ -35,6 +35,7 @@ _EFFECTS_NAMED = 8
 _CONFOUNDED_NAMED = 3  # effects from which the data do not distinguish a finding
 _POSES_NAMED = 5  # poses set aside that are named one by one
 _COEFFICIENTS_SHOWN = 3
+# For terminals that show only ASCII.
 _RAISED = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
 _POWER = re.compile(rf"(\d × )?10([{_RAISED}]+)")
 _PLAIN = str.maketrans({"−": "-", "±": "+-", "°": "deg", "²": "2", "×": "x", "“": '"', "”": '"'})

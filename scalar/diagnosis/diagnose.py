@@ -228,7 +228,7 @@ def _confirmed(
     A finding is confirmed if at least the share ``settings.outer_split.least_selected`` of the runs of the outer split select its effect. Without an
     outer split, all findings count as confirmed. If predictions become worse without the others, the run keeps their effects, after those of the
     confirmed findings. Changes at a moment are not kept: whatever distinguishes the poses before from those after it seems to predict held-out poses
-    of either part, and what is left of the campaign is that of the later part alone.
+    of either part.
     """
     if outer is None or not outer.answers:
         return run, found, ()

@@ -26,9 +26,7 @@ _ROUNDS = 12  # most rounds of fitting and setting aside; usually nothing change
 _CONCENTRATIONS = 4  # fits to the best-fitting poses; later ones change nothing
 _LEAST_RETURNS = 3  # poses at one place; with fewer, none could be left out
 _LEAST_TRUSTED = 3  # poses of every plane, place or session: as many as determine where it is
-_FEW_OF_SESSION = (
-    6  # poses of a session are few: with some of them left out, the others hardly determine its place
-)
+_FEW_OF_SESSION = 6  # poses of a session; with some of so few left out, the others hardly determine its place
 _LEAST_RETURNING = 0.5  # share of the poses that has to be at such places
 # Bounds of the share of poses that are off, from which the length of runs by chance is computed.
 _LEAST_SHARE, _MOST_SHARE = 1e-3, 0.95
