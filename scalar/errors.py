@@ -6,8 +6,11 @@ There are two main kinds, because the user does different things about them: the
 (exit 2: change the config). An exception that is not derived from `ScalarError` is a defect of this package.
 """
 
-from collections.abc import Iterable
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 # Characters of a column or key that are shown: a damaged file may have names of any length.
 _LONGEST_PLACE = 200
@@ -56,9 +59,23 @@ class Fault:
 
 
 class ScalarError(Exception):
-    """The root of all errors that this package raises on purpose."""
+    """The root of all errors that this package raises on purpose.
+
+    They pass between processes as they are: kinds of them may have arguments other than those of their root.
+    """
 
     exit_status = 1
+
+    def __reduce__(self) -> tuple[Callable[..., ScalarError], tuple[Any, ...]]:
+        """Return how another process makes the same error, without its ``__init__``."""
+        return _rebuilt, (type(self), self.args, self.__dict__)
+
+
+def _rebuilt(kind: type[ScalarError], args: tuple[Any, ...], attributes: dict[str, Any]) -> ScalarError:
+    error = kind.__new__(kind)
+    error.args = args
+    error.__dict__.update(attributes)
+    return error
 
 
 class InvalidInput(ScalarError):
