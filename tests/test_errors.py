@@ -48,7 +48,7 @@ def test_exit_status_and_survival_of_pickling(error: ScalarError, status: int) -
     assert error.exit_status == status
     assert type(copy) is type(error)
     assert str(copy) == str(error)
-    assert vars(copy) == vars(error)
+    assert repr(vars(copy)) == repr(vars(error))
 
 
 def test_one_line_a_fault() -> None:

@@ -12,6 +12,7 @@ from scalar.diagnosis.selection.brief_changes import between_brief_changes
 from scalar.diagnosis.settings import Settings
 from scalar.errors import InvalidInput, Undetermined
 from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, clean_given_effects
+from scalar.estimation.pose_consistency import refuse_lost_session
 from scalar.estimation.ran_away import ran_away
 from scalar.estimation.setup.explain import MOST_LEFT
 from scalar.estimation.setup.known_planes import refuse_contradicted_planes
@@ -85,6 +86,7 @@ def without_far_poses(dataset: Dataset, cleaned: Cleaned, state: FittedState) ->
     if not far.any() or far.sum() > max(settings.gross_errors.most_apart * len(far), 1.0):
         return cleaned
     refuse_wrong_setup(dataset)
+    refuse_lost_session(cleaned.dataset, ~far)
     far_ids = tuple(int(pose) for pose in cleaned.dataset.pose_ids[far])
     return replace(
         cleaned, dataset=cleaned.dataset.subset(~far), outlier_poses=cleaned.outlier_poses + far_ids

@@ -22,6 +22,7 @@ from scalar.estimation.pose_consistency import (
     finely_consistent,
     in_runs,
     outlier_limit,
+    refuse_lost_session,
 )
 from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorSettings
 from scalar.estimation.trimmed_start import with_estimated_pose
@@ -89,6 +90,7 @@ def clean(dataset: Dataset, settings: EstimationSettings = DEFAULTS) -> Cleaned:
             ]
         ) from None
     off = [int(i) for i in np.flatnonzero(~keep)]
+    refuse_lost_session(dataset, keep)
     if len(off) > settings.gross_errors.most_set_aside * dataset.n_poses:
         raise Undetermined(
             [f"{len(off)} of {dataset.n_poses} poses contradict the rest: no part of the data can be trusted over another; "
@@ -163,6 +165,9 @@ def clean_given_effects(
         distance: ``(N,)`` [m], root mean square distance of every pose that remains, effects applied.
         brief: ``(N,)`` bool, the poses between two changes that the effects have within a few poses; None if there are none.
         settings: Thresholds.
+
+    Raises:
+        Undetermined: No pose of a session of a tracker would remain.
     """
     dataset = cleaned.dataset
     limit = max(settings.least_late_error, settings.late_sigmas * robust_std(distance))
@@ -180,6 +185,7 @@ def clean_given_effects(
     off |= brief
     if not off.any():
         return cleaned
+    refuse_lost_session(dataset, ~off)
     late = tuple(int(pose) for pose in dataset.pose_ids[off])
     return replace(cleaned, dataset=dataset.subset(~off), outlier_poses=cleaned.outlier_poses + late)
 

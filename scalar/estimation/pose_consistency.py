@@ -107,7 +107,7 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
         Undetermined: The data cannot determine the model.
     """
     gross = settings.gross_errors
-    _refuse_lost_session(dataset, keep)
+    refuse_lost_session(dataset, keep)
     model, prepared = geometry_fit(dataset if keep.all() else dataset.subset(keep), settings)
     distance = distances_under(dataset, model)
     # Thirty free parameters adapt to a single wrong pose and spread its error of centimetres over all others. The size of the distances shows
@@ -121,14 +121,14 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
         if np.array_equal(better, core):
             break
         core = better
-        _refuse_lost_session(dataset, core)
+        refuse_lost_session(dataset, core)
         model, prepared = geometry_fit(dataset.subset(core), settings)
         distance = distances_under(dataset, model)
     keep = _agreeing(dataset, distance, core, gross)
     for _ in range(_ROUNDS):
         if keep.sum() < (1 - gross.most_set_aside) * dataset.n_poses:
             return keep, distance
-        _refuse_lost_session(dataset, keep)
+        refuse_lost_session(dataset, keep)
         if np.array_equal(keep, usable):
             distance = by_all
         else:
@@ -140,7 +140,7 @@ def finely_consistent(dataset: Dataset, keep: Array, settings: EstimationSetting
     return keep, distance
 
 
-def _refuse_lost_session(dataset: Dataset, keep: Array) -> None:
+def refuse_lost_session(dataset: Dataset, keep: Array) -> None:
     """Refuse a dataset in which no pose of a session agrees with the others: nothing then says where base and target stood in it.
 
     Planes are named by their session, and those without a pose are refused or left out with their names.

@@ -200,6 +200,15 @@ def test_what_stands_out_late_is_few(off, between, changed, aside):
     assert len(found.outlier_poses) == aside
 
 
+def test_a_session_that_loses_its_last_pose_late_is_refused():
+    """Nothing would say where the tracker stood in it; the model would have a frame less than the dataset has sessions."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=20, noise=1e-4, seed=7).dataset
+    last = np.arange(dataset.n_poses) == dataset.n_poses - 1
+    dataset = replace(dataset, poses=dataset.poses.assign(session=np.where(last, "b", "a")))
+    with pytest.raises(Undetermined, match="no pose of session b agrees"):
+        clean_given_effects(Cleaned(dataset, (), (), 0), np.where(last, 5 * MM, 0.1 * MM))
+
+
 def test_a_third_of_the_poses_must_not_be_set_aside_where_a_fifth_may(labelled):
     """With wrong labels of a quarter of the poses, the data are accepted if nearly half may be set aside, and refused if less than a quarter may."""
     dataset, _ = labelled
