@@ -214,8 +214,8 @@ def best_fitting(dataset: Dataset, distance: Array, usable: Array, settings: Gro
     Where a tracker's target returns to a few places, the share is taken of the poses at every place: without a pose at one of two places in a
     session, the orientation of the tracker's frame is not determined there, and all poses at the other place would seem to be off.
 
-    Of a tracker's session of few poses of which none were trusted, the best are: without any one of them, the others hardly determine where base and
-    sensor stood, and each then seems to be off.
+    Of a tracker's session of few poses, the best three are trusted in any case: with fewer, the others hardly determine where base and sensor stood,
+    and each then seems to be off.
     """
     core = np.zeros(len(usable), dtype=bool)
 
@@ -227,9 +227,9 @@ def best_fitting(dataset: Dataset, distance: Array, usable: Array, settings: Gro
     for k in np.unique(index):
         trust(np.flatnonzero((index == k) & usable), settings.core_share)
     if dataset.session is not None and not dataset.planes:
-        for name in np.setdiff1d(dataset.session[usable], dataset.session[core]):
+        for name in np.unique(dataset.session[usable]):
             mine = np.flatnonzero((dataset.session == name) & usable)
-            if len(mine) <= _FEW_OF_SESSION:
+            if len(mine) <= _FEW_OF_SESSION and core[mine].sum() < _LEAST_TRUSTED:
                 trust(mine, 0.0)
     return core
 

@@ -159,13 +159,16 @@ def test_the_better_part_of_a_planes_poses_is_more_than_half():
     assert best_fitting(dataset, np.arange(10.0), np.ones(10, dtype=bool), GROSS).sum() == 6
 
 
-@pytest.mark.parametrize(("poses", "trusted"), [(2, 2), (3, 3), (6, 3), (7, 0)])
-def test_of_a_session_of_few_poses_some_are_trusted(poses, trusted):
+@pytest.mark.parametrize(
+    ("poses", "near", "trusted"), [(2, 0, 2), (3, 0, 3), (3, 1, 3), (6, 0, 3), (7, 0, 0)]
+)
+def test_of_a_session_of_few_poses_some_are_trusted(poses, near, trusted):
     """Where a session has few poses, each is far off a fit without it; a longer one that is far off as a whole is not trusted."""
     dataset = make_scene("vs060", "tracker", poses_per_plane=10, noise=1e-4, seed=7).dataset
     short = np.arange(dataset.n_poses) >= dataset.n_poses - poses
     dataset = replace(dataset, poses=dataset.poses.assign(session=np.where(short, "b", "a")))
-    core = best_fitting(dataset, np.where(short, 1.0, 1e-4), np.ones(dataset.n_poses, dtype=bool), GROSS)
+    distance = np.where(short & (np.arange(dataset.n_poses) < dataset.n_poses - near), 1.0, 1e-4)
+    core = best_fitting(dataset, distance, np.ones(dataset.n_poses, dtype=bool), GROSS)
     assert core[short].sum() == trusted
 
 

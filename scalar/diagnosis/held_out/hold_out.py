@@ -21,6 +21,7 @@ import numpy as np
 
 from scalar.diagnosis.fit.fitted_state import FittedState, whitened
 from scalar.diagnosis.held_out.repetitions import first_of_repetitions, moving_joints
+from scalar.diagnosis.held_out.shown_places import places_shown
 from scalar.diagnosis.settings import DEFAULTS, HoldOutSettings
 from scalar.estimation.design_effect import LEAST_POSES, similar_poses
 from scalar.estimation.normal_equations import factor_if_conditioned, solved_by
@@ -42,7 +43,7 @@ class HeldOutErrors:
     Attributes:
         whitened: ``(N,)``, squared whitened residual of each pose.
         metric: ``(N,)`` [m^2], mean squared distance of each pose's points.
-        counts: ``(N,)``, number of points of each pose.
+        counts: ``(N,)``, number of points of each pose; 0 of a pose that says nothing of the arm (``shown_places``), whose errors are 0 as well.
         block: ``(N,)``, index of each pose's block, or of its region.
         settings: Thresholds.
     """
@@ -182,11 +183,37 @@ def _held_out_errors(
             errors = (r_metric[test_metric] + J_metric[test_metric] @ step).reshape(-1, m_metric)
             squares[i, out] = np.sum(errors**2, axis=1)
     counts = state.once(("points of each pose",), lambda: state.residuals.squared_distances(state.model)[1])
+    hidden = _without_place(state, J, fold)
+    if hidden.any() and not hidden.all():
+        counts = np.where(hidden, 0, counts)
+        whitened_squares[:, hidden] = squares[:, hidden] = 0.0
     settings = state.settings.hold_out
     return [
-        HeldOutErrors(of_rows, of_points / counts, counts, block, settings)
+        HeldOutErrors(of_rows, of_points / np.maximum(counts, 1), counts, block, settings)
         for of_rows, of_points in zip(whitened_squares, squares, strict=True)
     ]
+
+
+def _without_place(state: FittedState, J: Array, fold: Array) -> Array:
+    """Return at which poses ``(N,)`` bool the other folds do not show where the tracker stood; none where all poses have one place of it.
+
+    Args:
+        state: Model and data at the joint optimum.
+        J: ``(rows, F)``, the derivatives of the whitened residuals by its free parameters.
+        fold: ``(N,)``, the fold of each pose.
+    """
+    dataset, hidden = state.dataset, np.zeros(len(fold), dtype=bool)
+    if dataset.planes or dataset.session is None:
+        return hidden
+    of_target = state.model.blocks["target"]
+    free = np.flatnonzero(state.free)
+    J_target = J[:, (free >= of_target.start) & (free < of_target.stop)]
+    J_target = J_target[: len(fold) * state.residuals.measurement.rows_per_pose].reshape(
+        len(fold), -1, J_target.shape[1]
+    )
+    for f in np.unique(fold):
+        hidden |= (fold == f) & ~places_shown(J_target, fold != f)
+    return hidden
 
 
 def _step(gram: Array, projection: Array) -> Array | None:

@@ -20,6 +20,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.diagnosis.held_out.hold_out import HeldOutErrors, blocks
 from scalar.diagnosis.held_out.repeated_runs import Answer, Run, available_cores, run_all
+from scalar.diagnosis.held_out.shown_places import places_shown
 from scalar.diagnosis.settings import Settings
 from scalar.effects import Effect
 from scalar.errors import ScalarError, Undetermined
@@ -27,10 +28,6 @@ from scalar.estimation.gross_errors import Cleaned
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
-
-# Times the variance of a measurement: if the place of the target alone is less certain at a pose, an error there shows that place and not the arm.
-_MOST_LEVERAGE = 4.0
-_NO_INFORMATION = 1e-9  # of a coordinate whose derivatives have unit length: it makes directions without information uncertain, and changes no others
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,10 +234,7 @@ def _places_shown(dataset: Dataset, model: Model, trained: Array) -> Array:
     residuals = Residuals.of(dataset, model)
     N, m = dataset.n_poses, residuals.measurement.rows_per_pose
     J = residuals.linearise(model)[1][: N * m, model.blocks["target"]]
-    J = (J / np.maximum(np.linalg.norm(J, axis=0), 1e-300)).reshape(N, m, -1)
-    information = np.einsum("nmf,nmg->fg", J[trained], J[trained])
-    response = np.linalg.solve(information + _NO_INFORMATION * np.eye(J.shape[2]), np.swapaxes(J, 1, 2))
-    return np.linalg.norm(J @ response, 2, axis=(1, 2)) < _MOST_LEVERAGE
+    return places_shown(J.reshape(N, m, -1), trained)
 
 
 def _squared_distances(dataset: Dataset, model: Model) -> tuple[Array, Array]:

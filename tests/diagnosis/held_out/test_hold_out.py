@@ -187,3 +187,17 @@ def test_no_single_block_decides_whether_most_gain(gaining, lost, in_metres, gai
         return HeldOutErrors(whitened, metric, np.ones(20), np.arange(20))
 
     assert improves_with_limited_blocks(errors(before, before), errors(after, metres)) == gain
+
+
+def test_poses_at_which_the_others_do_not_show_the_place_of_the_tracker_do_not_count():
+    """A session has few poses away from the place of all its others: without them nothing shows how the tracker is turned."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=20, noise=1e-4, seed=12).dataset
+    both = dataset.subset(np.r_[np.arange(50), np.full(8, 50), 51, 52])
+    rows = np.arange(both.n_poses)
+    both = replace(
+        both, poses=both.poses.assign(pose=rows, order=rows, session=np.where(rows < 50, "a", "b"))
+    )
+    model, prepared = geometry_fit(both)
+    errors = held_out_errors(refit(both, model, prepared.free, ()))
+    assert (errors.counts == 0).any() and not (errors.counts[:50] == 0).any()
+    assert (errors.metric[errors.counts == 0] == 0).all() and errors.rms < 1e-3
