@@ -187,18 +187,21 @@ class _Unseen:
         try:
             if isinstance(answer, ScalarError):
                 raise answer
-            found = [_squared_distances(judged, model) for model in (answer.before, answer.after)]
+            rows = _in_known_sessions(judged, left_out)
+            part, out = judged.subset(rows), left_out[rows]
+            found = [_squared_distances(part, model) for model in (answer.before, answer.after)]
         except ScalarError as error:
             self.failed.append(str(error).splitlines()[0])
             return
         self.answers.append(answer)
-        shown = ~left_out | _places_shown(judged, answer.before, ~left_out)
-        seen = left_out & shown
-        self.without_place += int((~shown).sum())
+        shown = ~out | _places_shown(part, answer.before, ~out)
+        judgeable = out & shown
+        seen = rows[judgeable]
+        self.without_place += int(left_out.sum()) - len(seen)
         means = np.array([squares[shown].sum() / n[shown].sum() for squares, n in found])
-        self._of_runs.append((float(seen.sum()), means))
+        self._of_runs.append((float(len(seen)), means))
         for k, (squares, n) in enumerate(found):
-            self.metric[k, seen], self.counts[seen] = (squares / n)[seen], n[seen]
+            self.metric[k, seen], self.counts[seen] = (squares / n)[judgeable], n[judgeable]
 
     def over_all_poses(self) -> tuple[float, float]:
         """Return the mean squared distances [m^2] over all poses without effects and as shipped, as ``OuterSplit`` states them."""
@@ -219,6 +222,26 @@ def _numbered(dataset: Dataset) -> Dataset:
     if "order" in dataset.poses:
         return dataset
     return replace(dataset, poses=dataset.poses.assign(order=np.arange(dataset.n_poses, dtype=float)))
+
+
+def _in_known_sessions(dataset: Dataset, left_out: Array) -> Array:
+    """Return the rows ``(M,)`` of a tracker's poses whose session has poses that were not left out; of planes, all rows.
+
+    Args:
+        dataset: The N poses.
+        left_out: ``(N,)`` bool.
+
+    Raises:
+        Undetermined: The sessions of the other poses come in another order, so that a model of those would take one for another.
+    """
+    session = dataset.session
+    if session is None or dataset.planes:
+        return np.arange(dataset.n_poses)
+    trained = session[~left_out]
+    known = np.flatnonzero(np.isin(session, trained))
+    if list(dict.fromkeys(session[known])) != list(dict.fromkeys(trained)):
+        raise Undetermined(["sessions take turns, and without this part they begin in another order"])
+    return known
 
 
 def _places_shown(dataset: Dataset, model: Model, trained: Array) -> Array:
