@@ -25,7 +25,7 @@ from scalar.sensors.robust_scale import robust_std
 _ROUNDS = 12  # most rounds of fitting and setting aside; usually nothing changes after two
 _CONCENTRATIONS = 4  # fits to the best-fitting poses; later ones change nothing
 _LEAST_RETURNS = 3  # poses at one place; with fewer, none could be left out
-_LEAST_TRUSTED = 3  # poses of every plane, place or session: as many as determine where it is
+LEAST_TRUSTED = 3  # poses of every plane, place or session: as many as determine where it is
 _FEW_OF_SESSION = 6  # poses of a session; with some of so few left out, the others hardly determine its place
 _LEAST_RETURNING = 0.5  # share of the poses that has to be at such places
 # Bounds of the share of poses that are off, from which the length of runs by chance is computed.
@@ -221,7 +221,7 @@ def best_fitting(dataset: Dataset, distance: Array, usable: Array, settings: Gro
 
     def trust(group: Array, share: float) -> None:
         best = group[np.argsort(distance[group], kind="stable")]
-        core[best[: max(int(np.ceil(share * len(best))), _LEAST_TRUSTED)]] = True
+        core[best[: max(int(np.ceil(share * len(best))), LEAST_TRUSTED)]] = True
 
     index = dataset.plane_index if dataset.planes else places_returned_to(dataset)
     for k in np.unique(index):
@@ -229,7 +229,7 @@ def best_fitting(dataset: Dataset, distance: Array, usable: Array, settings: Gro
     if dataset.session is not None and not dataset.planes:
         for name in np.unique(dataset.session[usable]):
             mine = np.flatnonzero((dataset.session == name) & usable)
-            if len(mine) <= _FEW_OF_SESSION and core[mine].sum() < _LEAST_TRUSTED:
+            if len(mine) <= _FEW_OF_SESSION and core[mine].sum() < LEAST_TRUSTED:
                 trust(mine, 0.0)
     return core
 

@@ -26,6 +26,7 @@ from scalar.effects import Effect
 from scalar.errors import ScalarError, Undetermined
 from scalar.estimation.gross_errors import Cleaned
 from scalar.estimation.model import Model
+from scalar.estimation.pose_consistency import LEAST_TRUSTED
 from scalar.estimation.residuals import Residuals
 from scalar.geometry.se3 import Array
 
@@ -129,14 +130,16 @@ def outer_split(
     numbered = _numbered(dataset)
     block, fold = _blocks(dataset, settings, folds, moving)
     parts = [np.flatnonzero(fold == k) for k in range(folds) if np.any(fold == k)]
-    jobs = [(run, numbered.subset(np.delete(np.arange(dataset.n_poses), out)), settings) for out in parts]
+    trained = [_trained_without(dataset, out) for out in parts]
+    jobs = [(run, numbered.subset(rows), settings) for rows in trained]
     row = {int(pose): i for i, pose in enumerate(dataset.pose_ids)}
     kept = np.array([row[int(pose)] for pose in cleaned.dataset.pose_ids])
     order = numbered.poses["order"].to_numpy()[kept]
     judged = replace(cleaned.dataset, poses=cleaned.dataset.poses.assign(order=order))
     unseen = _Unseen(len(kept))
-    for out, answer in zip(parts, run_all(jobs, on_fold, cores or available_cores()), strict=True):
-        unseen.add(judged, np.isin(kept, out), answer)
+    answers = run_all(jobs, on_fold, cores or available_cores())
+    for out, rows, answer in zip(parts, trained, answers, strict=True):
+        unseen.add(judged, np.isin(kept, out), rows[kept], answer)
     known = np.isfinite(unseen.metric[0])
     own_block = np.unique(block[kept][known], return_inverse=True)[1]
     before, after = (
@@ -176,25 +179,26 @@ class _Unseen:
         # The number of poses that each run left out, and its mean squared distances (2,) [m^2] over all poses.
         self._of_runs: list[tuple[float, Array]] = []
 
-    def add(self, judged: Dataset, left_out: Array, answer: Answer | ScalarError) -> None:
+    def add(self, judged: Dataset, left_out: Array, trained: Array, answer: Answer | ScalarError) -> None:
         """Add the answer of a run, or the error that ended it.
 
         Args:
             judged: The M poses, with their order.
             left_out: ``(M,)`` bool, which of them the run left out.
+            trained: ``(M,)`` bool, which of them it had.
             answer: Its answer.
         """
         try:
             if isinstance(answer, ScalarError):
                 raise answer
-            rows = _in_known_sessions(judged, left_out)
+            rows = _in_known_sessions(judged, trained)
             part, out = judged.subset(rows), left_out[rows]
             found = [_squared_distances(part, model) for model in (answer.before, answer.after)]
         except ScalarError as error:
             self.failed.append(str(error).splitlines()[0])
             return
         self.answers.append(answer)
-        shown = ~out | _places_shown(part, answer.before, ~out)
+        shown = ~out | _places_shown(part, answer.before, trained[rows])
         judgeable = out & shown
         seen = rows[judgeable]
         self.without_place += int(left_out.sum()) - len(seen)
@@ -224,12 +228,28 @@ def _numbered(dataset: Dataset) -> Dataset:
     return replace(dataset, poses=dataset.poses.assign(order=np.arange(dataset.n_poses, dtype=float)))
 
 
-def _in_known_sessions(dataset: Dataset, left_out: Array) -> Array:
-    """Return the rows ``(M,)`` of a tracker's poses whose session has poses that were not left out; of planes, all rows.
+def _trained_without(dataset: Dataset, out: Array) -> Array:
+    """Return which poses ``(N,)`` bool a run has: those that are not left out, but for the rest of a tracker's session that places no tracker.
 
     Args:
         dataset: The N poses.
-        left_out: ``(N,)`` bool.
+        out: Rows that are left out.
+    """
+    trained = np.ones(dataset.n_poses, dtype=bool)
+    trained[out] = False
+    session = dataset.session
+    if session is not None and not dataset.planes:
+        left = np.bincount(session[trained], minlength=int(session.max()) + 1)
+        trained &= left[session] >= LEAST_TRUSTED
+    return trained
+
+
+def _in_known_sessions(dataset: Dataset, trained: Array) -> Array:
+    """Return the rows ``(M,)`` of a tracker's poses whose session has trained poses; of planes, all rows.
+
+    Args:
+        dataset: The N poses.
+        trained: ``(N,)`` bool.
 
     Raises:
         Undetermined: The sessions of the other poses come in another order, so that a model of those would take one for another.
@@ -237,9 +257,8 @@ def _in_known_sessions(dataset: Dataset, left_out: Array) -> Array:
     session = dataset.session
     if session is None or dataset.planes:
         return np.arange(dataset.n_poses)
-    trained = session[~left_out]
-    known = np.flatnonzero(np.isin(session, trained))
-    if list(dict.fromkeys(session[known])) != list(dict.fromkeys(trained)):
+    known = np.flatnonzero(np.isin(session, session[trained]))
+    if list(dict.fromkeys(session[known])) != list(dict.fromkeys(session[trained])):
         raise Undetermined(["sessions take turns, and without this part they begin in another order"])
     return known
 

@@ -120,6 +120,18 @@ def test_poses_at_which_the_others_do_not_show_the_place_of_the_tracker_are_not_
         assert places.tolist() == [*[True] * (len(rows) - 2), shown, shown]
 
 
+@pytest.mark.parametrize("short", [1, 4])
+def test_a_session_of_few_poses_costs_no_other_pose(short):
+    """Where a part takes so much of a session that nothing shows where the tracker stood in it, the other poses of the part count all the same."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=20, noise=1e-4, seed=12).dataset
+    few = np.arange(dataset.n_poses) >= dataset.n_poses - short
+    dataset = replace(dataset, poses=dataset.poses.assign(session=np.where(few, "b", "a")))
+    found = split(Cleaned(dataset, (), (), 0))
+    assert not found.failed and len(found.answers) == 4
+    assert found.without_place <= short and len(found.fold) == dataset.n_poses - found.without_place
+    assert found.errors[0].rms < 1e-3
+
+
 def test_poses_that_are_gross_errors_are_not_counted(cleaned):
     """Poses that the whole diagnosis sets aside have no error, but the runs have them among their poses."""
     kept = replace(cleaned, dataset=cleaned.dataset.subset(np.arange(5, cleaned.dataset.n_poses)))
