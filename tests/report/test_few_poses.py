@@ -35,11 +35,15 @@ def few() -> Diagnosis:
 
 
 def test_too_few_poses_are_said_with_how_many_more(few: Diagnosis) -> None:
-    """In 36 scans nothing certain is found: terminal and report say that they are too few, and the second sentence of the report leads to plan."""
+    """In 36 scans, two of one pose, nothing certain is found: terminal and report say that they are too few, and the report leads to plan."""
     assert not few.findings
     (sentence,) = few_poses(few)
     more = int(re.search(r"Measure at least (\d+) more", sentence)[1])
-    assert 20 <= more <= 60 and f"--poses {more}" in sentence and "36 give 72 equations" in sentence
+    assert (
+        20 <= more <= 60
+        and f"--poses {more}" in sentence
+        and "35 different ones give 70 equations" in sentence
+    )
     assert sentence in describe_diagnosis(few)
     lead = re.findall(r'<p class="lead">(.*?)</p>', render_report(few))
     assert "Too few poses" in lead[1]

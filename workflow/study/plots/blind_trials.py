@@ -230,8 +230,13 @@ def draw_reliability(reliability: pd.DataFrame) -> Figure:
         ax.errorbar(
             x, y, [y - low, high - y], fmt="o", color=PROPOSED, capsize=3, label="measured, 95 % interval"
         )
-        for at, share, n in zip(x, y, stated["answers"], strict=True):
-            note: Any = {"xytext": (6, -10), "textcoords": "offset points", "fontsize": 7.5}
+        near = (
+            np.diff(x, prepend=-1.0) < 0.04
+        )  # of the confidence before, so that the numbers would lie on one another
+        level = 0
+        for at, share, n, lower in zip(x, y, stated["answers"], near, strict=True):
+            level = level + 1 if lower else 0
+            note: Any = {"xytext": (6, -10 - 10 * level), "textcoords": "offset points", "fontsize": 7.5}
             ax.annotate(str(int(n)), (at, share), **note)
         ax.set_xlabel("confidence stated with an effect")
         ax.set_ylabel("share of those effects that were injected")
