@@ -1,6 +1,8 @@
-"""What tests of several commands share: a small workcell that calibrates well, and a program to correct."""
+"""What tests of several commands share: a small workcell that calibrates well, a program to correct, and a fleet of campaigns."""
 
+import os
 import shutil
+import signal
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +11,7 @@ import pandas as pd
 import pytest
 
 from scalar.data.io.plain_yaml import load_yaml
+from scalar.diagnosis import Diagnosis, diagnose
 from scalar.effects.joint_backlash import JointBacklash
 from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.thermal_drift import ThermalDrift
@@ -74,3 +77,40 @@ def program(tmp_path, arm_calibration):
     table.to_csv(tmp_path / "targets.csv", index=False, float_format="%.17g")
     arm_calibration.save(tmp_path / "calibration.json")
     return tmp_path
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with three sound datasets and two that are not: a number that is none, and no joint angles."""
+    folder = tmp_path_factory.mktemp("fleet")
+    for k in (1, 2, 3):
+        scene = make_scene(kind="tracker", seed=k, poses_per_plane=9)
+        scene.write(folder / f"robot-{k}" / "campaign")
+    make_scene(kind="tracker", seed=4, poses_per_plane=9).write(folder / "robot-0" / "campaign")
+    bad = folder / "robot-0" / "campaign" / "poses.csv"
+    bad.write_text(bad.read_text().replace("\n1,", "\none,", 1), encoding="utf-8")
+    (folder / "robot-4" / "campaign").mkdir(parents=True)
+    (folder / "robot-4" / "campaign" / "dataset.yaml").write_text("format: scalar-dataset/1\n")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def diagnosed(fleet: Path) -> Diagnosis:
+    """Return the diagnosis of one of the datasets."""
+    return diagnose(make_scene(kind="tracker", seed=1, poses_per_plane=9).dataset)
+
+
+@pytest.fixture
+def instantly(monkeypatch: pytest.MonkeyPatch, diagnosed: Diagnosis) -> list[str]:
+    """Let every diagnosis be the same one, at once; names of robots in the list are refused by ending the process, or by an error."""
+    fates: list[str] = []
+
+    def answer(dataset: object, **options: object) -> Diagnosis:
+        if "killed" in fates:
+            os.kill(os.getpid(), signal.SIGKILL)
+        if "broken" in fates:
+            raise RuntimeError("a fault of ours")
+        return diagnosed
+
+    monkeypatch.setattr("scalar.diagnosis.diagnose", answer)
+    return fates

@@ -2,44 +2,25 @@
 
 from __future__ import annotations
 
-import csv
 import errno
 import hashlib
 import os
-import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import pytest
-from click.testing import CliRunner, Result
-from hypothesis import given
-from hypothesis import strategies as st
 
-from scalar.cli import cli
 from scalar.cli.fleet import Job
-from scalar.cli.fleet_folders import datasets_in, names_of
 from scalar.data.io import temporary
-from scalar.diagnosis import Diagnosis, diagnose
 from scalar.diagnosis.held_out.repeated_runs import available_cores
+from tests.cli.fleets import run, table
 from tests.random_scene import make_scene
 
 ERRORS = (("data_sheet", ""), ("after", ""), ("after", "_at_most"))
 """What the table says of the workspace: the arm as described is wrong by millimetres, as calibrated by what the band allows."""
-
-
-def run(*arguments: object) -> Result:
-    """Run ``scalar`` in this process; its workers are forked from it."""
-    return CliRunner().invoke(cli, [str(argument) for argument in arguments])
-
-
-def table(folder: Path) -> dict[str, dict[str, str]]:
-    """Return the lines of the table by the name of the dataset, in their order."""
-    with open(folder / "fleet.csv", encoding="utf-8", newline="") as file:
-        return {row["folder"]: row for row in csv.DictReader(file)}
 
 
 def contents(folder: Path) -> dict[str, str]:
@@ -49,43 +30,6 @@ def contents(folder: Path) -> dict[str, str]:
         for path in sorted(folder.rglob("*"))
         if path.is_file()
     }
-
-
-@pytest.fixture(scope="module")
-def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder with three sound datasets and two that are not: a number that is none, and no joint angles."""
-    folder = tmp_path_factory.mktemp("fleet")
-    for k in (1, 2, 3):
-        scene = make_scene(kind="tracker", seed=k, poses_per_plane=9)
-        scene.write(folder / f"robot-{k}" / "campaign")
-    make_scene(kind="tracker", seed=4, poses_per_plane=9).write(folder / "robot-0" / "campaign")
-    bad = folder / "robot-0" / "campaign" / "poses.csv"
-    bad.write_text(bad.read_text().replace("\n1,", "\none,", 1), encoding="utf-8")
-    (folder / "robot-4" / "campaign").mkdir(parents=True)
-    (folder / "robot-4" / "campaign" / "dataset.yaml").write_text("format: scalar-dataset/1\n")
-    return folder
-
-
-@pytest.fixture(scope="module")
-def diagnosed(fleet: Path) -> Diagnosis:
-    """Return the diagnosis of one of the datasets."""
-    return diagnose(make_scene(kind="tracker", seed=1, poses_per_plane=9).dataset)
-
-
-@pytest.fixture
-def instantly(monkeypatch: pytest.MonkeyPatch, diagnosed: Diagnosis) -> list[str]:
-    """Let every diagnosis be the same one, at once; names of robots in the list are refused by ending the process, or by an error."""
-    fates: list[str] = []
-
-    def answer(dataset: object, **options: object) -> Diagnosis:
-        if "killed" in fates:
-            os.kill(os.getpid(), signal.SIGKILL)
-        if "broken" in fates:
-            raise RuntimeError("a fault of ours")
-        return diagnosed
-
-    monkeypatch.setattr("scalar.diagnosis.diagnose", answer)
-    return fates
 
 
 @pytest.mark.slow
@@ -223,93 +167,3 @@ def test_one_dataset_at_a_time_without_the_option(fleet: Path, tmp_path: Path) -
     """Two datasets without --batch are refused in one sentence that names the option."""
     result = run("diagnose", fleet / "robot-1", fleet / "robot-2", "-o", tmp_path / "out")
     assert result.exit_code == 2 and "--batch" in result.stderr and not (tmp_path / "out").exists()
-
-
-def test_a_folder_without_a_dataset_has_a_line(tmp_path: Path) -> None:
-    """A folder that is missing or holds no dataset is refused in its line, and is not passed over."""
-    (tmp_path / "empty").mkdir()
-    result = run("diagnose", "--batch", tmp_path / "empty", tmp_path / "nowhere", "-o", tmp_path / "out")
-    rows = table(tmp_path / "out")
-    assert result.exit_code == 2 and [row["status"] for row in rows.values()] == ["2", "2"]
-    assert (
-        "the folder is empty" in rows["empty"]["message"] and "no such folder" in rows["nowhere"]["message"]
-    )
-
-
-def test_a_folder_that_was_meant_as_a_dataset_has_a_line(
-    tmp_path: Path, instantly: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Below a folder that is given, one that is empty, that links only to its parent, that cannot be read, or that lost its dataset.yaml has a line.
-
-    A result of `plan` beside them, with poses.csv alone, has none, and neither have notes.
-    """
-    fleet = tmp_path / "fleet"
-    for k, name in enumerate(("locked", "lost", "sound")):
-        make_scene(kind="tracker", seed=k, poses_per_plane=9).write(fleet / name)
-    (fleet / "lost" / "dataset.yaml").unlink()
-    for name in ("circle", "empty", "notes", "plan"):
-        (fleet / name).mkdir()
-    (fleet / "circle" / "again").symlink_to("..")
-    (fleet / "notes" / "readme.txt").write_text("measured on Friday", encoding="utf-8")
-    (fleet / "plan" / "poses.csv").write_text("pose,q1\n1,0.5\n", encoding="utf-8")
-    for name in ("listdir", "scandir"):  # permissions do not bind the user who runs the tests in a container
-        monkeypatch.setattr(os, name, _refusing(getattr(os, name), fleet / "locked"))
-    result = run("diagnose", "--batch", fleet, "-o", tmp_path / "out", "--quick")
-    rows = table(tmp_path / "out")
-    assert result.exit_code == 2 and "Traceback" not in result.output
-    assert {name: row["status"] for name, row in rows.items()} == {
-        **dict.fromkeys(("circle", "empty", "locked", "lost"), "2"),
-        "sound": "0",
-    }
-    assert "the folder is empty" in rows["empty"]["message"]
-    assert "Permission denied" in rows["locked"]["message"]
-    assert "dataset.yaml: the file is missing" in rows["lost"]["message"]
-    may = os.access
-    monkeypatch.setattr(os, "access", lambda path, mode: Path(path).name != "locked" and may(path, mode))
-    result = run("diagnose", "--batch", *sorted(fleet.iterdir()), "-o", tmp_path / "each", "--quick")
-    assert result.exit_code == 2
-    assert {name: row["status"] for name, row in table(tmp_path / "each").items()} == {
-        name: "0" if name == "sound" else "2" for name in (*rows, "notes", "plan")
-    }
-
-
-def test_results_among_the_datasets_are_no_datasets(tmp_path: Path, instantly: list[str]) -> None:
-    """An empty folder that a stopped run left among its results is passed over, where these lie below the folder that is given."""
-    for k, name in enumerate(("one", "two")):
-        make_scene(kind="tracker", seed=k, poses_per_plane=9).write(tmp_path / name)
-    (tmp_path / "out" / "one").mkdir(parents=True)
-    result = run("diagnose", "--batch", tmp_path, "-o", tmp_path / "out", "--quick")
-    assert result.exit_code == 0, result.output
-    assert list(table(tmp_path / "out")) == ["one", "two"]
-
-
-def _refusing(function: Callable[[Any], Any], place: Path) -> Callable[[Any], Any]:
-    """Return a function that lists folders, for which one folder may not be read."""
-
-    def listed(folder: Any = ".") -> Any:
-        if os.fspath(folder) == str(place):
-            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
-        return function(folder)
-
-    return listed
-
-
-PARTS = st.lists(st.sampled_from("abc"), min_size=1, max_size=3)
-
-
-@given(st.sets(PARTS.map(lambda parts: Path("/", *parts)), min_size=1, max_size=8))
-def test_each_result_has_a_folder_of_its_own(paths: set[Path]) -> None:
-    """Whatever the folders are, each result has a folder outside all others, whose name ends as the dataset's does."""
-    ordered = sorted(paths)
-    names = names_of(ordered)
-    assert len(set(names)) == len(names)
-    for name, path in zip(names, ordered, strict=True):
-        assert name.rsplit("/", 1)[-1].endswith(path.name)
-        assert not any(other != name and f"{name}/".startswith(f"{other}/") for other in names)
-
-
-def test_the_order_is_that_of_the_names(fleet: Path) -> None:
-    """However the folders are given, even twice, each dataset has one line, in the order of names."""
-    given_one_way = datasets_in([fleet / "robot-2", fleet / "robot-1", fleet / "robot-2" / "campaign"])
-    assert given_one_way == datasets_in([fleet / "robot-1", fleet / "robot-2"])
-    assert [path.parent.name for path in given_one_way] == ["robot-1", "robot-2"]

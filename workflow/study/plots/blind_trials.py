@@ -230,9 +230,8 @@ def draw_reliability(reliability: pd.DataFrame) -> Figure:
         ax.errorbar(
             x, y, [y - low, high - y], fmt="o", color=PROPOSED, capsize=3, label="measured, 95 % interval"
         )
-        near = (
-            np.diff(x, prepend=-1.0) < 0.04
-        )  # of the confidence before, so that the numbers would lie on one another
+        # Numbers of confidences that are so near to one another stand below one another.
+        near = np.diff(x, prepend=-1.0) < 0.04
         level = 0
         for at, share, n, lower in zip(x, y, stated["answers"], near, strict=True):
             level = level + 1 if lower else 0
@@ -242,5 +241,5 @@ def draw_reliability(reliability: pd.DataFrame) -> Figure:
         ax.set_ylabel("share of those effects that were injected")
         ax.set_xlim(0, 1.02)
         ax.set_ylim(0, 1.03)
-        ax.legend(loc="upper left")
+        ax.legend(loc="lower right")
     return figure
