@@ -8,6 +8,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.diagnosis.fit.fitted_state import FittedState
+from scalar.diagnosis.held_out.repetitions import distances_from_other_readings
 from scalar.diagnosis.selection.brief_changes import between_brief_changes
 from scalar.diagnosis.settings import Settings
 from scalar.errors import InvalidInput, Undetermined
@@ -19,14 +20,27 @@ from scalar.estimation.setup.known_planes import refuse_contradicted_planes
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.sufficiency import TooManyUnknowns
 
+# Chosen: measurements of a pose are so many times as far from their median if one of them, which is wrong, shifts it.
+_OF_SHIFTED = 2.0
+
 
 def cleaned_given(cleaned: Cleaned, state: FittedState) -> Cleaned:
-    """Return the cleaned dataset without the poses that prove to be gross errors given the effects of a state; the same object if there are none."""
+    """Return the cleaned dataset without the poses that prove to be gross errors given the effects of a state; the same object if there are none.
+
+    Where poses were measured several times, each measurement is compared with the others of its pose as well: what the model lacks is in all of them,
+    and hides no gross error of one.
+    """
+    settings = state.settings.estimation.gross_errors
+    distances = state.residuals.pose_distances(state.model)
+    again = clean_given_effects(cleaned, distances, between_brief_changes(state), settings)
+    if again is not cleaned:
+        return again
+    from_others = distances_from_other_readings(state)
+    if from_others is None:
+        return cleaned
+    # Similar poses are the others of the same pose, whose median the wrong one has shifted.
     return clean_given_effects(
-        cleaned,
-        state.residuals.pose_distances(state.model),
-        between_brief_changes(state),
-        state.settings.estimation.gross_errors,
+        cleaned, from_others, None, replace(settings, similar_ratio=_OF_SHIFTED * settings.similar_ratio)
     )
 
 

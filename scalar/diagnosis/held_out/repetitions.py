@@ -12,6 +12,8 @@ from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.settings import DEFAULTS
 from scalar.geometry.se3 import Array
 
+_LEAST_READINGS = 3  # of a pose: of two that differ, nothing tells which is wrong
+
 
 def moving_joints(state: FittedState) -> Array:
     """Return which joints move what is measured, ``(n,)`` bool: their derivatives are at least ``settings.hold_out.least_derivative``."""
@@ -51,6 +53,35 @@ def distinct_poses(state: FittedState) -> Array:
 def distinct_equations(state: FittedState) -> int:
     """Return the number of equations that were measured at distinct poses."""
     return int(state.residuals.measurement.equations[distinct_poses(state)].sum())
+
+
+def distances_from_other_readings(state: FittedState) -> Array | None:
+    """Return how far each measurement is from the median of all measurements of its pose, ``(N,)`` [m]; None if there is none to compare.
+
+    What the model lacks at a pose is in all of its measurements alike, and does not count here. Poses with fewer than three measurements on the same
+    plane, which cannot tell which of them is wrong, have the median distance of the others.
+    """
+    N = state.dataset.n_poses
+    residual = state.linearised()[0][: N * state.residuals.measurement.rows_per_pose].reshape(N, -1)
+    measured = np.ma.masked_equal(residual, 0.0)  # the row of a target that was not seen is zero
+    _, first, of_key = np.unique(
+        np.column_stack([first_of_repetitions_of(state), state.dataset.plane_index]),
+        axis=0,
+        return_index=True,
+        return_inverse=True,
+    )
+    deviation, compared = np.zeros_like(residual), np.zeros(N, dtype=bool)
+    for rows in poses_by_repetitions(first[of_key.ravel()]):
+        if rows.shape[1] >= _LEAST_READINGS:
+            usual = np.ma.median(measured[rows], axis=1, keepdims=True)
+            deviation[rows] = (measured[rows] - usual).filled(0.0)
+            compared[rows] = True
+    sizes = np.linalg.norm(deviation, axis=1)
+    if not sizes.any():
+        return None
+    # Rows are in standard deviations: times the mean length of one.
+    length = state.residuals.rms(state.model) / np.sqrt(np.sum(residual**2) / N)
+    return length * np.where(compared, sizes, np.median(sizes[compared]))
 
 
 def poses_by_repetitions(first: Array) -> list[Array]:
