@@ -16,6 +16,7 @@ from scalar.diagnosis.naming.one_joint_moves import limited_by_one_joint
 from scalar.diagnosis.naming.one_path import limited_by_path
 from scalar.diagnosis.naming.orders_between import limited_by_orders_between
 from scalar.diagnosis.naming.rounded_record import limited_by_rounding
+from scalar.diagnosis.naming.same_joint import limited_by_same_joint
 from scalar.diagnosis.naming.several_orders import limited_by_several_orders
 from scalar.diagnosis.naming.step_at_boundary import limited_by_boundaries
 from scalar.diagnosis.naming.two_halves import limited_by_halves
@@ -52,6 +53,7 @@ def limited_names(
     found = limited_by_assembly(found, least)
     found = limited_by_boundaries(found, dataset, settings.selection.change_margin, least)
     found = limited_by_same_warmth(found, least)
+    found = limited_by_same_joint(found, least)
     found = limited_by_usual_odds(found, least)
     found = limited_by_several_orders(found, least)
     return limited_by_structure(found, n_poses, least)
