@@ -68,6 +68,10 @@ TRACKED_SUMMARY = PAPER / "summaries/tracked_trials/numbers.json"
 if TRACKED_SUMMARY.exists():
     PAPER_NUMBERS["tracked_trials"] = local(TRACKED_SUMMARY)
 
+REAL_ARM_SUMMARY = PAPER / "summaries/real_arm_trials/numbers.json"
+if REAL_ARM_SUMMARY.exists():
+    PAPER_NUMBERS["real_arm_trials"] = local(REAL_ARM_SUMMARY)
+
 BENCHMARK_SUMMARY = PAPER / "summaries/benchmark/numbers.json"
 BENCHMARK_TABLE = ROOT / "benchmarks/diagnosis/results.csv"
 if BENCHMARK_SUMMARY.exists():

@@ -41,8 +41,8 @@ with logged(snakemake.log):
         ]
         parts["stratified"]["conditions"] = committed.conditions(read_table(given.conditions))
         parts["stratified"]["confidence"] = committed.confidence(read_table(given.confidence))
-        parts["stratified"]["earlier_larger"] = sum(
-            exam[WORST] > parts["stratified"][WORST] for exam in exams
+        parts["stratified"]["earlier_larger"] = committed.larger_as_printed(
+            [exam[WORST] for exam in exams], parts["stratified"][WORST], 2
         )
     if given.separation:
         pairs = read_table(given.separation)
@@ -55,6 +55,7 @@ with logged(snakemake.log):
     if given.rivals:
         rivals = read_table(given.rivals)
         parts["benchmark"]["with_moment"] = committed.with_moment(rivals)
+        parts["benchmark"]["by_names"] = committed.by_names(rivals)
         parts["benchmark"]["not_run_before"] = committed.not_run_before(rivals)
     if "measured_rivals" in parts:
         parts["measured_rivals"] |= counts(parts["measured_rivals"]["sets"])

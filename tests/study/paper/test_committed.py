@@ -54,6 +54,59 @@ def test_pairs_that_can_be_separated_are_those_of_the_summary():
     assert found["pairs"] == summary["pairs"]
     assert 0 <= found["named_alone"] <= summary["diagnosed_planned"]["count"]
     assert 0 <= found["named_alone_at_random"] <= summary["diagnosed_random"]["count"]
+    assert found["pairs"] <= found["open"]
+
+
+def test_every_pair_is_either_open_or_should_be_separated_already():
+    """Of four pairs two have a signal of five standard errors or more; the new diagnosis distinguishes three, and one has no true cause."""
+    columns = [
+        "pairs", "now", "separable", "distinguished", "distinguished_at_random", "right", "right_then", "right_then_at_random",
+    ]  # fmt: skip
+    rows = [
+        (2, 1.0, True, True, False, "effect", True, False),
+        (2, 6.0, True, True, True, "rival", False, False),
+        (1, 4.9, False, False, False, "neither", False, False),
+        (1, 50.0, True, True, False, "effect", False, False),
+        (0, None, None, None, None, None, None, None),
+    ]
+    found = committed.separated(pd.DataFrame(rows, columns=columns))
+    assert found == {
+        "pairs": 1, "named_alone": 1, "named_alone_at_random": 0, "open": 2, "already": 2, "of_all_planned": 3, "of_all_at_random": 1, "neither": 1,
+    }  # fmt: skip
+
+
+def test_exams_are_compared_as_the_paper_prints_them():
+    """2.41 and 2.407 are both 2.4; 300 is larger, and 1.04 is not."""
+    assert committed.larger_as_printed([2.41, 2.407, 2.46, 300.0, 1.04], 2.407, 2) == 2
+
+
+def test_sets_without_a_named_cause_are_counted_apart():
+    """Of three sets with a named cause the diagnosis alone answers one and stepwise one; the set of an unknown cause is the diagnosis'."""
+    clean = {
+        "3 to 5 effects": [(True, True), (True, False), (False, True)],
+        "unknown cause": [(True, False)],
+    }
+    rows, number = [], 0
+    for row, answers in clean.items():
+        for diagnosis, stepwise in answers:
+            rows += [(number, row, "diagnosis", diagnosis), (number, row, "stepwise", stepwise)]
+            rows.append((number, row, "gaussian-process", None))  # which gives no names
+            number += 1
+    found = committed.by_names(pd.DataFrame(rows, columns=["number", "row", "contestant", "clean"]))
+    assert found["named"] == {
+        "sets": 3,
+        "diagnosis": 2,
+        "stepwise": 2,
+        "only_diagnosis": 1,
+        "only_stepwise": 1,
+    }
+    assert found["unnamed"] == {
+        "sets": 1,
+        "diagnosis": 1,
+        "stepwise": 0,
+        "only_diagnosis": 1,
+        "only_stepwise": 0,
+    }
 
 
 def test_confounded_pairs_add_up_to_the_summary():

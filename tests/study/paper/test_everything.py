@@ -6,6 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[3]
 STAYS = {
     "stratified": "the sealed exams of scanners",
+    "real_arm_trials": "of effects of real arms",
     "tracked_trials": "and of trackers and probes",
     "measured_rivals": "the errors of measured halves",
     "measured_published": "those on the splits of their authors",

@@ -1,8 +1,9 @@
-"""Count in tables of results what the paper quotes: sets, right answers, correlations, pairs of causes, changes at a moment, sets not seen before."""
+"""Count in tables of results what the paper quotes: sets, right answers, correlations, pairs of causes, sets of a kind, exams."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from itertools import combinations
 from typing import Any
 
@@ -15,6 +16,9 @@ STRONG = 0.7
 """Least absolute value of a correlation that has a key of its own."""
 MOMENTS = ("plane_moved", "sensor_slip")
 """Effects that begin at a moment, for which the lasso and stability selection have no columns."""
+
+UNNAMED = ("unknown cause", "shape also tried")
+"""Rows of the stratified design whose cause has no name in the catalogue."""
 
 RUN_BEFORE = 25
 """The first sets of the comparison with rivals, which an earlier version of the diagnosis had been run on; no version had seen the others."""
@@ -58,18 +62,36 @@ def confidence(table: pd.DataFrame) -> dict[str, dict[str, Any]]:
     return found
 
 
+def larger_as_printed(values: Iterable[float], than: float, digits: int) -> int:
+    """Return how many numbers are larger than another one, all rounded to so many significant digits as the paper prints them."""
+    return sum(float(f"{value:.{digits - 1}e}") > float(f"{than:.{digits - 1}e}") for value in values)
+
+
 def separated(table: pd.DataFrame) -> dict[str, int]:
-    """Return for how many pairs that the planned poses may separate the injected effect is then named alone.
+    """Return for how many pairs that the planned poses may separate the injected effect is then named alone, and counts of all pairs.
 
     Args:
-        table: separation.csv of the planned poses. Pairs that the diagnosed poses separate already do not count.
+        table: separation.csv of the planned poses. Pairs that the diagnosed poses should separate already do not count as pairs that the planned
+            poses may separate.
+
+    Returns:
+        ``pairs``, ``named_alone``, ``named_alone_at_random``; ``open`` and ``already``, the numbers of pairs that the diagnosed poses should not and
+        should separate; of all pairs ``of_all_planned`` and ``of_all_at_random``, how many the new diagnosis distinguishes, and ``neither``, how many
+        have two causes that were not injected.
     """
-    every: Any = table
-    pairs = every[every["separable"].eq(True) & (every["now"] < ANSWERED**0.5)]
+    whole: Any = table
+    every = whole[whole["pairs"] > 0]
+    still_open = every["now"] < ANSWERED**0.5
+    pairs = every[every["separable"].eq(True) & still_open]
     return {
         "pairs": len(pairs),
         "named_alone": int(pairs["right_then"].eq(True).sum()),
         "named_alone_at_random": int(pairs["right_then_at_random"].eq(True).sum()),
+        "open": int(still_open.sum()),
+        "already": int((~still_open).sum()),
+        "of_all_planned": int(every["distinguished"].eq(True).sum()),
+        "of_all_at_random": int(every["distinguished_at_random"].eq(True).sum()),
+        "neither": int(every["right"].eq("neither").sum()),
     }
 
 
@@ -141,6 +163,33 @@ def with_moment(table: pd.DataFrame) -> int:
     """
     sets: Any = table.drop_duplicates("number")
     return sum(any(effect["name"] in MOMENTS for effect in json.loads(text)) for text in sets["injected"])
+
+
+def by_names(table: pd.DataFrame) -> dict[str, dict[str, int]]:
+    """Return how many sets of the comparison with rivals have causes without a name, and only named ones, and how many each contestant answers.
+
+    A cause without a name is answered without a fault by a report of unmodelled structure, which only the diagnosis can make.
+
+    Args:
+        table: Rows of sets and contestants, with columns ``number``, ``row``, ``contestant`` and ``clean``.
+
+    Returns:
+        For ``unnamed`` and ``named`` causes ``sets``, the number of clean answers of each contestant that gives names, and ``only_diagnosis`` and
+        ``only_stepwise``, how many of the two the diagnosis or stepwise selection alone answers.
+    """
+    every: Any = table[table["clean"].notna()]
+    square = every.pivot(index="number", columns="contestant", values="clean").astype(bool)
+    unnamed = every.groupby("number")["row"].first().isin(UNNAMED)
+    found = {}
+    for name, part in (("unnamed", square[unnamed]), ("named", square[~unnamed])):
+        diagnosis, stepwise = part["diagnosis"], part["stepwise"]
+        found[name] = {
+            "sets": len(part),
+            **{str(contestant): int(part[contestant].sum()) for contestant in part},
+            "only_diagnosis": int((diagnosis & ~stepwise).sum()),
+            "only_stepwise": int((stepwise & ~diagnosis).sum()),
+        }
+    return found
 
 
 def not_run_before(table: pd.DataFrame) -> dict[str, int]:

@@ -29,6 +29,7 @@ from study.confidence.fit import MEDIUM_POSES
 from study.paper.measured import measured_counts
 from study.published_curves.curves import LEFT_OUT
 from study.sweeps.numbers import NEAR_BOUND
+from study.sweeps.summary import LOST_MM
 
 EQUATIONS_PER_POSE = 2
 """A scan of a plane is a straight line: an offset and a slope, however many points it has."""
@@ -147,6 +148,7 @@ def conventions() -> dict[str, Any]:
         "much_worse": MUCH_WORSE - 1,
         "few_poses": FEW_POSES,
         "medium_poses": MEDIUM_POSES,
+        "lost_mm": LOST_MM,
     }
 
 

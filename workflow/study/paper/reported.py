@@ -3,4 +3,4 @@
 They have a module of their own, so that the rules of the workflow, which list these files, import nothing slow.
 """
 
-TABLES = ("by_scene", "power", "errors", "unknown")
+TABLES = ("by_scene", "power", "errors", "unknown", "nulls")

@@ -32,6 +32,8 @@ SAME_FORMULA = (
 """Unknown causes for which the estimator has a flexible term of the same formula (``effects/flexible``)."""
 IMITATED = ("worn_teeth", "belt")
 """Unknown causes that a flexible term imitates: a plateau imitates worn teeth, waves imitate a belt."""
+JITTERY = "null-jittery"
+"""The sets without a systematic effect whose joints jitter."""
 NAMED = ("right", "listed", "elsewhere", "wrong")
 """Outcomes in which a name was given."""
 
@@ -51,7 +53,19 @@ def reported_trials(tables: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
         "unknown": _unknown(tables["unknown"]),
         "after_over_control": _after(errors[errors["size"] == NATURAL]),
         "not_injected": _not_injected(tables["power"]),
+        "nulls": _nulls(tables["nulls"]),
     }
+
+
+def _nulls(nulls: Any) -> dict[str, Any]:
+    """Return how many sets without a systematic effect have an answer: those whose joints jitter, and the others."""
+    kinds = nulls[nulls["case"] != "all"]
+    jitter = kinds["case"] == JITTERY
+    found = {}
+    for name, part in (("jittery", kinds[jitter]), ("others", kinds[~jitter])):
+        sets, count = int(part["sets"].sum()), int(part["count"].sum())
+        found[name] = {"sets": sets, "count": count, "high": wilson(count, sets)[1]}
+    return found
 
 
 def _not_injected(power: Any) -> list[str]:

@@ -15,6 +15,8 @@ from study.published_curves.findings import WAYS
 from study.published_curves.predict import Predictions
 from study.published_curves.recovery import EXCLUDED, INDISTINGUISHABLE
 
+OF_SOLVER = ("iterations", "tolerance")
+"""Magnitudes that are no errors of measurement, but settings of the solver."""
 _SINGLE = ("noise", "shared", "scan", "joint", "step", "iterations", "tolerance", "abs", "abs-2018", "clip")
 """Names of the single effects, of which pairs consist, and of the readings of the baseline's square root."""
 
@@ -94,16 +96,27 @@ def _recovery(confusion: pd.DataFrame, coverage: pd.DataFrame) -> dict[str, Any]
 
     Args:
         confusion, coverage: As ``recovery.recover`` returns them.
+
+    Returns:
+        Shares. ``coverage_68`` and ``coverage_95`` are of the sizes of errors; of those of the solver, its tolerance and its number of iterations,
+        ``coverage_95_of_solver`` has the least and the greatest.
     """
     own: Any = confusion[confusion["injected"] == confusion["tried"]]
     wrong: Any = confusion[confusion["injected"] != confusion["tried"]]
+    every: Any = coverage
+    solver = every["magnitude"].isin(OF_SOLVER)
+    of_solver, of_errors = every[solver], every[~solver]
     return {
         "true_one_best": _mean(own, "best"),
         "true_one_indistinguishable": _mean(own, "indistinguishable"),
         "true_one_excluded": _mean(own, "excluded"),
         "wrong_one_excluded": _mean(wrong, "excluded"),
-        "coverage_68": _mean(coverage, "coverage_68"),
-        "coverage_95": _mean(coverage, "coverage_95"),
+        "coverage_68": _mean(of_errors, "coverage_68"),
+        "coverage_95": _mean(of_errors, "coverage_95"),
+        "coverage_95_of_solver": {
+            "least": float(of_solver["coverage_95"].min()),
+            "greatest": float(of_solver["coverage_95"].max()),
+        },
         "by_candidate": {
             row["injected"]: {key: row[key] for key in ("best", "indistinguishable", "excluded")}
             for row in _records(own)
