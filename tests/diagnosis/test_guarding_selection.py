@@ -33,6 +33,36 @@ def test_an_effect_is_worth_a_fit_only_beyond_chance(monkeypatch):
     assert [entry.effect.joint for entry in found] == [1]  # type: ignore[attr-defined]
 
 
+@pytest.mark.parametrize(("confirmed", "taken"), [(6, True), (12, False)])
+def test_few_candidates_are_tried_at_a_step(confirmed, taken, monkeypatch):
+    """If held-out poses confirm the sixth candidate by evidence alone, it is taken; the twelfth is not tried any more."""
+    entries = [scored(JointHarmonic(1, (order,)), 100.0 - order) for order in range(1, 16)]
+    wanted = entries[confirmed - 1].effect
+    monkeypatch.setattr(forward_selection, "rank", lambda state, background, columns, count: entries[:count])
+    monkeypatch.setattr(forward_selection, "refined", lambda state, background, entry: entry)
+    monkeypatch.setattr(forward_selection, "_has_enough_evidence", lambda *_: True)
+    monkeypatch.setattr(forward_selection, "merged", lambda effects, effect: effect)
+    monkeypatch.setattr(forward_selection, "held_out_errors", lambda state, whitening=None: state)
+    monkeypatch.setattr(forward_selection, "no_worse", lambda *_: True)
+    monkeypatch.setattr(
+        forward_selection, "improvement", lambda before, after: 100.0 if after.effects is wanted else 0.0
+    )
+
+    def fitted(effects: Any) -> Any:
+        """Return a stand-in for a fitted state."""
+        return SimpleNamespace(
+            effects=effects,
+            settings=DEFAULTS,
+            whitening=None,
+            is_plausible=True,
+            refitted=fitted,
+            background=lambda: None,
+        )
+
+    found = forward_selection._with_best_candidate(fitted(()), None, set())  # type: ignore[arg-type]
+    assert (found is not None) == taken
+
+
 def test_another_effect_takes_a_place_only_with_clearly_more_evidence():
     """A rival with four nats more evidence is fitted in an effect's place, and one with two nats more is not."""
     own, other = scored(JointScale(2)), JointHarmonic(4, (7,))

@@ -7,6 +7,7 @@ import pytest
 
 from scalar.diagnosis.fit.fitted_state import refit, whitened
 from scalar.diagnosis.fit.predicted_displacements import random_poses
+from scalar.diagnosis.naming import observability
 from scalar.diagnosis.naming.observability import prediction_errors, unobservable_effects
 from scalar.diagnosis.scoring.candidate_set import candidates
 from scalar.effects import registry
@@ -71,6 +72,14 @@ def test_only_what_leaves_no_residual_is_listed(state):
     gain = found["range_scale"]
     assert gain.observability < 0.01 and gain.prediction_error > 1e-5
     assert "known length" in gain.consequence
+
+
+@pytest.mark.parametrize(("share", "listed"), [(0.007, True), (0.015, False)])
+def test_what_leaves_more_than_a_hundredth_is_observable(share, listed, state, monkeypatch):
+    """An effect of which the model takes up all but 0.7 % is listed as unobservable, and one of which 1.5 % is left is not."""
+    monkeypatch.setattr(observability, "_unexplained", lambda background, columns: share * columns)
+    monkeypatch.setattr(observability, "prediction_errors", lambda *_: np.ones(1))
+    assert bool(unobservable_effects(state, [JointScale(2)])) == listed
 
 
 @pytest.mark.parametrize("kind", [kind for kind in registry.BUILT_IN if not kind.flexible])
