@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 STILL = 2e-3  # rad, a tenth of a degree: a joint that moves by less counts as standing still (under load it may yield by as much)
+STILL_TRAVEL = 2e-4  # m, the same of a joint that slides: what a tenth of a degree is at a lever of 0.1 m
 
 # Travels of a joint [rad or m] over which the effect of its earlier moves on friction decays to about a third (1/e).
 TRAVELS = (0.02, 0.06, 0.2, 0.6)
@@ -70,7 +71,21 @@ def joint_angles(frame: pd.DataFrame, n_joints: int) -> Array:
     return q
 
 
-def moves(frame: pd.DataFrame, n_joints: int, q: Array | None = None) -> dict[str, Array]:
+def still(slides: Sequence[bool] | BoolArray) -> Array:
+    """Return by how much a joint may move and count as standing still, ``(n,)`` [rad, m].
+
+    Args:
+        slides: ``(n,)``, which joints are prismatic.
+    """
+    return np.where(np.asarray(slides, dtype=bool), STILL_TRAVEL, STILL)
+
+
+def moves(
+    frame: pd.DataFrame,
+    n_joints: int,
+    q: Array | None = None,
+    slides: Sequence[bool] | BoolArray | None = None,
+) -> dict[str, Array]:
     """Return the columns of the moves to the poses of a table, ``(N,)`` each.
 
     If the table has these columns already, they are returned as they are: they were computed before poses were taken out of it. The others are zero
@@ -80,6 +95,7 @@ def moves(frame: pd.DataFrame, n_joints: int, q: Array | None = None) -> dict[st
         frame: Columns q1..qn [rad, m], ``order`` (without it: the order of the rows), ``session`` (optional).
         n_joints: Number of joints, n.
         q: ``(N, n)`` [rad, m], the columns q1..qn where they have been taken from the table already, or None.
+        slides: ``(n,)``, which joints are prismatic; None if all turn.
     """
     names = move_columns(n_joints)
     table = cast(Any, frame)
@@ -91,7 +107,7 @@ def moves(frame: pd.DataFrame, n_joints: int, q: Array | None = None) -> dict[st
     session, time = (
         table[name].to_numpy() if name in table.columns else None for name in ("session", "time")
     )
-    return moves_in_order(q, order, session, None if time is None else time.astype(float))
+    return moves_in_order(q, order, session, None if time is None else time.astype(float), slides)
 
 
 def rows_with_moves(
@@ -116,7 +132,11 @@ def rows_with_moves(
 
 
 def moves_in_order(
-    q: Array, order: Array, session: Array | None = None, time: Array | None = None
+    q: Array,
+    order: Array,
+    session: Array | None = None,
+    time: Array | None = None,
+    slides: Sequence[bool] | BoolArray | None = None,
 ) -> dict[str, Array]:
     """Return the columns of the moves to poses, ``(N,)`` each.
 
@@ -125,6 +145,7 @@ def moves_in_order(
         order: ``(N,)``, in which the poses were taken.
         session: ``(N,)``, to which each belongs; None for a single one.
         time: ``(N,)`` [s], at which each was measured; None if it is not recorded.
+        slides: ``(n,)``, which joints are prismatic; None if all turn.
     """
     rows = np.argsort(order, kind="stable")
     known = ~_gaps(order[rows])
@@ -133,7 +154,7 @@ def moves_in_order(
     step = np.zeros_like(q)
     step[rows[1:]] = np.where(known[1:, None], np.diff(q[rows], axis=0), 0.0)
     side = np.zeros_like(q)
-    side[rows] = _last_sides(step[rows], known)
+    side[rows] = _last_sides(step[rows], known, still(np.zeros(q.shape[1]) if slides is None else slides))
     wind_up = np.zeros((len(TRAVELS), *q.shape))
     wind_up[:, rows] = _wind_up(step[rows], known, TRAVELS)
     passing = np.zeros_like(q)
@@ -161,7 +182,8 @@ def speeds(columns: Mapping[str, Array], slides: Sequence[bool] | BoolArray, n_p
     for kind in (False, True):
         own = np.asarray(slides) == kind
         farthest = np.abs(steps[:, own]).max(axis=1, initial=0.0)[:, None]
-        found[:, own] = np.where(farthest > STILL, steps[:, own] / np.maximum(farthest, STILL), 0.0)
+        least = STILL_TRAVEL if kind else STILL
+        found[:, own] = np.where(farthest > least, steps[:, own] / np.maximum(farthest, least), 0.0)
     return found
 
 
@@ -192,9 +214,12 @@ def _gaps(order: Array) -> Array:
     return gap
 
 
-def _last_sides(step: Array, known: Array) -> Array:
-    """Return the sign of each joint's last move ``(N, n)`` in order of acquisition, 0 before it first moves and after a gap."""
-    sign = np.where(np.abs(step) > STILL, np.sign(step), 0.0)
+def _last_sides(step: Array, known: Array, least: Array) -> Array:
+    """Return the sign of each joint's last move ``(N, n)`` by more than ``least`` ``(n,)``, in order of acquisition.
+
+    It is 0 before a joint first moves and after a gap.
+    """
+    sign = np.where(np.abs(step) > least, np.sign(step), 0.0)
     decides = (sign != 0.0) | ~known[:, None]
     last = np.maximum.accumulate(np.where(decides, np.arange(len(step))[:, None], 0), axis=0)
     return np.take_along_axis(sign, last, axis=0)

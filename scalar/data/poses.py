@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from scalar.data.columns_on_demand import ColumnsOnDemand
 from scalar.data.moves import joint_angles, moves, moves_in_order
 from scalar.errors import Fault, InvalidInput
+from scalar.geometry.robot import BoolArray
 from scalar.geometry.se3 import Array
 from scalar.kernels.chain import turned
 
@@ -58,13 +59,15 @@ def session_codes(labels: pd.Series) -> Array:
         return pd.factorize(labels)[0].astype(np.int64)
 
 
-def _columns(frame: pd.DataFrame, q: Array, *, ordered: bool) -> dict[str, Array]:
+def _columns(
+    frame: pd.DataFrame, q: Array, slides: Sequence[bool] | BoolArray | None, *, ordered: bool
+) -> dict[str, Array]:
     """Return the numeric columns of a table of poses but joints, ids and order; with those of the moves to the poses if their order is known."""
     joints = [f"q{i + 1}" for i in range(q.shape[1])]
     # Column by column: ``select_dtypes`` and a selection of several columns build tables, at many times the cost.
     numeric = [c for c, kind in zip(frame.columns, frame.dtypes, strict=True) if kind.kind in "iuf"]
     found = {c: frame[c].to_numpy(dtype=float) for c in numeric if c not in (*joints, "pose", "order")}
-    return found | moves(frame, q.shape[1], q) if ordered else found
+    return found | moves(frame, q.shape[1], q, slides) if ordered else found
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +87,13 @@ class Poses:
 
     @classmethod
     def from_frame(
-        cls, frame: pd.DataFrame, n_joints: int, *, order_is_row: bool, q: Array | None = None
+        cls,
+        frame: pd.DataFrame,
+        n_joints: int,
+        *,
+        order_is_row: bool,
+        q: Array | None = None,
+        slides: Sequence[bool] | BoolArray | None = None,
     ) -> Poses:
         """Return the poses of a table with the columns of ``poses.csv``.
 
@@ -93,6 +102,7 @@ class Poses:
             n_joints: How many columns q1.. it has.
             order_is_row: Whether ``order``, if missing, is the row number (for a dataset) or infinite (for a prediction of the state at the end).
             q: ``(N, n)`` [rad, m], the columns q1.. where they have been taken from the table already, or None.
+            slides: ``(n,)``, which joints are prismatic; None if all turn. A joint that slides stands still within another distance.
         """
         if "order" in frame:
             order = frame["order"].to_numpy(dtype=float)
@@ -100,7 +110,9 @@ class Poses:
             order = np.arange(len(frame), dtype=float) if order_is_row else np.full(len(frame), np.inf)
         q = joint_angles(frame, n_joints) if q is None else q
         return cls(
-            q, order, ColumnsOnDemand(partial(_columns, frame, q, ordered="order" in frame or order_is_row))
+            q,
+            order,
+            ColumnsOnDemand(partial(_columns, frame, q, slides, ordered="order" in frame or order_is_row)),
         )
 
     @classmethod
@@ -109,7 +121,13 @@ class Poses:
         return cls(q, np.arange(len(q), dtype=float), {})
 
     @classmethod
-    def from_arrays(cls, q: ArrayLike, columns: Mapping[str, ArrayLike], n_joints: int) -> Poses:
+    def from_arrays(
+        cls,
+        q: ArrayLike,
+        columns: Mapping[str, ArrayLike],
+        n_joints: int,
+        slides: Sequence[bool] | BoolArray | None = None,
+    ) -> Poses:
         """Return poses to predict for, from arrays; without ``order`` they come after all poses that were measured.
 
         An ``order`` with a number of its own for each pose also tells how each joint moved to it.
@@ -118,6 +136,7 @@ class Poses:
             q: ``(N, n)`` [rad; m for a prismatic joint].
             columns: Columns of poses.csv by name, ``(N,)`` each, or one number for all poses; ``approach`` may be ``(N, n)``.
             n_joints: How many joints the robot has, n.
+            slides: ``(n,)``, which joints are prismatic; None if all turn.
 
         Raises:
             InvalidInput: An array has another shape, or a value is not a finite number.
@@ -141,7 +160,9 @@ class Poses:
         return cls(
             angles,
             order,
-            {**moves_in_order(angles, order, time=given.get("time")), **given} if is_sequence else given,
+            {**moves_in_order(angles, order, time=given.get("time"), slides=slides), **given}
+            if is_sequence
+            else given,
         )
 
     def __len__(self) -> int:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scalar.data.moves import STILL, moves, side_column
+from scalar.data.moves import moves, side_column, still
 from scalar.data.path import follow_one_path
 from scalar.geometry.se3 import Array
 
@@ -35,7 +35,8 @@ def knock_std(units: Sequence[str]) -> Array:
 
 def moving_joints(dataset: Dataset) -> list[int]:
     """Return the joints, from 1, that move in the dataset."""
-    return [j for j in range(1, dataset.robot.n_joints + 1) if np.ptp(dataset.q[:, j - 1]) > STILL]
+    moved = np.ptp(dataset.q, axis=0) > still(dataset.robot.slides)
+    return [int(j) + 1 for j in np.flatnonzero(moved)]
 
 
 def turning_joints(dataset: Dataset) -> list[int]:
@@ -54,7 +55,7 @@ def swept_joints(dataset: Dataset) -> list[int]:
 
 def steps_are_known(dataset: Dataset) -> bool:
     """Return whether the order of the poses shows the last move of the arm for at least the share ``ENOUGH_MOVES`` of them."""
-    known = moves(dataset.poses, dataset.robot.n_joints)
+    known = moves(dataset.poses, dataset.robot.n_joints, slides=dataset.robot.slides)
     moved = np.any([known[side_column(j)] != 0 for j in moving_joints(dataset)] or [[False]], axis=0)
     return bool(np.mean(moved) >= ENOUGH_MOVES)
 
@@ -70,7 +71,9 @@ def order_and_time(dataset: Dataset) -> tuple[Array, Array | None]:
 
 def on_one_path(dataset: Dataset) -> bool:
     """Return whether the poses, in the order in which they were measured, follow one path (``follow_one_path``)."""
-    return follow_one_path(dataset.q[np.argsort(order_and_time(dataset)[0], kind="stable")])
+    return follow_one_path(
+        dataset.q[np.argsort(order_and_time(dataset)[0], kind="stable")], still(dataset.robot.slides)
+    )
 
 
 def used_planes(dataset: Dataset) -> list[str]:

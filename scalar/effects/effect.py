@@ -34,8 +34,6 @@ WEIGHT = "weight"  # the load of effects by which something gives way under the 
 class Effect(Described):
     """One effect with its coefficients: the methods that the estimator uses. Those for units, words and pictures are in ``Described``."""
 
-    # Which kind of effect it is.
-
     flexible: ClassVar[bool] = False  # whether it describes a residual without naming a cause
     frees: ClassVar[str] = ""  # a kind of geometric parameter that is fixed unless the model has this effect
     acts_on_arm: ClassVar[bool] = False  # whether it is one of the arm or its pedestal
@@ -43,6 +41,7 @@ class Effect(Described):
     # Whether it stands for an error of any smooth form, of which something remains that looks like another effect.
     any_smooth_form: ClassVar[bool] = False
     growth_of_arm: ClassVar[bool] = False  # whether the whole arm grows in the course of time
+    read_before_arrival: ClassVar[bool] = False  # whether it is what a joint still moves after it was read
     load: ClassVar[str] = ""  # under which something gives way; effects of one load imitate one another
     acts_by_joint_angles: ClassVar[bool] = True  # whether its predictions depend on joint angles alone
     # Whether every set-up has effects of this kind to a small degree (nuisances). They do not count as a choice among the candidates: a diagnosis

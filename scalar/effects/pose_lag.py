@@ -59,6 +59,7 @@ class PoseLag(OneAxis, SingleJointEffect):
     name: ClassVar[str] = "pose_lag"
     kind: ClassVar[str] = "lag"
     most_words: ClassVar[int] = 1 + len(TERMS)
+    read_before_arrival: ClassVar[bool] = True
     sentence: ClassVar[str] = "the angle was logged before or after the joint had settled"
     natural: ClassVar[Mapping[str, float]] = {"rad/rad": 1e-3, "m/m": 1e-3, "rad": 5e-4, "m": 2e-4, "s": 2e-3}
     natural_source: ClassVar[str] = (

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from scalar.data.dataset import Dataset
-from scalar.data.poses import Poses
 from scalar.diagnosis.accuracy.discrepancy_of_fit import discrepancy_of_calibration
 from scalar.diagnosis.fit.fitted_state import state_of
 from scalar.estimation.misfit import lacks_something, may_lack_something
@@ -30,7 +29,7 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
         calibration: The calibration to report.
         dataset: The dataset from which it was estimated.
     """
-    measured_poses = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
+    measured_poses = dataset.known_poses
     discrepancy = discrepancy_of_calibration(calibration, state_of(calibration, dataset))
     workspace = workspace_section(calibration, None, measured_poses, FILE, discrepancy)
     if workspace is not None:

@@ -39,6 +39,17 @@ def test_steps_and_sides_follow_the_order():
     assert (step, side) == ([-0.5, 0.0, 1.0], [-1.0, 0.0, 1.0])
 
 
+def test_a_joint_that_slides_moves_from_smaller_steps_on():
+    """A millimetre is a move of a joint that slides, and a milliradian is none of one that turns; a tenth of a millimetre is neither."""
+    table = frame([0.0, 0.5, 0.499, 0.4991])
+    assert moves(table, 1)[side_column(1)].tolist() == [0.0, 1.0, 1.0, 1.0]
+    assert moves(table, 1, slides=[True])[side_column(1)].tolist() == [0.0, 1.0, -1.0, -1.0]
+    seen = Poses.from_frame(table, 1, order_is_row=True, slides=[True])
+    assert seen.columns[side_column(1)].tolist() == [0.0, 1.0, -1.0, -1.0]
+    given = Poses.from_arrays(table[["q1"]], {"order": np.arange(4.0)}, 1, [True])
+    assert given.columns[side_column(1)].tolist() == [0.0, 1.0, -1.0, -1.0]
+
+
 def test_no_move_is_known_after_a_gap_or_in_a_new_session():
     """If the order counts poses, no move is known after a missing number, nor at a new session; an order of times has no gaps."""
     assert steps_and_sides(frame([0.0, 1.0, 2.0, 2.0, 3.0], order=[0.0, 1.0, 3.0, 4.0, 5.0])) == (

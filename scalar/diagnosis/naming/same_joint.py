@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from scalar.diagnosis.naming.finding import Finding, limited_where
 from scalar.diagnosis.naming.most_confidence import NOT_SURE, ONE_OF_TWO
 from scalar.diagnosis.naming.rival_sets import CLEAR_ODDS
-from scalar.effects.pose_lag import PoseLag
 
 PART_OF_STRUCTURE = (
     "unmodelled structure was found at the same joint, and this may be the part of it that has a name"
@@ -31,7 +30,7 @@ def limited_by_same_joint(found: Sequence[Finding], least_confidence: float) -> 
         found: All findings.
         least_confidence: A name with less confidence is doubtful, between 0 and 1.
     """
-    late = {f.effect.erring_joint for f in found if isinstance(f.effect, PoseLag)}
+    late = {f.effect.erring_joint for f in found if f.effect.read_before_arrival}
 
     def beside_structure(finding: Finding) -> bool:
         return _is_unclear(finding) and finding.grounds.structure_there
