@@ -10,7 +10,7 @@ import pytest
 from scalar.data.dataset import Dataset
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.alternatives import ALPHA, read_as_standard
-from scalar.estimation.setup.mistyped_numbers import twist_signs
+from scalar.estimation.setup.mistyped_numbers import twist_signs, with_all_twists_back
 from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.standard_dh import stated_mapping
 from scalar.units import MM
@@ -55,7 +55,8 @@ def test_twists_are_named_by_the_row_of_the_user_s_table():
     dataset = make_scene("vs060", "tracker", poses_per_plane=8, noise=1e-4, seed=7).dataset
     dataset = replace(dataset, robot=read_as_standard(dataset.robot))
     before = stated_mapping(dataset.robot)["joints"]
-    found = list(twist_signs(dataset))
+    *found, of_all = twist_signs(dataset)
+    assert of_all.where == "alpha"
     assert len(found) == sum(abs(np.sin(row["alpha"])) > 0.5 for row in before[:-1])
     for alternative in found:
         row = int(alternative.where.removeprefix("alpha "))
@@ -73,3 +74,16 @@ def test_axes_that_are_almost_parallel_have_no_sign_to_try():
     dataset = make_scene("vs060", "tracker", poses_per_plane=8, noise=1e-4, seed=7).dataset
     tried = {alternative.where for alternative in twist_signs(dataset)}
     assert "alpha_3" not in tried and "alpha_2" in tried
+
+
+@pytest.mark.parametrize("kind", ["tracker", "line-laser"])
+def test_twists_that_all_have_the_wrong_sign_are_named(kind):
+    """They are named, in a refusal or beside what a calibration suspects; before planes, the mirror image of the arm explains the data as well."""
+    dataset = make_scene("vs060", kind, poses_per_plane=25, points_per_scan=12, noise=1e-4, seed=7).dataset
+    wrong = replace(dataset, robot=with_all_twists_back(dataset.robot))
+    try:
+        told = [(entry["what"], entry["sentence"]) for entry in calibrate(wrong).summary["setup"]]
+    except WrongSetup as refused:
+        told = [(suspicion.what, suspicion.sentence) for suspicion in refused.suspicions]
+    assert any("all twists alpha" in sentence for _, sentence in told)
+    assert {what for what, _ in told} <= {"twist_sign", "joint_reading", "joint_sign"}

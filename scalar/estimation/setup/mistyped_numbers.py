@@ -21,10 +21,29 @@ LEAST_LENGTH = 10 * MM  # likewise, of a length
 
 
 def twist_signs(dataset: Dataset) -> Iterator[Alternative]:
-    """Yield every alternative in which alpha of one link has the other sign; that of a standard table's last row turns the sensor alone."""
-    for j, alpha in enumerate(dataset.robot.geometry[ALPHA]):
-        if abs(np.sin(alpha)) > np.sin(LEAST_TWIST):
-            yield _with_factor(dataset, ALPHA, j, -1.0, "twist_sign")
+    """Yield every alternative in which alpha of one link has the other sign, and that in which all have it.
+
+    That of a standard table's last row turns the sensor alone.
+    """
+    twists = np.flatnonzero(np.abs(np.sin(dataset.robot.geometry[ALPHA])) > np.sin(LEAST_TWIST))
+    for j in twists:
+        yield _with_factor(dataset, ALPHA, int(j), -1.0, "twist_sign")
+    if len(twists) > 1:
+        yield with_robot(
+            dataset,
+            with_all_twists_back(dataset.robot),
+            "twist_sign",
+            "alpha",
+            "all twists alpha have the wrong sign in the table of joints",
+            "with all of their signs changed",
+        )
+
+
+def with_all_twists_back(robot: Robot) -> Robot:
+    """Return the arm whose twists all have the other sign, as the maker of a table may count them."""
+    geometry = robot.geometry.copy()
+    geometry[ALPHA] *= -1.0
+    return robot.with_geometry(geometry)
 
 
 def length_signs(dataset: Dataset) -> Iterator[Alternative]:

@@ -2,8 +2,9 @@
 
 Where a joint of the wrist counts the other way and moves little, or where the target lies on the last axis, a fit with the wrong sign or zero
 leaves hardly any residual: another zero, a length or the target's place takes the error up. The number that comes out far off is then not the
-one that is wrong. With planes, whose places are only guessed, the same holds if all joints count the other way: some arms are nearly their own mirror
-image. If some of several readings also bring the planes to where they were guessed, only these are kept.
+one that is wrong. With planes, whose places are only guessed, the same holds if all joints count the other way, or all twists of the table have the
+wrong sign: then the mirror image of the arm stands before the mirror images of the planes, and a guess of a plane may be all that comes out far off.
+If some of several readings also bring the planes to where they were guessed, only these are kept.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from scalar.estimation.setup.alternatives import (
 )
 from scalar.estimation.setup.far_lengths import most_of_a_link
 from scalar.estimation.setup.lengths import ROBOT
+from scalar.estimation.setup.mistyped_numbers import with_all_twists_back
 from scalar.estimation.setup.plane_guesses import far_guesses
 from scalar.estimation.setup.plausibility import SENSOR_SHIFT, ZERO
 from scalar.estimation.setup.several_signs import all_signs
@@ -45,8 +47,13 @@ AS_GOOD = 1.2
 
 MOST_FITTED_POSES = 200
 """Poses, evenly over the acquisition, that readings are compared with: the arm is fitted some thirty times."""
-ALL = -1
-"""In place of a joint: all that move."""
+ALL, TWISTS = -1, -2
+"""In place of a joint: all that move, and the twists of all links."""
+WHOLE_ARM = {
+    ALL: "all joints count the other way",
+    TWISTS: "all twists alpha of the table have the wrong sign",
+}
+PLANE_GUESS = "plane_guess"  # as a suspicion names a plane that was found far from its guess
 MOST_READINGS = 3
 """With more readings that are as plain, the data tell nothing of signs and zeros."""
 
@@ -62,31 +69,35 @@ def plainer_reading(
         entries: What is suspected, as ``setup`` of a calibration's summary has it.
     """
     far = [entry for entry in entries if entry["what"] in FAR_OFF and entry["where"] != "robot.name"]
-    if not far or _is_plain(model, dataset):
+    mirrored = not far or _is_plain(model, dataset)  # what is far off may be the guess of a plane alone
+    if mirrored:
+        far = [entry for entry in entries if entry["what"] == PLANE_GUESS]
+    if not far:
         return ()
     if dataset.n_poses > MOST_FITTED_POSES:
         dataset = dataset.subset(np.linspace(0, dataset.n_poses - 1, MOST_FITTED_POSES).round().astype(int))
     described = full_fit(dataset)
-    if described is None or _is_plain(described.model, dataset):
+    if described is None or (not mirrored and _is_plain(described.model, dataset)):
         return ()
     found, at_guesses = [], []
-    for joint, angle, read in _readings(dataset):
+    for joint, angle, read in _of_whole_arm(dataset) if mirrored else _readings(dataset):
         trial = full_fit(read)
         if trial is not None and trial.rms <= AS_GOOD * described.rms and _is_plain(trial.model, read):
             found.append((trial.rms, joint, _in_words(joint, angle, trial.model, read.robot)))
             if not far_guesses(read, trial.model, measure(read).initial_target(read)):
                 at_guesses.append(found[-1])
-    found = at_guesses or found
+    found = at_guesses if mirrored else at_guesses or found
     if not 0 < len(found) <= MOST_READINGS:
         return ()
     least, joint, _ = min(found)
     words = ", or ".join(words for _, _, words in sorted(found))
     sentence = (
-        f"{far[0]['sentence'].split(':')[0]}. But all lengths, all zeros and the sensor come out where dataset.yaml has them if {words}; "
+        f"{far[0]['sentence'].split(':')[0]}. But all lengths, all zeros{', all planes' if mirrored else ''} and the sensor come out where "
+        f"dataset.yaml has them if {words}; "
         f"the residual is {least / MM:.2g} mm then, and {described.rms / MM:.2g} mm as described (medians of the poses). "
         f"This is the plainer explanation: look {_where_to_look(joint)}, and {CORRECT_TABLE}, or the mapping of the import"
     )
-    where = "all joints" if joint == ALL else f"joint {joint + 1}"
+    where = {ALL: "all joints", TWISTS: "alpha"}.get(joint, f"joint {joint + 1}")
     return (Suspicion("joint_reading", where, sentence, described.rms, least),)
 
 
@@ -94,19 +105,20 @@ def _where_to_look(joint: int) -> str:
     """Return a clause on what to check at the arm, for a reading of one joint (from 0) or of ``ALL``."""
     if joint == ALL:
         return "which way the joints turn when their angles grow"
+    if joint == TWISTS:
+        return "which way the axes of the joints are turned to one another"
     return "which way the joint turns, where it has its zero and which column is its"
 
 
 def instead(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """Return the entries of ``setup`` that a plainer reading leaves: those that do not say that a fit ended far off."""
-    return [entry for entry in entries if entry["what"] not in FAR_OFF | {"sensor_pose"}]
+    return [entry for entry in entries if entry["what"] not in FAR_OFF | {"sensor_pose", PLANE_GUESS}]
 
 
 def _readings(dataset: Dataset) -> Iterator[tuple[int, float | None, Dataset]]:
     """Yield the data with another sign (angle None) or zero [rad] of each joint (from 0) that turns and moves.
 
-    After these follow the data with the columns of the joint and the next one exchanged (angle NaN). In the last reading (joint ``ALL``) all joints
-    that move count the other way; there is none with three joints or fewer.
+    After these follow the data with the columns of the joint and the next one exchanged (angle NaN), and last ``_of_whole_arm``.
     """
     q = dataset.q
     moving = [
@@ -118,8 +130,14 @@ def _readings(dataset: Dataset) -> Iterator[tuple[int, float | None, Dataset]]:
             yield joint, angle, replace(dataset, robot=with_zero_moved(dataset.robot, joint, angle))
         if joint + 1 in moving:
             yield joint, np.nan, with_angles(dataset, swapped_columns(q, joint, joint + 1)).dataset
+    yield from _of_whole_arm(dataset)
+
+
+def _of_whole_arm(dataset: Dataset) -> Iterator[tuple[int, float | None, Dataset]]:
+    """Yield the data with all joints that move counting the other way (none with three joints or fewer), and with all twists of the other sign."""
     for alternative in all_signs(dataset):
         yield ALL, None, alternative.dataset
+    yield TWISTS, None, replace(dataset, robot=with_all_twists_back(dataset.robot))
 
 
 def _is_plain(model: Model, dataset: Dataset) -> bool:
@@ -141,8 +159,8 @@ def _is_plain(model: Model, dataset: Dataset) -> bool:
 
 def _in_words(joint: int, angle: float | None, model: Model, robot: Robot) -> str:
     """Return the reading as a clause."""
-    if joint == ALL:
-        return "all joints count the other way"
+    if joint in WHOLE_ARM:
+        return WHOLE_ARM[joint]
     if angle is None:
         return f"joint {joint + 1} counts the other way"
     if np.isnan(angle):
