@@ -34,6 +34,7 @@ REGIONS = 8
 # Normal equations lose too many digits if their least eigenvalue is a smaller share of the largest; below this condition number they do not.
 _LEAST_EIGENVALUE = 1e-10
 _CLEARLY_CONDITIONED = 1e8
+_FEW_OF_PLANE = 10  # chosen: poses of a plane, of which three determine where it is unless they lie on a line
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +44,7 @@ class HeldOutErrors:
     Attributes:
         whitened: ``(N,)``, squared whitened residual of each pose.
         metric: ``(N,)`` [m^2], mean squared distance of each pose's points.
-        counts: ``(N,)``, number of points of each pose; 0 of a pose that says nothing of the arm (``shown_places``), whose errors are 0 as well.
+        counts: ``(N,)``, number of points of each pose; 0 of one that says nothing of the arm (``shown_places``), whose errors are 0 as well.
         block: ``(N,)``, index of each pose's block, or of its region.
         settings: Thresholds.
     """
@@ -195,7 +196,9 @@ def _held_out_errors(
 
 
 def _without_place(state: FittedState, J: Array, fold: Array) -> Array:
-    """Return at which poses ``(N,)`` bool the other folds do not show where the tracker stood; none where all poses have one place of it.
+    """Return at which poses ``(N,)`` bool the other folds do not show where the tracker or the plane stood.
+
+    There are none where all poses have one place of the tracker, nor where every plane has at least ``_FEW_OF_PLANE`` poses in the other folds.
 
     Args:
         state: Model and data at the joint optimum.
@@ -203,7 +206,13 @@ def _without_place(state: FittedState, J: Array, fold: Array) -> Array:
         fold: ``(N,)``, the fold of each pose.
     """
     dataset, hidden = state.dataset, np.zeros(len(fold), dtype=bool)
-    if dataset.planes or dataset.session is None:
+    if dataset.planes:
+        poses_of = np.unique(dataset.plane_index, return_inverse=True)[1]
+        of_fold = np.zeros((int(fold.max()) + 1, int(poses_of.max()) + 1), dtype=int)
+        np.add.at(of_fold, (fold, poses_of), 1)
+        if np.min(of_fold.sum(axis=0) - of_fold) >= _FEW_OF_PLANE:
+            return hidden
+    elif dataset.session is None:
         return hidden
     of_target = state.model.blocks["target"]
     free = np.flatnonzero(state.free)

@@ -1,7 +1,7 @@
 """At which held-out poses the others show where the target stands: an error elsewhere says nothing of the arm.
 
 A target in two sockets shows how the tracker is turned; without the few poses at one of them, the poses there would err by centimetres. So would
-those of a session of which hardly any pose is left.
+those of a session of which hardly any pose is left, and those of a plane of which hardly any is.
 """
 
 from __future__ import annotations

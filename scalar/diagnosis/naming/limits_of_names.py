@@ -12,6 +12,7 @@ from scalar.diagnosis.naming.errors_of_assembly import limited_by_assembly
 from scalar.diagnosis.naming.few_positions import limited_by_few_positions
 from scalar.diagnosis.naming.finding import Finding
 from scalar.diagnosis.naming.many_orders import limited_by_many_orders
+from scalar.diagnosis.naming.not_distinguished import limited_by_listed_rivals
 from scalar.diagnosis.naming.one_joint_moves import limited_by_one_joint
 from scalar.diagnosis.naming.one_path import limited_by_path
 from scalar.diagnosis.naming.orders_between import limited_by_orders_between
@@ -54,6 +55,7 @@ def limited_names(
     found = limited_by_boundaries(found, dataset, settings.selection.change_margin, least)
     found = limited_by_same_warmth(found, least)
     found = limited_by_same_joint(found, least)
+    found = limited_by_listed_rivals(found, least)
     found = limited_by_usual_odds(found, least)
     found = limited_by_several_orders(found, least)
     return limited_by_structure(found, n_poses, least)

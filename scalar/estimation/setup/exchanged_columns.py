@@ -1,4 +1,4 @@
-"""Columns of one target that are exchanged, or count the other way, in a table of several targets on one flange.
+"""Columns that are exchanged, or count the other way: of one target among several, and of all positions beside orientations.
 
 The distances between targets on one flange are the same in all poses. If the columns of one target alone are exchanged, these distances change from
 pose to pose, and the right order of the columns makes them constant. That holds in any frame and for any arm, so no fit is needed to find it.
@@ -55,6 +55,25 @@ def exchanged_columns(dataset: Dataset) -> Iterator[Alternative]:
                 replace(dataset, points=points),
                 file=file,
             )
+
+
+def exchanged_beside_orientations(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield the alternatives in which two columns of all positions are exchanged, or one counts the other way, where orientations are measured.
+
+    Positions alone do not tell these from one another, since the frame of the tracker is unknown; orientations are in the same frame.
+    """
+    if "rx" not in dataset.point_columns:
+        return
+    file = kind_of(dataset).format.measured_in
+    for says, changed, matrix in _changes():
+        yield Alternative(
+            "exchanged_columns",
+            file,
+            f"{says} in {file}, and the orientations beside are right",
+            changed,
+            f"correct the positions in {file}; where 'scalar import' made it, correct their columns in the mapping, and import again",
+            replace(dataset, points=dataset.points @ matrix.T),
+        )
 
 
 def _changes() -> Iterator[tuple[str, str, Array]]:

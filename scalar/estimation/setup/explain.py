@@ -17,7 +17,7 @@ from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.column_units import column_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
 from scalar.estimation.setup.displaced_slide import displaced_slides
-from scalar.estimation.setup.exchanged_columns import exchanged_columns
+from scalar.estimation.setup.exchanged_columns import exchanged_beside_orientations, exchanged_columns
 from scalar.estimation.setup.exchanged_target import exchanged_targets
 from scalar.estimation.setup.far_lengths import far_length_in_words, with_lengths_near_table
 from scalar.estimation.setup.lost_row import lost_rows
@@ -57,6 +57,7 @@ SINGLE = (
     angle_units,
     coupled_joints,
     exchanged_columns,
+    exchanged_beside_orientations,
     column_units,
     displaced_slides,
     rows_apart,
