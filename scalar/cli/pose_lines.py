@@ -22,7 +22,7 @@ MOST_SHOWN = 10
 _FEW_ROWS = 3  # chosen: so few poses may all be near zero
 _SMALL_TRAVEL = 10.0  # mm, chosen: if no travel in a program is larger, its numbers are probably metres
 # What a calibration may doubt in the table of joints.
-_OF_THE_TABLE = "robot", "joint_zero", "joint_reading", "length_unit"
+_OF_THE_TABLE = "robot", "joint_zero", "joint_reading", "length_unit", "stretched_lengths"
 _LARGE_TURN, _LARGE_TRAVEL = 1 * DEG, 10 * MM
 """Chosen: ten times what the errors of an arm usually take away from singularities."""
 _MOST_JOINTS = 3  # named in the line on measured ranges, those with the most poses outside first

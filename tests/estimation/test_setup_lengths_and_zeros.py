@@ -12,6 +12,7 @@ from scalar.data.dataset import Dataset
 from scalar.data.declared import Sensor
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.alternatives import read_as_standard
+from scalar.estimation.setup.lengths import _what_to_look_at
 from scalar.estimation.setup.mistyped_numbers import length_signs
 from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.robot import GEOMETRY, Robot
@@ -147,3 +148,23 @@ def test_two_wrong_zeros_are_named_together(tracked, degrees, joints):
     stated = re.search(r"are off by (\S+) and (\S+) degrees", suspicion.sentence).groups()
     np.testing.assert_allclose([float(angle) for angle in stated], degrees, atol=2.0)
     assert calibrate(replace(wrong, robot=suspicion.robot)).residual_rms < 1 * MM
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [(1.03, "% longer than dataset.yaml"), (0.97, "% shorter than dataset.yaml"), (1.002, "")],
+)
+def test_measurements_that_are_all_too_long_blame_no_single_length(factor, words):
+    """The factor is stated, and what may cause it; a factor that the errors of a table have is not."""
+    sound = make_scene(
+        "ur10e", "tracker", poses_per_plane=25, noise=1e-4, seed=7, length_error=5e-4, angle_error=1e-3
+    ).dataset
+    told = calibrate(replace(sound, points=factor * sound.points)).summary["setup"]
+    assert [entry["what"] for entry in told] == (["stretched_lengths"] if words else [])
+    assert all(words in entry["sentence"] for entry in told)
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1.45, "no two units differ"), (10.0, "look at the unit")])
+def test_a_factor_that_no_units_have_is_no_unit(factor, words):
+    """A robot of another size is named in place of millimetres and inches."""
+    assert words in _what_to_look_at(factor) and words in _what_to_look_at(1 / factor)

@@ -94,6 +94,18 @@ def test_a_last_joint_that_counts_the_other_way_is_named():
         calibrate(wrong)
 
 
+@pytest.mark.parametrize(
+    ("order", "signs", "words"),
+    [((2, 1, 0), (1, 1, 1), "the columns x and z are exchanged"), ((0, 1, 2), (1, -1, 1), "the column y counts the other way")],
+)  # fmt: skip
+def test_columns_of_positions_are_named_beside_orientations(tracked, order, signs, words):
+    """Orientations tell in which way positions are left-handed: the columns are named, and no joints."""
+    wrong = replace(tracked, points=tracked.points[:, order] * np.array(signs))
+    with pytest.raises(InvalidInput, match=words) as refused:
+        calibrate(wrong)
+    assert "count the other way" not in str(refused.value).replace(words, "")
+
+
 @pytest.fixture(scope="module")
 def scara():
     """Return 60 whole poses of a target on an arm whose axes are all parallel, which turns it about one direction only."""

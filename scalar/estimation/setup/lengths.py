@@ -6,6 +6,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
+from scalar.estimation.setup.alternatives import LENGTH_UNITS
 from scalar.estimation.setup.far_lengths import arms_in_words, most_of_a_link
 from scalar.estimation.setup.known_planes import base_moved_to
 from scalar.estimation.setup.suspicion import Suspicion
@@ -17,12 +18,19 @@ from scalar.sensors import kind_of
 from scalar.units import MM
 
 LENGTH_UNIT = "length_unit"  # as a suspicion names a wrong unit of all lengths
+STRETCHED = "stretched_lengths"  # as a suspicion says that all lengths are a little too long
 ROBOT = "robot"  # as a suspicion names a table of joints that is not that of the measured arm
 LEAST_SLIP = 5 * MM  # a length that is farther from the table may be mistyped, if the others are near it
 SLIP = 5.0  # times the median change of the other lengths: with a larger one, a length is said to be mistyped
 _LONG = 30 * MM  # the ratio of fitted to nominal length counts of links that are longer than this
 SIGMAS = 5.0  # standard errors that a change has to exceed: a fit may end far away in a parameter that is hardly determined
 SCALE_SPREAD = 0.2  # relative: if the ratios of fitted to nominal lengths scatter by less, they have a common factor, and a unit is wrong
+_UNIT_SLIP = (
+    0.1  # relative, chosen: by how much a factor may differ from the ratio of two units and be taken for it
+)
+_LEAST_STRETCHED = 3  # chosen: lengths that have to agree on a factor near 1
+_LEAST_STRETCH = 0.01  # relative, chosen: no arm's lengths are all wrong by so much
+_STRETCH_SPREAD = 0.25  # of the stretch, chosen: no single length may be farther from it
 LEAST_SCALE = 1.3  # of that factor: a smaller one is not taken for a wrong unit
 
 
@@ -37,20 +45,57 @@ def lengths_off(dataset: Dataset, model: Model, std: Array, fixed_length: str | 
     limit = most_of_a_link(dataset.robot)
     clear = np.abs(change) > SIGMAS * np.nan_to_num(errors[rows])
     off = (np.abs(change) > limit) & clear
+    long = np.isfinite(errors[rows]) & (np.abs(nominal[rows]) > _LONG)
+    ratios = fitted[rows][long] / nominal[rows][long]
+    if fixed_length is None and (stretched := _stretched(ratios)) is not None:
+        more, than = ("longer", "large") if stretched > 1 else ("shorter", "small")
+        return [
+            Suspicion(
+                STRETCHED,
+                kind_of(dataset).format.measured_in,
+                f"all links come out {100 * abs(stretched - 1):.2g} % {more} than dataset.yaml has them: are the measurements too {than} by this "
+                "factor (the stated size of a board or of a probe, the scale of a camera or a scanner), or is this the table of another robot?",
+            )
+        ]
     if not off.any():
         return _mistyped_length(dataset, model, change, clear, _in_proportion(model, fixed_length))
-    long = np.isfinite(errors[rows]) & (np.abs(nominal[rows]) > _LONG)
-    factor = _common_factor(fitted[rows][long] / nominal[rows][long])
+    factor = _common_factor(ratios)
     if factor is not None:
         return [
             Suspicion(
                 LENGTH_UNIT,
                 kind_of(dataset).format.measured_in,
-                f"all links come out {factor:.3g} times as long as dataset.yaml has them: look at the unit of the measurements "
-                f"and of the table of joints (millimetres, inches, metres){arms_in_words(model.robot, '; or at the robot:')}",
+                f"all links come out {factor:.3g} times as long as dataset.yaml has them: {_what_to_look_at(factor)}"
+                f"{arms_in_words(model.robot, '; or at the robot:')}",
             )
         ]
     return [_another_robot(dataset, model, change, off, fixed_length)]
+
+
+def _what_to_look_at(factor: float) -> str:
+    """Return as a clause what may make all lengths wrong by a factor: a unit, or, if no two units have this ratio, a robot of another size."""
+    units = np.array([1.0, *LENGTH_UNITS.values()])
+    of_units = np.abs(np.log(factor * units[:, None] / units)) < np.log1p(_UNIT_SLIP)
+    if of_units.any():
+        return "look at the unit of the measurements and of the table of joints (millimetres, inches, metres)"
+    size = "smaller" if factor > 1 else "larger"
+    return (
+        f"no two units differ by this factor; look whether this is the table of a {size} robot of the same type, or whether the measurements are too "
+        f"{'large' if factor > 1 else 'small'} (the stated size of a board, the scale of a camera)"
+    )
+
+
+def _stretched(ratios: Array) -> float | None:
+    """Return the factor, near 1, by which all lengths come out longer than the table has them; None if they do not agree on one.
+
+    Args:
+        ratios: ``(k,)``, fitted over nominal, of the long lengths.
+    """
+    typical = float(np.median(ratios)) if len(ratios) >= _LEAST_STRETCHED else 1.0
+    stretch = abs(typical - 1.0)
+    if not _LEAST_STRETCH < stretch < LEAST_SCALE - 1.0:
+        return None
+    return typical if np.max(np.abs(ratios - typical)) < _STRETCH_SPREAD * stretch else None
 
 
 def _common_factor(ratios: Array) -> float | None:

@@ -201,3 +201,15 @@ def test_poses_at_which_the_others_do_not_show_the_place_of_the_tracker_do_not_c
     errors = held_out_errors(refit(both, model, prepared.free, ()))
     assert (errors.counts == 0).any() and not (errors.counts[:50] == 0).any()
     assert (errors.metric[errors.counts == 0] == 0).all() and errors.rms < 1e-3
+
+
+@pytest.mark.parametrize(("poses", "counts"), [(2, False), (15, True)])
+def test_poses_of_a_plane_that_the_others_do_not_show_do_not_count(poses, counts):
+    """Two scans of the floor determine it together, and neither without the other; their errors say nothing of the arm, and do not count."""
+    scene = make_scene(seed=5, poses_per_plane=30, points_per_scan=20, noise=1e-4)
+    on_floor = np.cumsum(scene.dataset.plane_index == 0)
+    dataset = scene.dataset.subset((scene.dataset.plane_index != 0) | (on_floor <= poses))
+    errors = held_out_errors(fitted(dataset))
+    mine = dataset.plane_index == 0
+    assert np.all((errors.counts[mine] > 0) == counts) and np.all(errors.counts[~mine] > 0)
+    assert errors.rms < 2e-4
