@@ -31,8 +31,8 @@ MAX_BASE = 200.0  # m; the base's transform, in the coordinates of a factory hal
 MAX_TOOL = 5.0  # m; the flange's transform, and that of the sensor on the flange
 MAX_PLANE = 50.0  # m; distance of a plane from the robot
 MAX_NOISE = 0.05  # m; one standard deviation of a point of a scan: lidars have 0.01 to 0.03
-# Largest plausible standard deviation of a single point [m]: trackers and probes have 1e-5 to 1e-4, cameras 1e-3.
-MAX_POINT_NOISE = 5e-3
+# Largest plausible standard deviation of a single point [m]: trackers and probes have 1e-5 to 1e-4, cameras 1e-3 to 8e-3.
+MAX_POINT_NOISE = 1e-2
 MAX_NORMAL_STD = 0.5  # rad; one standard deviation of a direction
 UNIT_DOUBTS = ("are these millimetres?", "are these degrees?")
 """What messages ask where metres or radians are expected."""

@@ -130,11 +130,13 @@ def _with_stray_points_reported(
     _, count, corrupted = without_stray_points(dataset, settings)
     if count <= _BY_CHANCE * len(dataset.points) and not corrupted.any():
         return calibration
-    most = f", and in {corrupted.sum()} scans most of them" if corrupted.any() else ""
+    most = f"in {corrupted.sum()} of the scans most points" if corrupted.any() else ""
+    some = f"{count} points" if count else ""
+    which = " and ".join(filter(None, (some, most)))
     suspicion = Suspicion(
         "points",
         dataset.sensor.kind,
-        f"{count} points lie off the line of their own scan{most}; this calibration uses them, and may err because of them: let 'scalar diagnose' "
+        f"{which} lie off the line of their own scan; this calibration uses them, and may err because of them: let 'scalar diagnose' "
         "set them aside, or remove them",
     )
     return with_suspicions(calibration, [suspicion])

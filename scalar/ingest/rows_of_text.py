@@ -110,9 +110,17 @@ def _check_widths(
     usual, times = Counter(len(cells) for _, cells in rows).most_common(1)[0]
     if named and width < usual and times > _MOST_ROWS * len(rows):
         begin = _line_of_names(rows, usual, written)
+        numbers = [
+            written.number(cell) is not None for line, cells in rows if line == begin for cell in cells
+        ]
+        nameless = (
+            f", and header: false, since line {begin} holds numbers and no names"
+            if sum(numbers) > len(numbers) / 2
+            else ""
+        )
         message = (
             f"the line that should name the columns has {width} cell{'s' if width > 1 else ''}, and {times} of the {len(rows)} lines after it "
-            f"have {usual}; if a title stands before the table, write skip_lines: {begin - 1} under text in the mapping"
+            f"have {usual}; if a title stands before the table, write skip_lines: {begin - 1} under text in the mapping{nameless}"
         )
         raise InvalidInput(Fault(file, message, first))
     raise InvalidInput(faults[:MAX_SHOWN])

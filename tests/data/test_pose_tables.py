@@ -83,6 +83,19 @@ def test_a_row_too_long_does_not_shift_the_columns(tmp_path: Path, poses: pd.Dat
         read_pose_table(tmp_path / "joints.csv", 6, FRAME)
 
 
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [(lambda line: line.replace(".", ","), "decimal commas"), (lambda line: line + ",", "end with a comma")],
+    ids=["decimal commas", "a comma at the end"],
+)
+def test_what_all_rows_have_too_many_is_one_fault(tmp_path: Path, poses: pd.DataFrame, change, words) -> None:
+    """The cause is asked for once, and not each row named."""
+    edit_lines(tmp_path, "joints.csv", lambda lines: [lines[0], *map(change, lines[1:])])
+    with pytest.raises(InvalidInput, match=words) as caught:
+        read_pose_table(tmp_path / "joints.csv", 6, FRAME)
+    assert len(caught.value.faults) == 1
+
+
 def test_limits_allow_an_axis_that_turns_far(tmp_path: Path, poses: pd.DataFrame) -> None:
     """Angles within the robot's own limits are not suspect."""
     edit_cell(tmp_path, "joints.csv", 5, "q6", "90.5")

@@ -35,6 +35,15 @@ def test_a_title_before_the_table_is_one_fault_which_says_how_many_lines_to_skip
     result = run(tmp_path, tracker_mapping(), path)
     refused(tmp_path, result, "skip_lines: 2")
     assert len(result.stderr.splitlines()) == 1
+    assert "header: false" not in result.stderr
+
+
+def test_numbers_below_a_title_are_not_taken_for_names(tmp_path):
+    """Where no line names the columns, to skip the title alone would make names of the first pose and lose it."""
+    path = write_table(tmp_path / "a.csv", cells())
+    _, *numbers = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    path.write_text("Protocol of cell 4\n" + "".join(numbers), encoding="utf-8")
+    refused(tmp_path, run(tmp_path, tracker_mapping(), path), "skip_lines: 1", "header: false")
 
 
 @pytest.mark.parametrize(("names", "expected"), [("P{:03d}", 0), ("P{:03d}-7", 2), ("P{0}.{0}", 2)])

@@ -20,6 +20,7 @@ from scalar.data.io.cells import CellsOfNumbers, CellsOfText, text_column
 from scalar.data.io.grouped_digits import remedy_of_groups
 from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
 from scalar.data.io.semicolons import with_commas
+from scalar.data.io.uneven_rows import common_cause
 from scalar.data.located_table import (
     DIRECTIONS,
     HEADER_AGAIN,
@@ -222,7 +223,7 @@ def _read_rows(
     Returns:
         The numbers of the lines that were taken, and whether all were.
     """
-    numbers, wrong = array("q"), []
+    numbers, wrong, uneven = array("q"), [], []
     width = len(columns)
     for number, line in islice(_lines(text), 1, None):
         cells = split(line)
@@ -233,12 +234,17 @@ def _read_rows(
         elif cells == names:
             wrong.append((number, HEADER_AGAIN))
         elif len(cells) != width:
-            message = f"{len(cells)} cells where the header names {width}; complete or remove the row"
-            wrong.append((number, message))
+            uneven.append(cells)
+            wrong.append(
+                (number, f"{len(cells)} cells where the header names {width}; complete or remove the row")
+            )
         else:
             for column, cell in zip(columns, cells, strict=True):
                 column.append(cell)
             numbers.append(number)
+    if len(uneven) > 1 and not numbers and (cause := common_cause(uneven, width)):
+        faults.append(Fault(file, f"all {len(uneven)} rows have more cells than the header names: {cause}"))
+        return numbers, False
     faults += [Fault(file, message, number) for number, message in wrong[:MAX_SHOWN]]
     if len(wrong) > MAX_SHOWN:
         more = f"{len(wrong) - MAX_SHOWN} more rows that are not as long as the header, the last in row {wrong[-1][0]}"

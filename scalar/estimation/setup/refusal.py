@@ -96,7 +96,9 @@ def _few_far_in_words(dataset: Dataset, distances: Array, far: Array, diagnosed:
     more = f" and {len(worst_first) - len(ids)} more" if len(worst_first) > len(ids) else ""
     one = len(worst_first) == 1
     named = f"pose {ids[0]} lies" if one else f"poses {', '.join(ids)}{more} lie up to"
-    otherwise = "" if diagnosed else "; 'scalar diagnose' sets aside what contradicts all others"
+    otherwise = (
+        "" if diagnosed else "; 'scalar diagnose' sets single poses aside, if the others agree without them"
+    )
     which, this, it = ("one pose", "this pose", "it") if one else ("a few poses", "these poses", "them")
     return (
         f"{named} {distances.max() / MM:.1f} mm from where the best fit has {it}, and half of all poses lie within "
