@@ -33,6 +33,7 @@ from scalar.estimation.measured_effects import with_target_motion
 from scalar.estimation.motion import refuse_without_motion
 from scalar.estimation.result import Calibration
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
+from scalar.estimation.setup.other_side import other_side
 from scalar.estimation.setup.session_boundary import boundaries_near_changes, misplaced_boundaries
 from scalar.estimation.setup.unstated_session import run_set_aside, unstated_session
 
@@ -165,6 +166,8 @@ def _with_suspicions_on_session_and_order(
         unstated = unstated_session(dataset, set_aside)
         changed = run_set_aside(dataset, set_aside) if unstated is None else unstated[0]
         suspicions += [changed] if changed else []
+    if not suspicions and (behind := other_side(dataset, set_aside, calibrations[0].model)):
+        suspicions += [behind]
     effects = [finding.effect for finding in found]
     suspicions += [*boundaries_near_changes(dataset, effects), *unstated_order(dataset, effects)]
     read = with_plainer_reading(run.cleaned.dataset, calibrations)
