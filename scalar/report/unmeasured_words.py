@@ -8,6 +8,7 @@ from typing import Any
 from scalar.report.lead_in import WHERE_UNMEASURED
 from scalar.report.words import number
 
+_MANY_TIMES = 30.0  # chosen: what a model lacks seldom makes predictions elsewhere worse by more
 _PLACES = {"x": "x", "y": "y", "z": "height z"}
 
 
@@ -25,10 +26,11 @@ def unmeasured_sentence(mapping: Mapping[str, Any]) -> str:
     without = (
         f" (without effects the worst by {number(entry['without_effects_rms_mm'])} mm)" if effects else ""
     )
+    too_large = _by_chance(worst) or _undetermined(mapping)
     return (
         f"{WHERE_UNMEASURED}, expect up to {number(entry['rms_mm'])} mm RMS{_as_elsewhere(mapping)}: of {entry['halves']} halves of the "
         "poses, by the angle of a joint, by place or by time, each predicted by the same model fitted to the other half, the median errs by "
-        f"{number(entry['median_rms_mm'])} mm, and the worst, {_half(worst)}, by {number(worst['rms_mm'])} mm{without}{_by_chance(worst)}."
+        f"{number(entry['median_rms_mm'])} mm, and the worst, {_half(worst)}, by {number(worst['rms_mm'])} mm{without}{too_large}."
     )
 
 
@@ -46,6 +48,14 @@ def _by_chance(half: Mapping[str, Any]) -> str:
     if half["chance_rms_mm"] ** 2 < 0.5 * half["rms_mm"] ** 2:
         return ""
     return "; the other half hardly determines the model there, so this may be far too large"
+
+
+def _undetermined(mapping: Mapping[str, Any]) -> str:
+    """Return that no half determines the model, if most halves err by many times what held-out poses do; else nothing."""
+    held_out = mapping["residual"]["after"]["held_out_rms_mm"]
+    if held_out is None or mapping["unmeasured"]["median_rms_mm"] < _MANY_TIMES * held_out:
+        return ""
+    return "; half of these poses do not determine the model, so this may be far too large"
 
 
 def _half(half: Mapping[str, Any]) -> str:

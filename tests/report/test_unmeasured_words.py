@@ -15,7 +15,13 @@ def mapping(along: str = "q2", upper: bool = True, chance: float = 0.1, fit: str
         "without_effects_rms_mm": 1.9,
     }
     shipped = {"fit": fit, "expected_error_mm": {"as_shipped_within_joint_limits": 0.8}}
-    return {"unmeasured": entry, "shipped": shipped, "effects": [{"name": "joint_scale"}]}
+    residual = {"after": {"held_out_rms_mm": 0.2}}
+    return {
+        "unmeasured": entry,
+        "shipped": shipped,
+        "effects": [{"name": "joint_scale"}],
+        "residual": residual,
+    }
 
 
 @pytest.mark.parametrize(
@@ -48,6 +54,14 @@ def test_chance_errors_of_few_poses_are_said_to_be_that(chance, is_said):
     """Where most of the squared error is expected of the other half's chance errors, the sentence says so."""
     text = unmeasured_sentence(mapping(chance=chance))
     assert ("hardly determines" in text) == is_said
+
+
+@pytest.mark.parametrize(("median", "is_said"), [(3.0, False), (60.0, True)])
+def test_halves_that_err_by_many_times_as_much_determine_nothing(median, is_said):
+    """Held-out poses err by 0.2 mm; if most halves err by decimetres, no half determines the model, and the sentence says so."""
+    said = mapping()
+    said["unmeasured"]["median_rms_mm"] = median
+    assert ("do not determine the model" in unmeasured_sentence(said)) == is_said
 
 
 @pytest.mark.parametrize(
