@@ -173,6 +173,7 @@ def chosen(
         effects=effects,
         dataset=SimpleNamespace(
             q=np.linspace(-2.0, 2.0, 180).reshape(30, 6),
+            robot=SimpleNamespace(slides=np.zeros(6, dtype=bool)),
             poses=pd.DataFrame({"order": np.random.default_rng(1).permutation(30)}),
             n_poses=30,
         ),

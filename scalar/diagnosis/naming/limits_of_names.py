@@ -55,7 +55,7 @@ def limited_names(
     found = limited_by_boundaries(found, dataset, settings.selection.change_margin, least)
     found = limited_by_same_warmth(found, least)
     found = limited_by_same_joint(found, least)
-    found = limited_by_listed_rivals(found, least)
+    found = limited_by_listed_rivals(found)
     found = limited_by_usual_odds(found, least)
     found = limited_by_several_orders(found, least)
     return limited_by_structure(found, n_poses, least)

@@ -17,14 +17,12 @@ NOT_DISTINGUISHED = "the data do not clearly distinguish it from another one"
 CLEAR = 10.0  # nats, chosen: the log odds from which on a name keeps its confidence although another is listed with it
 
 
-def limited_by_listed_rivals(found: Sequence[Finding], least_confidence: float) -> tuple[Finding, ...]:
+def limited_by_listed_rivals(found: Sequence[Finding]) -> tuple[Finding, ...]:
     """Return the findings, with the confidence limited in each name that is listed with another one and leads by little.
 
-    Args:
-        found: All findings.
-        least_confidence: A name with less confidence is doubtful, between 0 and 1.
+    No name becomes doubtful by that: it is given if it or one of those that are listed with it is likely.
     """
-    return limited_where(found, _leads_by_little, NEARLY_SURE, least_confidence, NOT_DISTINGUISHED)
+    return limited_where(found, _leads_by_little, NEARLY_SURE, 0.0, NOT_DISTINGUISHED)
 
 
 def _leads_by_little(finding: Finding) -> bool:

@@ -12,7 +12,6 @@ from scalar.effects.joint_harmonic import JointHarmonic
 from scalar.effects.joint_scale import JointScale
 from tests.diagnosis.stand_ins import sure_finding
 
-LEAST = 0.6
 NAMED, NAMELESS = JointHarmonic(5, (1,)), UnattributedJoint(5, (Variable("q5", 0.0, 1.0),))
 
 
@@ -28,9 +27,7 @@ NAMED, NAMELESS = JointHarmonic(5, (1,)), UnattributedJoint(5, (Variable("q5", 0
 )
 def test_a_name_that_is_listed_with_another_is_not_sure(rivals: tuple[Any, ...], log_odds, limited):
     """It keeps its name, with less confidence and with the reason."""
-    (answer,) = limited_by_listed_rivals(
-        [sure_finding(JointScale(5), log_odds, confounded_with=rivals)], LEAST
-    )
+    (answer,) = limited_by_listed_rivals([sure_finding(JointScale(5), log_odds, confounded_with=rivals)])
     assert answer.confidence == (NEARLY_SURE if limited else 0.95)
     assert answer.limit == (NOT_DISTINGUISHED if limited else "")
     assert not answer.doubtful

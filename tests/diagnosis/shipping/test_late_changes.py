@@ -24,7 +24,10 @@ COUNT = 100
 
 def at(q: np.ndarray):
     """Return a stand-in for a dataset whose joints stand at ``(N, n)`` [rad] in the order of its rows."""
-    return SimpleNamespace(q=q, poses=pd.DataFrame({"order": np.arange(float(len(q)))}), n_poses=len(q))
+    robot = SimpleNamespace(slides=np.zeros(q.shape[1], dtype=bool))
+    return SimpleNamespace(
+        q=q, poses=pd.DataFrame({"order": np.arange(float(len(q)))}), n_poses=len(q), robot=robot
+    )
 
 
 MOVING = at(np.random.default_rng(0).uniform(-2, 2, (COUNT, 3)))

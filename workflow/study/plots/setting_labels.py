@@ -22,6 +22,9 @@ LABELS = {
     "hold_out.most_gain_of_block": "largest weight of one block",
     "hold_out.most_of_pose": "largest weight of one pose",
     "selection.change_margin": "least number of poses beside a change",
+    "selection.swap_margin": "lead of an effect that replaces another",
+    "selection.confounded_margin": "lead below which names are listed together",
+    "shipped_fit.least_f_statistic": "significance of a correction without a sure name",
     "selection.most_candidates_tried": "candidates that are refitted",
     "observability.unobservable": "share of a column that is unobservable",
 }
