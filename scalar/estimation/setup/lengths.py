@@ -25,9 +25,8 @@ SLIP = 5.0  # times the median change of the other lengths: with a larger one, a
 _LONG = 30 * MM  # the ratio of fitted to nominal length counts of links that are longer than this
 SIGMAS = 5.0  # standard errors that a change has to exceed: a fit may end far away in a parameter that is hardly determined
 SCALE_SPREAD = 0.2  # relative: if the ratios of fitted to nominal lengths scatter by less, they have a common factor, and a unit is wrong
-_UNIT_SLIP = (
-    0.1  # relative, chosen: by how much a factor may differ from the ratio of two units and be taken for it
-)
+# Relative, chosen: by how much a factor may differ from the ratio of two units and be taken for it.
+_UNIT_SLIP = 0.1
 _LEAST_STRETCHED = 3  # chosen: lengths that have to agree on a factor near 1
 _LEAST_STRETCH = 0.01  # relative, chosen: no arm's lengths are all wrong by so much
 _STRETCH_SPREAD = 0.25  # of the stretch, chosen: no single length may be farther from it
