@@ -11,6 +11,7 @@ from scalar.data.dataset import Dataset
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.alternatives import ALPHA, read_as_standard
 from scalar.estimation.setup.mistyped_numbers import twist_signs, with_all_twists_back
+from scalar.estimation.setup.plainer_reading import plainer_reading
 from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.geometry.standard_dh import stated_mapping
 from scalar.units import MM
@@ -87,3 +88,14 @@ def test_twists_that_all_have_the_wrong_sign_are_named(kind):
         told = [(suspicion.what, suspicion.sentence) for suspicion in refused.suspicions]
     assert any("all twists alpha" in sentence for _, sentence in told)
     assert {what for what, _ in told} <= {"twist_sign", "joint_reading", "joint_sign"}
+
+
+def test_the_guess_of_a_plane_may_be_all_that_is_far_off():
+    """Where the mirror image of the arm comes out as the table has it, the twists are named by the plane that is far from its guess."""
+    dataset = make_scene("panda", poses_per_plane=20, points_per_scan=12, noise=1e-4, seed=7).dataset
+    wrong = replace(dataset, robot=with_all_twists_back(dataset.robot))
+    far = {"what": "plane_guess", "where": "floor", "sentence": "the guess of plane floor is far off: ..."}
+    (told,) = plainer_reading(wrong, calibrate(wrong).model, [far])
+    assert told.where == "alpha" and told.sentence.startswith("the guess of plane floor is far off. But")
+    assert "all planes" in told.sentence
+    assert not plainer_reading(wrong, calibrate(wrong).model, [])
