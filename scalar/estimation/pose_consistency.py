@@ -41,11 +41,17 @@ def pose_distances(measurement: Measurement, T_base_sensor: Array, planes: Plane
         planes: The K planes.
         index: ``(N,)``, the plane with which each pose is compared.
     """
+    heights, starts = point_heights(measurement, T_base_sensor, planes, index)
+    return np.sqrt(np.add.reduceat(heights * heights, starts[:-1]) / np.diff(starts))
+
+
+def point_heights(
+    measurement: Measurement, T_base_sensor: Array, planes: Planes, index: Array
+) -> tuple[Array, Array]:
+    """Return how far each point lies in front of a plane ``(P,)`` [m], and where those of each pose begin ``(N + 1,)``; arguments as above."""
     points, starts = measurement.points_in_base(T_base_sensor)
-    counts = np.diff(starts)
-    of_point = np.repeat(index, counts)
-    f = np.sum(points * planes.normals[of_point], axis=1) - planes.distances[of_point]
-    return np.sqrt(np.add.reduceat(f * f, starts[:-1]) / counts)
+    of_point = np.repeat(index, np.diff(starts))
+    return np.sum(points * planes.normals[of_point], axis=1) - planes.distances[of_point], starts
 
 
 def coarsely_consistent(dataset: Dataset, usable: Array, settings: GrossErrorSettings) -> Array:

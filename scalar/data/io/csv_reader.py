@@ -20,11 +20,10 @@ from scalar.data.io.cells import CellsOfNumbers, CellsOfText, text_column
 from scalar.data.io.grouped_digits import remedy_of_groups
 from scalar.data.io.regular_file import MAX_TABLE_BYTES, read_regular_file
 from scalar.data.io.semicolons import with_commas
-from scalar.data.io.uneven_rows import common_cause
+from scalar.data.io.uneven_rows import faults_of_rows
 from scalar.data.located_table import (
     DIRECTIONS,
     HEADER_AGAIN,
-    MAX_SHOWN,
     Layout,
     Table,
     check_cells,
@@ -235,20 +234,13 @@ def _read_rows(
             wrong.append((number, HEADER_AGAIN))
         elif len(cells) != width:
             uneven.append(cells)
-            wrong.append(
-                (number, f"{len(cells)} cells where the header names {width}; complete or remove the row")
-            )
+            message = f"{len(cells)} cells where the header names {width}; complete or remove the row"
+            wrong.append((number, message))
         else:
             for column, cell in zip(columns, cells, strict=True):
                 column.append(cell)
             numbers.append(number)
-    if len(uneven) > 1 and not numbers and (cause := common_cause(uneven, width)):
-        faults.append(Fault(file, f"all {len(uneven)} rows have more cells than the header names: {cause}"))
-        return numbers, False
-    faults += [Fault(file, message, number) for number, message in wrong[:MAX_SHOWN]]
-    if len(wrong) > MAX_SHOWN:
-        more = f"{len(wrong) - MAX_SHOWN} more rows that are not as long as the header, the last in row {wrong[-1][0]}"
-        faults.append(Fault(file, f"{more}; look for a common cause"))
+    faults += faults_of_rows(file, wrong, () if numbers else uneven, width)
     return numbers, not wrong
 
 

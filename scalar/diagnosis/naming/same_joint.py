@@ -2,8 +2,7 @@
 
 An error over two angles, of a spring between two joints for example, is partly one over a single angle, and so a scale error, a coupling or an order
 of the joint is found first, and the rest as unmodelled structure at the same joint. In the simulated trials of effects of real arms and of trackers,
-ten such names had a confidence of 0.5 or more, and log odds of 35 nats or more in nine of them, all right; with log odds of less than 20 there were
-five, all wrong.
+15 such names had a confidence of 0.5 or more: ten with log odds of 31 nats or more, all right, and five with less than 20, all wrong.
 
 Where a joint is read before it has arrived, the share of the step that is missing depends on the length of the step, and the rest grows with the
 angle that is reached. Of three scale errors that were found together with such a lag of the same joint in these trials, two were wrong.

@@ -8,6 +8,7 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
+from scalar.estimation.pose_consistency import point_heights
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.setup.suspicion import Suspicion, in_mm
 from scalar.geometry.planes import Planes
@@ -35,10 +36,9 @@ def other_side(dataset: Dataset, set_aside: Collection[int], model: Model) -> Su
     measurement = residuals.measurement
     if measurement.target_index.max() >= len(planes.names):
         return None
-    points, starts = measurement.points_in_base(residuals.kinematics(model).T_base_sensor)
-    of_point = np.repeat(measurement.target_index, np.diff(starts))
-    height = np.sum(points * planes.normals[of_point], axis=1) - planes.distances[of_point]
-    height = (np.add.reduceat(height, starts[:-1]) / np.diff(starts))[aside]
+    T_base_sensor = residuals.kinematics(model).T_base_sensor
+    of_points, starts = point_heights(measurement, T_base_sensor, planes, measurement.target_index)
+    height = (np.add.reduceat(of_points, starts[:-1]) / np.diff(starts))[aside]
     typical = float(np.median(height))
     alike = np.abs(height - typical) < _ALIKE * abs(typical)
     if abs(typical) < _LEAST or np.mean(alike) < _LEAST_SHARE:

@@ -50,9 +50,18 @@ MOST_FITTED_POSES = 200
 ALL, TWISTS = -1, -2
 """In place of a joint: all that move, and the twists of all links."""
 WHOLE_ARM = {
-    ALL: "all joints count the other way",
-    TWISTS: "all twists alpha of the table have the wrong sign",
+    ALL: (
+        "all joints",
+        "all joints count the other way",
+        "which way the joints turn when their angles grow",
+    ),
+    TWISTS: (
+        "alpha",
+        "all twists alpha of the table have the wrong sign",
+        "which way the axes of the joints are turned to one another",
+    ),
 }
+"""What each of them concerns, what is wrong, and what to check at the arm."""
 PLANE_GUESS = "plane_guess"  # as a suspicion names a plane that was found far from its guess
 MOST_READINGS = 3
 """With more readings that are as plain, the data tell nothing of signs and zeros."""
@@ -97,16 +106,14 @@ def plainer_reading(
         f"the residual is {least / MM:.2g} mm then, and {described.rms / MM:.2g} mm as described (medians of the poses). "
         f"This is the plainer explanation: look {_where_to_look(joint)}, and {CORRECT_TABLE}, or the mapping of the import"
     )
-    where = {ALL: "all joints", TWISTS: "alpha"}.get(joint, f"joint {joint + 1}")
+    where = WHOLE_ARM[joint][0] if joint in WHOLE_ARM else f"joint {joint + 1}"
     return (Suspicion("joint_reading", where, sentence, described.rms, least),)
 
 
 def _where_to_look(joint: int) -> str:
-    """Return a clause on what to check at the arm, for a reading of one joint (from 0) or of ``ALL``."""
-    if joint == ALL:
-        return "which way the joints turn when their angles grow"
-    if joint == TWISTS:
-        return "which way the axes of the joints are turned to one another"
+    """Return a clause on what to check at the arm, for a reading of one joint (from 0) or of the whole arm."""
+    if joint in WHOLE_ARM:
+        return WHOLE_ARM[joint][2]
     return "which way the joint turns, where it has its zero and which column is its"
 
 
@@ -160,7 +167,7 @@ def _is_plain(model: Model, dataset: Dataset) -> bool:
 def _in_words(joint: int, angle: float | None, model: Model, robot: Robot) -> str:
     """Return the reading as a clause."""
     if joint in WHOLE_ARM:
-        return WHOLE_ARM[joint]
+        return WHOLE_ARM[joint][1]
     if angle is None:
         return f"joint {joint + 1} counts the other way"
     if np.isnan(angle):

@@ -79,9 +79,7 @@ def separated(table: pd.DataFrame) -> dict[str, int]:
         should separate; of all pairs ``of_all_planned`` and ``of_all_at_random``, how many the new diagnosis distinguishes, and ``neither``, how many
         have two causes that were not injected.
     """
-    whole: Any = table
-    every = whole[whole["pairs"] > 0]
-    still_open = every["now"] < ANSWERED**0.5
+    every, still_open = _confounded(table)
     pairs = every[every["separable"].eq(True) & still_open]
     return {
         "pairs": len(pairs),
@@ -93,6 +91,13 @@ def separated(table: pd.DataFrame) -> dict[str, int]:
         "of_all_at_random": int(every["distinguished_at_random"].eq(True).sum()),
         "neither": int(every["right"].eq("neither").sum()),
     }
+
+
+def _confounded(table: pd.DataFrame) -> tuple[Any, Any]:
+    """Return the rows of separation.csv with a confounded pair, and for each whether the diagnosed poses leave it open."""
+    whole: Any = table
+    every = whole[whole["pairs"] > 0]
+    return every, every["now"] < ANSWERED**0.5
 
 
 def over_workspace(table: pd.DataFrame) -> dict[str, float]:
@@ -120,9 +125,7 @@ def confounded_pairs(table: pd.DataFrame) -> list[dict[str, Any]]:
         ``by_some`` and ``by_all``, in how many of these some choice of as many poses, and all poses of the pool together, can separate them (pairs
         that the diagnosed poses separate already do not count); ``planned`` and ``at_random``, in how many the new diagnosis distinguishes them.
     """
-    whole: Any = table
-    every = whole[whole["pairs"] > 0]
-    still_open = every["now"] < ANSWERED**0.5
+    every, still_open = _confounded(table)
     causes = [tuple(sorted(pair)) for pair in zip(every["effect"], every["rival"], strict=True)]
     counted: Any = pd.DataFrame(
         {
