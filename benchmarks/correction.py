@@ -41,10 +41,10 @@ def corrected_model() -> Model:
 def correction(rounds: int) -> None:
     """Print how many poses are corrected per second of processor time."""
     model = corrected_model()
-    n = model.robot.n_joints
+    n, slides = model.robot.n_joints, model.robot.slides
     low, high = model.robot.limits.T
-    poses = Poses.from_arrays(np.random.default_rng(2).uniform(low, high, (POSES, n)), {}, n)
-    regular = Poses.from_arrays(poses.q[~correct_joints(model, poses).near_singular], {}, n)
+    poses = Poses.from_arrays(np.random.default_rng(2).uniform(low, high, (POSES, n)), {}, slides)
+    regular = Poses.from_arrays(poses.q[~correct_joints(model, poses).near_singular], {}, slides)
     ways: dict[str, Callable[[], object]] = {
         "all poses": lambda: correct_joints(model, poses),
         "those that are not near a singularity": lambda: correct_joints(model, regular),

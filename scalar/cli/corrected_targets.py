@@ -117,7 +117,7 @@ def _attempted(model: Model, targets: Targets, table: pd.DataFrame) -> _Attempt:
     """Return the correction of some rows of the targets, given as a table of their own."""
     with naming_table(targets.path.name), naming_text(table):
         exact = correct_table(model, table, frames_of(table) if targets.frames_wanted else None)
-    poses = Poses.from_frame(table, model.robot.n_joints, order_is_row=False, slides=model.robot.slides)
+    poses = Poses.from_frame(table, model.robot.slides, order_is_row=False)
     if targets.frames_wanted:
         given = None
         found, is_near = nearest_to_frames(model, poses, exact)

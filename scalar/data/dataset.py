@@ -181,9 +181,7 @@ class Dataset:
     @cached_property
     def known_poses(self) -> Poses:
         """Return what is recorded of each pose, with the move that led to it."""
-        return Poses.from_frame(
-            self.poses, self.robot.n_joints, order_is_row=True, q=self.q, slides=self.robot.slides
-        )
+        return Poses.from_frame(self.poses, self.robot.slides, order_is_row=True, q=self.q)
 
     @cached_property
     def pose_ids(self) -> np.ndarray:

@@ -81,10 +81,7 @@ def still(slides: Sequence[bool] | BoolArray) -> Array:
 
 
 def moves(
-    frame: pd.DataFrame,
-    n_joints: int,
-    q: Array | None = None,
-    slides: Sequence[bool] | BoolArray | None = None,
+    frame: pd.DataFrame, slides: Sequence[bool] | BoolArray, q: Array | None = None
 ) -> dict[str, Array]:
     """Return the columns of the moves to the poses of a table, ``(N,)`` each.
 
@@ -93,21 +90,20 @@ def moves(
 
     Args:
         frame: Columns q1..qn [rad, m], ``order`` (without it: the order of the rows), ``session`` (optional).
-        n_joints: Number of joints, n.
+        slides: ``(n,)``, which joints are prismatic.
         q: ``(N, n)`` [rad, m], the columns q1..qn where they have been taken from the table already, or None.
-        slides: ``(n,)``, which joints are prismatic; None if all turn.
     """
-    names = move_columns(n_joints)
+    names = move_columns(len(slides))
     table = cast(Any, frame)
-    if all(name in table.columns for name in last_move_columns(n_joints)):
+    if all(name in table.columns for name in last_move_columns(len(slides))):
         none = np.zeros(len(table))
         return {name: table[name].to_numpy(dtype=float) if name in table.columns else none for name in names}
-    q = joint_angles(frame, n_joints) if q is None else q
+    q = joint_angles(frame, len(slides)) if q is None else q
     order = table["order"].to_numpy(dtype=float) if "order" in table.columns else np.arange(float(len(q)))
     session, time = (
         table[name].to_numpy() if name in table.columns else None for name in ("session", "time")
     )
-    return moves_in_order(q, order, session, None if time is None else time.astype(float), slides)
+    return moves_in_order(q, order, slides, session, None if time is None else time.astype(float))
 
 
 def rows_with_moves(
@@ -134,18 +130,18 @@ def rows_with_moves(
 def moves_in_order(
     q: Array,
     order: Array,
+    slides: Sequence[bool] | BoolArray,
     session: Array | None = None,
     time: Array | None = None,
-    slides: Sequence[bool] | BoolArray | None = None,
 ) -> dict[str, Array]:
     """Return the columns of the moves to poses, ``(N,)`` each.
 
     Args:
         q: ``(N, n)`` [rad, m].
         order: ``(N,)``, in which the poses were taken.
+        slides: ``(n,)``, which joints are prismatic.
         session: ``(N,)``, to which each belongs; None for a single one.
         time: ``(N,)`` [s], at which each was measured; None if it is not recorded.
-        slides: ``(n,)``, which joints are prismatic; None if all turn.
     """
     rows = np.argsort(order, kind="stable")
     known = ~_gaps(order[rows])
@@ -154,7 +150,7 @@ def moves_in_order(
     step = np.zeros_like(q)
     step[rows[1:]] = np.where(known[1:, None], np.diff(q[rows], axis=0), 0.0)
     side = np.zeros_like(q)
-    side[rows] = _last_sides(step[rows], known, still(np.zeros(q.shape[1]) if slides is None else slides))
+    side[rows] = _last_sides(step[rows], known, still(slides))
     wind_up = np.zeros((len(TRAVELS), *q.shape))
     wind_up[:, rows] = _wind_up(step[rows], known, TRAVELS)
     passing = np.zeros_like(q)

@@ -60,14 +60,14 @@ def session_codes(labels: pd.Series) -> Array:
 
 
 def _columns(
-    frame: pd.DataFrame, q: Array, slides: Sequence[bool] | BoolArray | None, *, ordered: bool
+    frame: pd.DataFrame, q: Array, slides: Sequence[bool] | BoolArray, *, ordered: bool
 ) -> dict[str, Array]:
     """Return the numeric columns of a table of poses but joints, ids and order; with those of the moves to the poses if their order is known."""
     joints = [f"q{i + 1}" for i in range(q.shape[1])]
     # Column by column: ``select_dtypes`` and a selection of several columns build tables, at many times the cost.
     numeric = [c for c, kind in zip(frame.columns, frame.dtypes, strict=True) if kind.kind in "iuf"]
     found = {c: frame[c].to_numpy(dtype=float) for c in numeric if c not in (*joints, "pose", "order")}
-    return found | moves(frame, q.shape[1], q, slides) if ordered else found
+    return found | moves(frame, slides, q) if ordered else found
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,26 +89,24 @@ class Poses:
     def from_frame(
         cls,
         frame: pd.DataFrame,
-        n_joints: int,
+        slides: Sequence[bool] | BoolArray,
         *,
         order_is_row: bool,
         q: Array | None = None,
-        slides: Sequence[bool] | BoolArray | None = None,
     ) -> Poses:
         """Return the poses of a table with the columns of ``poses.csv``.
 
         Args:
             frame: The table.
-            n_joints: How many columns q1.. it has.
+            slides: ``(n,)``, which joints are prismatic. A joint that slides stands still within another distance than one that turns.
             order_is_row: Whether ``order``, if missing, is the row number (for a dataset) or infinite (for a prediction of the state at the end).
             q: ``(N, n)`` [rad, m], the columns q1.. where they have been taken from the table already, or None.
-            slides: ``(n,)``, which joints are prismatic; None if all turn. A joint that slides stands still within another distance.
         """
         if "order" in frame:
             order = frame["order"].to_numpy(dtype=float)
         else:
             order = np.arange(len(frame), dtype=float) if order_is_row else np.full(len(frame), np.inf)
-        q = joint_angles(frame, n_joints) if q is None else q
+        q = joint_angles(frame, len(slides)) if q is None else q
         return cls(
             q,
             order,
@@ -125,8 +123,7 @@ class Poses:
         cls,
         q: ArrayLike,
         columns: Mapping[str, ArrayLike],
-        n_joints: int,
-        slides: Sequence[bool] | BoolArray | None = None,
+        slides: Sequence[bool] | BoolArray,
     ) -> Poses:
         """Return poses to predict for, from arrays; without ``order`` they come after all poses that were measured.
 
@@ -135,15 +132,14 @@ class Poses:
         Args:
             q: ``(N, n)`` [rad; m for a prismatic joint].
             columns: Columns of poses.csv by name, ``(N,)`` each, or one number for all poses; ``approach`` may be ``(N, n)``.
-            n_joints: How many joints the robot has, n.
-            slides: ``(n,)``, which joints are prismatic; None if all turn.
+            slides: ``(n,)``, which of the robot's joints are prismatic.
 
         Raises:
             InvalidInput: An array has another shape, or a value is not a finite number.
         """
         angles = _numbers("q", q)
-        if angles.ndim != 2 or angles.shape[1] != n_joints:
-            message = f"an array of shape {angles.shape}; the robot needs (poses, {n_joints})"
+        if angles.ndim != 2 or angles.shape[1] != len(slides):
+            message = f"an array of shape {angles.shape}; the robot needs (poses, {len(slides)})"
             raise InvalidInput(Fault("poses", message, None, "q"))
         given: dict[str, Array] = {}
         for name, values in columns.items():
@@ -160,7 +156,7 @@ class Poses:
         return cls(
             angles,
             order,
-            {**moves_in_order(angles, order, time=given.get("time"), slides=slides), **given}
+            {**moves_in_order(angles, order, slides, time=given.get("time")), **given}
             if is_sequence
             else given,
         )

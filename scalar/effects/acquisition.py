@@ -55,7 +55,7 @@ def swept_joints(dataset: Dataset) -> list[int]:
 
 def steps_are_known(dataset: Dataset) -> bool:
     """Return whether the order of the poses shows the last move of the arm for at least the share ``ENOUGH_MOVES`` of them."""
-    known = moves(dataset.poses, dataset.robot.n_joints, slides=dataset.robot.slides)
+    known = moves(dataset.poses, dataset.robot.slides)
     moved = np.any([known[side_column(j)] != 0 for j in moving_joints(dataset)] or [[False]], axis=0)
     return bool(np.mean(moved) >= ENOUGH_MOVES)
 

@@ -125,7 +125,7 @@ class JointHysteresis(OneAxis, SingleJointEffect):
         recorded = {"order", "time"} & {*dataset.poses.columns}
         if not recorded or not steps_are_known(dataset):
             return []
-        known = moves(dataset.poses, dataset.robot.n_joints, slides=dataset.robot.slides)
+        known = moves(dataset.poses, dataset.robot.slides)
         found: list[Effect] = []
         for j in moving_joints(dataset):
             if told_by(dataset, j) == "approach":

@@ -33,7 +33,7 @@ def random_poses(model: Model, count: int) -> Poses:
     torques = rng.uniform(-_TORQUE, _TORQUE, q.shape)
     columns |= {f"{TORQUE}{j + 1}": column for j, column in enumerate(torques.T)}
     columns[PAYLOAD[0]] = rng.uniform(0.0, _PAYLOAD, count)
-    return Poses.from_arrays(q, columns, q.shape[1])
+    return Poses.from_arrays(q, columns, model.robot.slides)
 
 
 def random_joints(model: Model, count: int) -> Poses:

@@ -226,11 +226,9 @@ class Calibration:
         robot = self.model.robot
         if hasattr(q, "columns"):  # a table; asked in this way, an array needs no import of pandas
             table: Any = q
-            poses = Poses.from_frame(
-                table.assign(**columns), robot.n_joints, order_is_row=False, slides=robot.slides
-            )
+            poses = Poses.from_frame(table.assign(**columns), robot.slides, order_is_row=False)
         else:
-            poses = Poses.from_arrays(q, columns, robot.n_joints, robot.slides)
+            poses = Poses.from_arrays(q, columns, robot.slides)
         refuse_degrees(poses.q, robot.limits, robot.slides)
         return poses
 

@@ -85,7 +85,9 @@ def rigid_part(model: Model, columns: Mapping[str, float]) -> RigidPart:
     """
     q = random_joints(model.nominal)
     rng = np.random.default_rng(_SAMPLE_SEED + 1)
-    poses = Poses.from_arrays(q, {"approach": rng.choice([-1.0, 1.0], q.shape), **columns}, q.shape[1])
+    poses = Poses.from_arrays(
+        q, {"approach": rng.choice([-1.0, 1.0], q.shape), **columns}, model.nominal.slides
+    )
     robot, T_sensor = model.robot, model.T_flange_sensor
     included: list[Effect] = []
     added_by: dict[str, Array] = {}

@@ -17,6 +17,7 @@ from scalar.data.moves import (
 )
 from scalar.data.poses import Poses
 from tests.random_scene import make_scene
+from tests.turning import turning
 
 
 def frame(angles, **columns):
@@ -26,7 +27,7 @@ def frame(angles, **columns):
 
 def steps_and_sides(table, n_joints=1):
     """Return the steps [rad] of joint 1 and the signs of its last moves."""
-    found = moves(table, n_joints)
+    found = moves(table, turning(n_joints))
     return found[step_column(1)].tolist(), found[side_column(1)].tolist()
 
 
@@ -42,11 +43,11 @@ def test_steps_and_sides_follow_the_order():
 def test_a_joint_that_slides_moves_from_smaller_steps_on():
     """A millimetre is a move of a joint that slides, and a milliradian is none of one that turns; a tenth of a millimetre is neither."""
     table = frame([0.0, 0.5, 0.499, 0.4991])
-    assert moves(table, 1)[side_column(1)].tolist() == [0.0, 1.0, 1.0, 1.0]
-    assert moves(table, 1, slides=[True])[side_column(1)].tolist() == [0.0, 1.0, -1.0, -1.0]
-    seen = Poses.from_frame(table, 1, order_is_row=True, slides=[True])
+    assert moves(table, turning(1))[side_column(1)].tolist() == [0.0, 1.0, 1.0, 1.0]
+    assert moves(table, [True])[side_column(1)].tolist() == [0.0, 1.0, -1.0, -1.0]
+    seen = Poses.from_frame(table, [True], order_is_row=True)
     assert seen.columns[side_column(1)].tolist() == [0.0, 1.0, -1.0, -1.0]
-    given = Poses.from_arrays(table[["q1"]], {"order": np.arange(4.0)}, 1, [True])
+    given = Poses.from_arrays(table[["q1"]], {"order": np.arange(4.0)}, [True])
     assert given.columns[side_column(1)].tolist() == [0.0, 1.0, -1.0, -1.0]
 
 
@@ -74,16 +75,16 @@ def test_the_wind_up_follows_its_recursion(travel):
             step = angles[k] - angles[k - 1]
             wind_up = np.sign(step) + (wind_up - np.sign(step)) * np.exp(-abs(step) / travel)
         expected.append(wind_up)
-    found = moves(frame(angles, order=order), 1)[wind_up_column(1, travel)]
+    found = moves(frame(angles, order=order), turning(1))[wind_up_column(1, travel)]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
 
 
 def test_a_table_with_last_moves_alone_has_no_wind_up():
     """Former versions wrote the last moves of a subset without the wind-up: these moves are kept, and no wind-up is made up from what is left."""
     table = frame([0.0, 1.0, 0.5])
-    of_whole = moves(table, 1)
+    of_whole = moves(table, turning(1))
     former = table.assign(**{name: of_whole[name] for name in last_move_columns(1)}).iloc[1:]
-    found = moves(former, 1)
+    found = moves(former, turning(1))
     assert found[step_column(1)].tolist() == of_whole[step_column(1)][1:].tolist()
     assert not found[wind_up_column(1, TRAVELS[0])].any()
 
@@ -91,10 +92,10 @@ def test_a_table_with_last_moves_alone_has_no_wind_up():
 def test_a_part_of_a_dataset_keeps_the_moves_of_the_whole():
     """Subsets, and subsets of these, keep the move to each pose even without the pose before; its columns are no covariates."""
     dataset = make_scene(kind="tracker", seed=2, poses_per_plane=8).dataset
-    whole = moves(dataset.poses, 6)
+    whole = moves(dataset.poses, turning(6))
     rows = np.array([1, 4, 5, 11, 20])
     part = dataset.subset(rows).subset(np.array([0, 2, 4]))
-    seen = Poses.from_frame(part.poses, 6, order_is_row=True).columns
+    seen = Poses.from_frame(part.poses, turning(6), order_is_row=True).columns
     for name, values in whole.items():
         np.testing.assert_array_equal(seen[name], values[rows[[0, 2, 4]]])
     assert part.covariates == dataset.covariates
@@ -105,9 +106,9 @@ def test_a_prediction_without_an_order_has_no_moves():
     table = make_scene(kind="tracker", seed=2, poses_per_plane=4).dataset.poses.drop(
         columns=["order"], errors="ignore"
     )
-    assert step_column(1) not in Poses.from_frame(table, 6, order_is_row=False).columns
+    assert step_column(1) not in Poses.from_frame(table, turning(6), order_is_row=False).columns
     ordered = table.assign(order=np.arange(len(table)))
-    assert step_column(1) in Poses.from_frame(ordered, 6, order_is_row=False).columns
+    assert step_column(1) in Poses.from_frame(ordered, turning(6), order_is_row=False).columns
 
 
 def test_the_moves_of_a_subset_are_written_and_read(tmp_path):
@@ -117,8 +118,8 @@ def test_the_moves_of_a_subset_are_written_and_read(tmp_path):
     dataset = make_scene(kind="tracker", seed=2, poses_per_plane=8).dataset
     part = replace(dataset.subset(np.array([1, 4, 5, 11, 20])), source="")
     part.write(tmp_path / "part")
-    again = moves(read_dataset(tmp_path / "part").poses, 6)
-    for name, values in moves(part.poses, 6).items():
+    again = moves(read_dataset(tmp_path / "part").poses, turning(6))
+    for name, values in moves(part.poses, turning(6)).items():
         np.testing.assert_allclose(again[name], values, rtol=0, atol=1e-12)
 
 
@@ -127,5 +128,7 @@ def test_the_velocity_in_passing_needs_times_and_both_neighbours():
     table = pd.DataFrame(
         {"q1": [0.0, 0.1, 0.4, 0.4, 0.5], "order": [0, 1, 2, 4, 5], "time": [0.0, 1.0, 4.0, 5.0, 6.0]}
     )
-    np.testing.assert_allclose(moves(table, 1)[passing_column(1)], [0.0, 0.1, 0.0, 0.0, 0.0])
-    np.testing.assert_array_equal(moves(table.drop(columns="time"), 1)[passing_column(1)], np.zeros(5))
+    np.testing.assert_allclose(moves(table, turning(1))[passing_column(1)], [0.0, 0.1, 0.0, 0.0, 0.0])
+    np.testing.assert_array_equal(
+        moves(table.drop(columns="time"), turning(1))[passing_column(1)], np.zeros(5)
+    )

@@ -8,6 +8,7 @@ from scalar.effects.flexible.angle_sum import UnattributedAngleSum, sums_with
 from scalar.effects.joint_coupling import JointCoupling
 from tests.effects.injected import Flaws, make_cell, on_joint
 from tests.random_scene import make_scene
+from tests.turning import turning
 
 
 def test_the_sum_and_the_difference_of_each_pair_are_tried():
@@ -26,7 +27,7 @@ def test_the_term_depends_on_the_sum_alone():
     effect = UnattributedAngleSum(6, (4, 6), 1, 0.0, 2.0)
     q = np.zeros((3, 6))
     q[:, 3], q[:, 5] = [0.3, 1.0, 5.0], [0.5, -0.2, 0.0]
-    columns = effect.own_columns(None, Poses.from_arrays(q, {}, 6))
+    columns = effect.own_columns(None, Poses.from_arrays(q, {}, turning(6)))
     np.testing.assert_allclose(columns[0], columns[1], atol=1e-12)
     np.testing.assert_allclose(columns[2], 1.0)
 

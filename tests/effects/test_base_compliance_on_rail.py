@@ -15,7 +15,7 @@ RAIL = Robot.from_mapping(nominal_mapping())
 def test_the_carriage_stays_where_the_rail_bears_it():
     """The point of the base frame that the rail has carried along does not move, whichever mass tilts the arm."""
     q = poses(20, np.random.default_rng(3))
-    screws = BaseCompliance((2, 3, 4)).base_screws(RAIL, Poses.from_arrays(q, {}, 7))
+    screws = BaseCompliance((2, 3, 4)).base_screws(RAIL, Poses.from_arrays(q, {}, RAIL.slides))
     w, v = screws[:, :3], screws[:, 3:]
     place = q[:, :1] * np.array([1.0, 0.0, 0.0])  # the rail runs along x
     moved = v + np.cross(w, place[:, :, None], axis=1)
@@ -28,7 +28,8 @@ def test_tilts_do_not_depend_on_the_travel():
     q = poses(20, np.random.default_rng(3))
     effect = BaseCompliance((2, 3, 4), alike=True)
     here, there = (
-        effect.base_screws(RAIL, Poses.from_arrays(at, {}, 7))[:, :3] for at in (q, q + 0.3 * np.eye(7)[0])
+        effect.base_screws(RAIL, Poses.from_arrays(at, {}, RAIL.slides))[:, :3]
+        for at in (q, q + 0.3 * np.eye(7)[0])
     )
     np.testing.assert_allclose(here, there, atol=1e-12)
 
@@ -39,7 +40,7 @@ def test_the_rail_is_no_lever():
     on_rail = RailAndArm.drawn(rng).dataset(poses(20, rng), 1e-5, rng)
     assert {e.frames for e in BaseCompliance.candidates(on_rail)} == {(2, 3, 4, 5, 6, 7)}
     arm = Robot.from_mapping(robot_mapping("vs060"))
-    on_floor = BaseCompliance((1, 2)).base_screws(arm, Poses.from_arrays(np.ones((3, 6)), {}, 6))
+    on_floor = BaseCompliance((1, 2)).base_screws(arm, Poses.from_arrays(np.ones((3, 6)), {}, arm.slides))
     assert not on_floor[:, 3:].any()
 
 

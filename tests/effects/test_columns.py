@@ -20,6 +20,7 @@ from scalar.sensors.profile import contact_vectors
 from tests.effects.everything import describe, every_effect, optional_columns, with_random_coefficients
 from tests.effects.injected import make_cell
 from tests.random_scene import make_scene
+from tests.turning import turning
 
 RELATIVE = 1e-6  # of a column's length, against central differences
 COUNT = len(every_effect(make_cell(poses_per_plane=6, points_per_scan=4).dataset, np.random.default_rng(0)))
@@ -78,7 +79,7 @@ def test_no_poses_have_no_columns(which):
     cell = make_cell(seed=3, poses_per_plane=6, points_per_scan=6, columns=optional_columns)
     effect = every_effect(cell.dataset, np.random.default_rng(which))[which]
     _, model = model_with(cell.dataset, (effect,), which)
-    none = Poses.from_frame(cell.dataset.poses.iloc[:0], 6, order_is_row=True)
+    none = Poses.from_frame(cell.dataset.poses.iloc[:0], turning(6), order_is_row=True)
     assert kinematics_at(model, none).T_base_sensor.shape == (0, 4, 4)
 
 

@@ -17,6 +17,7 @@ from scalar.estimation.result import Calibration
 from scalar.geometry.robot import Robot
 from tests.random_scene import make_scene
 from tests.robot_configs import robot_mapping
+from tests.turning import turning
 
 Q = np.zeros((4, 6))
 Q[:, 1] = [0.1, 0.4, 0.2, 0.3]  # joint 2 comes from below, from above, from below
@@ -26,7 +27,7 @@ SIDES = [1.0, -1.0, 1.0]
 def sides(columns) -> np.ndarray:
     """Return the sides ``(4,)`` on which joint 2 is said to rest, for play that was found from the order of the poses."""
     robot = Robot.from_mapping(robot_mapping("vs060"))
-    return JointBacklash(2, "moves").joint_basis(robot, Poses.from_arrays(Q, columns, 6))[:, 1, 0]
+    return JointBacklash(2, "moves").joint_basis(robot, Poses.from_arrays(Q, columns, turning(6)))[:, 1, 0]
 
 
 @pytest.mark.parametrize(
@@ -119,4 +120,4 @@ def moved() -> Poses:
     columns = {"order": np.arange(4.0)}
     q = np.zeros((4, 6))
     q[:, 1] = [0.1, 0.4, -0.8, 0.9]
-    return Poses.from_arrays(q, columns, 6)
+    return Poses.from_arrays(q, columns, turning(6))

@@ -15,6 +15,7 @@ from scalar.estimation.residuals import Residuals
 from tests.effects.everything import with_random_coefficients
 from tests.effects.test_columns import compare, model_with
 from tests.random_scene import make_scene
+from tests.turning import turning
 
 SHAPES = ("strain", "quadratic", "azimuth1", "azimuth2", "elevation1", "elevation2")
 
@@ -113,7 +114,7 @@ def test_words_send_to_the_instrument():
 
 def test_no_poses_have_no_columns():
     """Columns of no poses are empty."""
-    none = Poses.from_arrays(np.zeros((0, 6)), {}, 6)
+    none = Poses.from_arrays(np.zeros((0, 6)), {}, turning(6))
     columns = UnattributedSpace("strain").contact_columns(
         none, np.zeros((0, 4, 4)), None, np.zeros(0), np.zeros((0, 6))
     )

@@ -8,6 +8,7 @@ from scalar.effects.flexible.joint import UnattributedJoint
 from scalar.effects.flexible.variable import Variable
 from scalar.geometry.robot import Robot
 from tests.robot_configs import robot_mapping
+from tests.turning import turning
 
 ARM = Robot.from_mapping({"name": "vs060", **robot_mapping("vs060")})
 MEASURED = {"q3": (-0.4, 0.9), "q4": (-1.2, 0.3)}  # rad
@@ -16,7 +17,7 @@ MEASURED = {"q3": (-0.4, 0.9), "q4": (-1.2, 0.3)}  # rad
 def columns(names, q):
     """Return the columns of an error of joint 2 over the angles with these names, at joint angles ``(N, 6)`` [rad]."""
     variables = tuple(Variable.observed(name, np.array(MEASURED[name])) for name in names)
-    return UnattributedJoint(2, variables).own_columns(ARM, Poses.from_arrays(q, {}, 6))
+    return UnattributedJoint(2, variables).own_columns(ARM, Poses.from_arrays(q, {}, turning(6)))
 
 
 @pytest.mark.parametrize("names", [("q3",), ("q4",), ("q3", "q4")])

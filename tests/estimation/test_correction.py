@@ -24,6 +24,7 @@ from scalar.ingest.urdf import chain_between, read_urdf, robot_from_urdf
 from tests.calibrated_arms import T_SENSOR, calibrated
 from tests.robot_configs import ROBOT_CONFIGS
 from tests.robot_descriptions import ARMS, kinematics_alone, poses_by_pybullet, shipped
+from tests.turning import turning
 
 
 def robot_of(name):
@@ -52,7 +53,7 @@ def everything(n, rng):
 
 def regular(model, q):
     """Return the poses that are not near a singularity: everywhere else a correction has to be found."""
-    return q[~correct_joints(model, Poses.from_arrays(q, {}, q.shape[1])).near_singular]
+    return q[~correct_joints(model, Poses.from_arrays(q, {}, turning(q.shape[1]))).near_singular]
 
 
 @pytest.mark.parametrize("name", ["vs060", "ur10e", "panda", "small_arm"])
@@ -70,7 +71,7 @@ def test_predict_at_corrected_joints_is_where_the_nominal_arm_would_be(name):
         "approach": rng.choice([-1.0, 1.0], q.shape),
         "order": rng.integers(0, 10, len(q)).astype(float),
     }
-    found = correct_joints(calibration.model, Poses.from_arrays(q, columns, n))
+    found = correct_joints(calibration.model, Poses.from_arrays(q, columns, turning(n)))
     assert (
         found.reached.mean() > 0.98
     )  # the edge of the reach is no singularity of the posture, and may be passed
@@ -109,7 +110,7 @@ def test_pybullet_takes_the_calibrated_arm_to_the_nominal_place(tmp_path):
     low, high = robot.limits.T
     rng = np.random.default_rng(3)
     q = regular(calibration.model, rng.uniform(np.maximum(low, -2), np.minimum(high, 2), (60, 6)))
-    found = correct_joints(calibration.model, Poses.from_arrays(q, {}, 6))
+    found = correct_joints(calibration.model, Poses.from_arrays(q, {}, turning(6)))
     q, corrected = q[found.reached], found.q[found.reached]
     assert len(q) > 20
     before = kinematics_alone(path, tmp_path / "before.urdf")
@@ -128,7 +129,7 @@ def test_a_wrist_that_is_stretched_is_said_to_be_singular():
     q[:25, 4] = rng.choice([0.0, 1e-12, 1e-4], 25)
     q[25:, 4] = 1.0
     q[:, 2] = 1.2
-    found = correct_joints(calibration.model, Poses.from_arrays(q, {}, 6))
+    found = correct_joints(calibration.model, Poses.from_arrays(q, {}, turning(6)))
     assert found.near_singular[:25].all() and found.near_singular[25:].mean() < 0.2
     T = calibration.predict(found.q)
     off = np.linalg.norm((T - found.T_wanted)[:, :3, 3], axis=1)
@@ -144,7 +145,7 @@ def test_a_frame_that_is_not_reached_is_not_called_reached():
     q = np.zeros((3, 6)) + 0.5
     T = calibration.predict(q)
     T[1, :3, 3] *= 4.0
-    found = correct_frames(calibration.model, Poses.from_arrays(q, {}, 6), T)
+    found = correct_frames(calibration.model, Poses.from_arrays(q, {}, turning(6)), T)
     assert found.reached.tolist() == [True, False, True]
     assert found.position_error[1] > 0.1
     stretched = robot.with_geometry(robot.geometry * np.array([1.05, 1, 1, 1, 1])[:, None])
@@ -163,10 +164,10 @@ def test_joints_beyond_their_limits_are_marked():
     robot = robot_of("vs060")
     calibration = calibrated(robot, np.random.default_rng(1))
     q = np.random.default_rng(2).uniform(-1, 1, (40, 6))
-    found = correct_joints(calibration.model, Poses.from_arrays(q, {}, 6))
+    found = correct_joints(calibration.model, Poses.from_arrays(q, {}, turning(6)))
     tight = np.column_stack([np.full(6, -2.0), np.sort(found.q, axis=0)[19]])
     limited = replace(calibration.model, robot=replace(calibration.model.robot, limits=tight))
-    again = correct_joints(limited, Poses.from_arrays(q, {}, 6))
+    again = correct_joints(limited, Poses.from_arrays(q, {}, turning(6)))
     np.testing.assert_array_equal(again.beyond_limits, found.q > tight[:, 1])
 
 
@@ -263,16 +264,16 @@ def test_the_sensitivity_is_how_far_joints_move_for_a_small_shift():
     q = np.array([0.3, 0.2, 1.2, 0.4, 0.8, -0.5])
     directions = np.random.default_rng(5).standard_normal((2000, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    poses = Poses.from_arrays(np.tile(q, (len(directions), 1)), {}, 6)
+    poses = Poses.from_arrays(np.tile(q, (len(directions), 1)), {}, turning(6))
     wanted = model.robot.flange(poses.q) @ model.T_flange_sensor
     shift = 1e-5
     wanted[:, :3, 3] += shift * directions
     found = correct_frames(model, poses, wanted)
     moved = np.abs(found.q - q).max(axis=0) / shift
-    near = sensitivity(model, Poses.from_arrays(q[None], {}, 6), q[None])
+    near = sensitivity(model, Poses.from_arrays(q[None], {}, turning(6)), q[None])
     np.testing.assert_allclose(moved, near.travel[0], rtol=0.02)
     straight = q.copy()
     straight[4] = 0.0
     both = np.stack([q, straight])
-    values = sensitivity(model, Poses.from_arrays(both, {}, 6), both).singular_value
+    values = sensitivity(model, Poses.from_arrays(both, {}, turning(6)), both).singular_value
     assert values[1] < 0.02 < values[0]

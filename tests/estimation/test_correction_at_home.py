@@ -10,11 +10,12 @@ from scalar.estimation.correction import CorrectionSettings, brought_near, corre
 from scalar.geometry.robot import Robot
 from scalar.robots.library import read_arm
 from tests.calibrated_arms import calibrated
+from tests.turning import turning
 
 
 def poses_of(q):
     """Return poses of joint angles ``(N, n)`` [rad] alone."""
-    return Poses.from_arrays(q, {}, q.shape[1])
+    return Poses.from_arrays(q, {}, turning(q.shape[1]))
 
 
 STRAIGHT_WRIST = (

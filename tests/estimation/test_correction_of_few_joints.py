@@ -9,6 +9,7 @@ from scalar.estimation.correction import correct_frames, correct_joints, posture
 from scalar.geometry.se3 import exp_so3
 from tests.calibrated_arms import calibrated
 from tests.estimation.test_correction import first_joints
+from tests.turning import turning
 
 
 @pytest.mark.parametrize("n", [3, 4, 5])
@@ -19,7 +20,7 @@ def test_fewer_joints_meet_the_place(n):
     calibration = calibrated(robot, rng, (JointHarmonic(2, (1,), coefficients=np.array([3e-4, 0.0])),))
     q = rng.uniform(-1.0, 1.0, (100, n))
     q[:, 2] = rng.uniform(0.6, 1.6, 100)  # a bent elbow: stretched, the arm reaches no further
-    found = correct_joints(calibration.model, Poses.from_arrays(q, {}, n))
+    found = correct_joints(calibration.model, Poses.from_arrays(q, {}, turning(n)))
     assert found.reached.mean() > 0.95
     off = np.linalg.norm((calibration.predict(found.q) - found.T_wanted)[:, :3, 3], axis=1)
     assert off[found.reached].max() < 1e-6
@@ -34,7 +35,7 @@ def test_frames_that_an_arm_of_few_joints_can_take_are_found_whole(n):
     q[:, 2] = rng.uniform(0.6, 1.6, 20)
     wanted = model.robot.flange(q) @ model.T_flange_sensor
     start, there = postures_for(model, wanted)
-    found = correct_frames(model, Poses.from_arrays(start, {}, n), wanted)
+    found = correct_frames(model, Poses.from_arrays(start, {}, turning(n)), wanted)
     assert there.all() and found.reached.all()
     assert found.position_error.max() < 1e-6 and found.orientation_error.max() < 1e-3
 
@@ -49,7 +50,7 @@ def test_the_error_of_the_orientation_is_the_angle(turn, taken):
     wanted = here.copy()
     axis = here[0, :3, :3] @ np.array([0.0, 1.0, 0.0])
     wanted[0, :3, :3] = exp_so3(axis * turn) @ here[0, :3, :3]
-    found = correct_frames(model, Poses.from_arrays(q, {}, 4), wanted)
+    found = correct_frames(model, Poses.from_arrays(q, {}, turning(4)), wanted)
     R = wanted[0, :3, :3] @ (model.robot.flange(found.q) @ model.T_flange_sensor)[0, :3, :3].T
     angle = np.arccos(np.clip((np.trace(R) - 1.0) / 2.0, -1.0, 1.0))
     assert abs(found.orientation_error[0] - angle) < 1e-4

@@ -104,7 +104,7 @@ def test_correction_is_the_inverse_of_prediction(exact, tmp_path):
     scale = JointScale(1, slides=True, coefficients=np.array([3e-4]))
     model = replace(calibration.model, effects=(scale,))
     q = poses(300, np.random.default_rng(3))
-    found = correct_joints(model, Poses.from_arrays(q, {}, 7))
+    found = correct_joints(model, Poses.from_arrays(q, {}, model.robot.slides))
     assert found.reached.mean() > 0.9  # others are at the edge of the arm's reach
     replace(calibration, model=model).save(tmp_path / "c.json")
     again = load_calibration(tmp_path / "c.json")

@@ -34,7 +34,7 @@ def test_poses_taken_out_keep_their_columns_and_moves(scene):
     """A subset has the rows of the table with the moves of the whole table, with the types of its columns; a subset of a subset keeps them."""
     dataset, rows = scene.dataset, np.array([9, 2, 5, 5])
     once = dataset.subset(rows)
-    whole = dataset.poses.assign(**moves(dataset.poses, dataset.robot.n_joints))
+    whole = dataset.poses.assign(**moves(dataset.poses, dataset.robot.slides))
     expected = whole.iloc[np.sort(rows)].reset_index(drop=True)
     assert once.poses.equals(expected) and (once.poses.dtypes == expected.dtypes).all()
     assert once.subset(np.array([0, 3])).poses.equals(expected.iloc[[0, 3]].reset_index(drop=True))

@@ -12,6 +12,7 @@ from scalar.evaluate.pose_errors import best_rigid_motion
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.sensors import measure
 from tests.random_scene import make_scene
+from tests.turning import turning
 
 
 def test_a_stretch_moves_positions_as_an_arm_with_longer_links_does():
@@ -22,7 +23,7 @@ def test_a_stretch_moves_positions_as_an_arm_with_longer_links_does():
     T_sensor = T_sensor.copy()
     T_sensor[:3, 3] = 0.0  # so that lengths are those of the arm alone
     model = Model.at(dataset.robot, T_sensor, measure(dataset).initial_target(dataset))
-    poses = Poses.from_arrays(dataset.q, {}, 6)
+    poses = Poses.from_arrays(dataset.q, {}, turning(6))
     lengths = np.array([kind in LENGTHS for kind in GEOMETRY])[:, None]
     robot = replace(dataset.robot, T_n_flange=np.eye(4))
     model = replace(model, robot=robot, nominal=robot)

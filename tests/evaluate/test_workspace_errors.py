@@ -169,7 +169,7 @@ def test_the_band_holds_the_truth_as_often_as_it_says():
         scene = make_scene(kind="tracker", seed=seed, poses_per_plane=14, noise=2e-4)
         calibration = calibrate(scene.dataset)
         robot = scene.dataset.robot
-        seen = Poses.from_frame(scene.dataset.poses, robot.n_joints, order_is_row=True)
+        seen = Poses.from_frame(scene.dataset.poses, robot.slides, order_is_row=True)
         poses = poses_within_limits(limits_or_measured_ranges(robot.limits, seen.q), seen, 300, 1)
         nominal = replace(calibration.model, robot=robot)
         found = workspace_errors(calibration, {"data sheet": nominal}, poses)

@@ -18,6 +18,7 @@ from scalar.evaluate.workspace_errors import aligned_errors
 from scalar.report import render_report, words
 from scalar.report.advice import _columns, _in_controller
 from tests.random_scene import make_scene
+from tests.turning import turning
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +76,9 @@ def test_the_controller_gets_the_geometry_that_errs_less_without_effects(found: 
     )
     assert named is not None
     after = found.calibration_after.model
-    poses = Poses.from_arrays(np.random.default_rng(4).uniform(*after.nominal.limits.T, (2000, 6)), {}, 6)
+    poses = Poses.from_arrays(
+        np.random.default_rng(4).uniform(*after.nominal.limits.T, (2000, 6)), {}, turning(6)
+    )
     T = kinematics_at(after, poses).T_base_sensor
     models = {"before": found.calibration_before.model, "after": replace(after, effects=())}
     for file, stated in (named.group(1, 2), named.group(3, 4)):

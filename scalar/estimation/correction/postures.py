@@ -169,7 +169,7 @@ class _Solutions:
 
 def _solved(model: Model, T_wanted: Array, q: Array, settings: CorrectionSettings) -> Correction:
     """Return the ends of searches for frames ``(N, 4, 4)`` from joint angles ``(N, n)`` [rad]."""
-    return correct_frames(model, Poses.from_arrays(q, {}, q.shape[1]), T_wanted, settings)
+    return correct_frames(model, Poses.from_arrays(q, {}, model.robot.slides), T_wanted, settings)
 
 
 def _nearest(model: Model, T_wanted: Array, n_starts: int) -> Array:

@@ -46,7 +46,7 @@ def correct_table(
         InvalidInput: A column that an effect needs is missing.
     """
     n, slides = model.robot.n_joints, model.robot.slides
-    poses = Poses.from_frame(table, n, order_is_row=False, slides=slides)
+    poses = Poses.from_frame(table, slides, order_is_row=False)
     names = [name for name in last_move_columns(n) if name in poses.columns]
 
     def corrected() -> Correction:
@@ -61,7 +61,7 @@ def correct_table(
     changed = np.zeros(len(poses))
     for _ in range(_ROUNDS):
         commanded = table.assign(**{f"q{i + 1}": found.q[:, i] for i in range(n)})
-        moves = Poses.from_frame(commanded, n, order_is_row=False, slides=slides).columns
+        moves = Poses.from_frame(commanded, slides, order_is_row=False).columns
         changed = np.max([np.abs(moves[name] - poses.columns[name]) for name in acting], axis=0)
         if np.max(changed) < _SAME_MOVE:
             return found

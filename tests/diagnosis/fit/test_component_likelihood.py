@@ -6,6 +6,7 @@ from scipy.stats import multivariate_normal
 
 from scalar.data.moves import move_columns, moves_in_order, speeds
 from scalar.diagnosis.fit.component_likelihood import Spectrum, of_one, of_two
+from tests.turning import turning
 
 DRAWS = 60
 N, M, K = 150, 4, 3
@@ -64,7 +65,7 @@ def test_without_the_second_error_its_gain_is_that_of_chance():
 def test_speeds_are_shares_of_the_fastest_joint_of_a_kind():
     """A turning joint is compared with the turning joints, a slide with slides; at rest and where the step is not known, all are zero."""
     q = np.array([[0.0, 0.0, 0.0], [0.5, -1.0, 0.2], [0.5, -1.0, 0.2], [0.4, -1.0, 0.1]])
-    columns = moves_in_order(q, np.arange(4.0))
+    columns = moves_in_order(q, np.arange(4.0), turning(q.shape[1]))
     assert set(columns) == set(move_columns(3))
     expected = [[0.0, 0.0, 0.0], [0.5, -1.0, 1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, -1.0]]
     np.testing.assert_allclose(speeds(columns, [False, False, True], 4), expected)

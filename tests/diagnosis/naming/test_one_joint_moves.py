@@ -13,6 +13,7 @@ from scalar.effects.joint_scale import JointScale
 from scalar.geometry.robot import Robot
 from tests.diagnosis.stand_ins import finding_of
 from tests.robot_configs import robot_mapping
+from tests.turning import turning
 
 LEAST = 0.6
 
@@ -68,7 +69,7 @@ def test_a_deflection_and_an_order_are_one_sinusoid(joint):
     for joints, is_sinusoid in (((4,), True), ((3, 4), False)):
         q = turned(*joints)
         shape = np.stack([np.ones(len(q)), np.sin(q[:, 3]), np.cos(q[:, 3])], axis=1)
-        columns = weight.joint_basis(arm, Poses.from_arrays(q, {}, 6)).reshape(len(q), -1)
+        columns = weight.joint_basis(arm, Poses.from_arrays(q, {}, turning(6))).reshape(len(q), -1)
         left = columns - shape @ np.linalg.lstsq(shape, columns, rcond=None)[0]
         assert np.ptp(columns, axis=0).max() > 0.1
         assert (np.abs(left).max() < 1e-12) == is_sinusoid

@@ -10,6 +10,7 @@ from scalar.effects import registry
 from tests.effects.everything import optional_columns
 from tests.effects.injected import make_cell
 from tests.random_scene import make_scene
+from tests.turning import turning
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +52,7 @@ def test_elements_are_the_columns_of_the_whole(dataset):
     """The columns of the elements of an effect, one after the other, are those of the effect, at any poses."""
     from scalar.data.poses import Poses
 
-    poses = Poses.from_frame(dataset.poses, 6, order_is_row=True)
+    poses = Poses.from_frame(dataset.poses, turning(6), order_is_row=True)
     for effect in candidates(dataset):
         if effect.n_terms > 1 and hasattr(effect, "joint_basis"):
             whole = effect.joint_basis(dataset.robot, poses)

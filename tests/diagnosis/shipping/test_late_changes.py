@@ -18,6 +18,7 @@ from scalar.effects.sensor_slip import SensorSlip
 from scalar.effects.thermal_drift import ThermalDrift
 from scalar.estimation.measured_ranges import measured_columns, ranges_of_columns
 from tests.effects.injected import make_cell
+from tests.turning import turning
 
 COUNT = 100
 
@@ -37,7 +38,7 @@ ON_PATH = at(np.sin(np.linspace(0.0, 2.0, COUNT)[:, None] + np.arange(3.0)))
 def state(n: int = COUNT):
     """Return a stand-in for a state with n poses, in the order of which the time passes."""
     order = np.arange(n, dtype=float)
-    poses = Poses.from_arrays(np.zeros((n, 3)), {"order": order, "time": order}, 3)
+    poses = Poses.from_arrays(np.zeros((n, 3)), {"order": order, "time": order}, turning(3))
     return SimpleNamespace(residuals=SimpleNamespace(poses=poses))
 
 

@@ -249,6 +249,6 @@ def test_rounding_of_equal_steps_is_what_the_simulator_rounds(workcell):
 
 def test_evaluation_poses_are_the_simulators(workcell):
     """The frames that errors are counted from are those of truth_poses.csv."""
-    at = Poses.from_frame(workcell.evaluated, workcell.dataset.robot.n_joints, order_is_row=False)
+    at = Poses.from_frame(workcell.evaluated, workcell.dataset.robot.slides, order_is_row=False)
     assert len(at) == len(workcell.D)
     assert np.allclose(workcell.T_true, true_frames(workcell.evaluated), atol=1e-9)

@@ -72,7 +72,7 @@ def bound_errors(
     drawn = (vectors * np.sqrt(np.maximum(values, 0.0))) @ draws
     efficient = -(covariance @ (J.T @ residual))[moves_sensor]
     errors = np.column_stack([drawn, efficient])
-    at = Poses.from_frame(truth_poses.head(POSES), model.robot.n_joints, order_is_row=False)
+    at = Poses.from_frame(truth_poses.head(POSES), model.robot.slides, order_is_row=False)
     kinematics = Kinematics.of(model, at, EffectBases.of(model.nominal, at, model.effects))
     screws = kinematics.screws()[:, :, columns[moves_sensor]] @ errors
     turn, moved = screws[:, :3], screws[:, 3:]

@@ -53,7 +53,7 @@ def follow(workcell: Workcell, poses: int, guess: Planes, kept: Array) -> Solver
     """
     rows = first_poses(workcell, poses)
     dataset = workcell.dataset.subset(rows) if len(rows) < workcell.dataset.n_poses else workcell.dataset
-    at = Poses.from_frame(workcell.evaluated.iloc[kept], dataset.robot.n_joints, order_is_row=False)
+    at = Poses.from_frame(workcell.evaluated.iloc[kept], dataset.robot.slides, order_is_row=False)
     T_true = workcell.T_true[kept]
     measurement = measure(dataset)
     T_flange = dataset.robot.flange(dataset.q)

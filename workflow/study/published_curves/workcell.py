@@ -79,7 +79,7 @@ def simulate_workcell(config: Mapping[str, Any], base_dir: Path, poses: int) -> 
     dataset = dataset_in_memory(scene)
     model = true_model(dataset, scene.truth)
     free = candidate_mask(model, fixed)
-    own = Poses.from_frame(dataset.poses, dataset.robot.n_joints, order_is_row=True)
+    own = Poses.from_frame(dataset.poses, dataset.robot.slides, order_is_row=True)
     kinematics = Kinematics.of(model, own, EffectBases.of(model.nominal, own, ()))
     index = dataset.plane_index.astype(np.intp)
     planes = model.target
@@ -89,7 +89,7 @@ def simulate_workcell(config: Mapping[str, Any], base_dir: Path, poses: int) -> 
     first = list(model.names).index("theta_1")
     T = kinematics.T_base_sensor
     rays = np.stack([np.sin(scene.angles), np.zeros_like(scene.angles), np.cos(scene.angles)], axis=-1)
-    at = Poses.from_frame(scene.truth_poses, dataset.robot.n_joints, order_is_row=False)
+    at = Poses.from_frame(scene.truth_poses, dataset.robot.slides, order_is_row=False)
     there = Kinematics.of(model, at, EffectBases.of(model.nominal, at, ()))
     D = there.screws()
     D[:, 3:] += np.cross(D[:, :3], there.T_base_sensor[:, :3, 3, None], axis=1)

@@ -160,7 +160,7 @@ def compare_ways(dataset: Dataset, truth_poses: pd.DataFrame, alternate: bool) -
         truth_poses: Content of ``truth_poses.csv``.
         alternate: Whether passes are repeated until they converge.
     """
-    at = Poses.from_frame(truth_poses, dataset.robot.n_joints, order_is_row=False)
+    at = Poses.from_frame(truth_poses, dataset.robot.slides, order_is_row=False)
     T_true = true_frames(truth_poses)
 
     def rows(key: dict[str, Any], model: Model) -> list[dict[str, Any]]:
