@@ -14,6 +14,8 @@ COMMANDED, TORQUE = "qc", "tau"
 """Columns of poses.csv, one for each joint: the commanded position [rad, m] and the torque [N m, N]."""
 PAYLOAD = ("payload", "payload_x", "payload_y", "payload_z")
 """Columns of poses.csv: the payload's mass [kg], and where it sits in the flange's frame [m]."""
+ORIENTATION = ("rx", "ry", "rz")
+"""Columns of points.csv where orientations were measured: the rotation vector from the target's axes to the tracker's [rad]."""
 TARGET_MOTION = tuple(f"target_motion_{axis}" for axis in ("rx", "ry", "rz", "x", "y", "z"))
 """Columns that measurements of reference nests add to each pose: the motion of the base relative to the tracker, a screw in the base
 frame [rad, m]."""

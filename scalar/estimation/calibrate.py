@@ -40,6 +40,7 @@ from scalar.estimation.setup.repeated_reading import reading_repeated
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.estimation.setup.unstated_session import unstated_session
 from scalar.estimation.sufficiency import FitFailed, TooManyUnknowns
+from scalar.estimation.turned_orientations import refuse_turned
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 from scalar.units import MM
@@ -83,6 +84,7 @@ def calibrate(
     set_up_tried = False  # whether other readings of the set-up were tried, which takes seconds
     if explain:
         refuse_wrong_orientations(dataset)
+        refuse_turned(dataset, settings.gross_errors)
     fixed_effects = (*fixed_effects, *measured_effects(dataset, (*effects, *fixed_effects)))
     try:
         prepared = prepare(

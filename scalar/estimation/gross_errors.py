@@ -26,6 +26,7 @@ from scalar.estimation.pose_consistency import (
 )
 from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorSettings
 from scalar.estimation.trimmed_start import with_estimated_pose
+from scalar.estimation.turned_orientations import not_turned
 from scalar.geometry.se3 import Array
 from scalar.sensors.robust_scale import robust_std
 
@@ -79,6 +80,7 @@ def clean(dataset: Dataset, settings: EstimationSettings = DEFAULTS) -> Cleaned:
     dataset, n_points, corrupted = without_stray_points(dataset, settings.gross_errors)
     keep = ~corrupted
     keep &= coarsely_consistent(dataset, keep, settings.gross_errors)
+    keep &= not_turned(dataset, keep, settings.gross_errors)
     try:
         keep = _agreeing(dataset, keep, settings)
     except InvalidInput as error:

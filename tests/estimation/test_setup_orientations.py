@@ -8,10 +8,11 @@ from scipy.spatial.transform import Rotation
 
 from scalar.data.dataset import Dataset
 from scalar.data.declared import Sensor
+from scalar.data.formats import ORIENTATION
 from scalar.errors import InvalidInput
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.alternatives import with_sign_changed
-from scalar.estimation.setup.orientations import COLUMNS, disagreement
+from scalar.estimation.setup.orientations import disagreement
 from tests.estimation.test_scara import LIMITS, nominal
 from tests.tracked_targets import drawn_arm
 
@@ -27,13 +28,13 @@ def tracked():
 def with_columns(dataset, vectors):
     """Return a dataset whose columns rx,ry,rz are ``vectors`` ``(P, 3)``."""
     return replace(
-        dataset, point_columns={**dataset.point_columns, **dict(zip(COLUMNS, vectors.T, strict=True))}
+        dataset, point_columns={**dataset.point_columns, **dict(zip(ORIENTATION, vectors.T, strict=True))}
     )
 
 
 def rotations(dataset):
     """Return the measured orientations."""
-    return Rotation.from_rotvec(np.column_stack([dataset.point_columns[name] for name in COLUMNS]))
+    return Rotation.from_rotvec(np.column_stack([dataset.point_columns[name] for name in ORIENTATION]))
 
 
 READINGS = {
@@ -128,7 +129,7 @@ def scara():
     )
     guess = np.eye(4)
     guess[:3, 3] = offset
-    columns = dict(zip(COLUMNS, turned.as_rotvec().T, strict=True))
+    columns = dict(zip(ORIENTATION, turned.as_rotvec().T, strict=True))
     return Dataset.from_arrays(
         robot=robot, sensor=Sensor("tracker", guess, noise=2e-5), q=q, points=points, point_columns=columns
     )

@@ -42,7 +42,7 @@ class Alternative:
     Attributes:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
             ``shifted_poses``, ``reversed_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign``, ``length_sign``, ``length_digit``,
-            ``sign_and_zero``, ``lost_row``, ``moved_target``, ``exchanged_target``,
+            ``length_scale``, ``sign_and_zero``, ``lost_row``, ``moved_target``, ``exchanged_target``,
             ``exchanged_names``, ``exchanged_columns`` or ``other_arm``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
         says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.
@@ -56,6 +56,7 @@ class Alternative:
         scale: Factor by which the measured lengths were multiplied; a residual that shrinks by the same factor proves nothing.
         motion: Factor by which the joint angles were multiplied, where the arm hardly moves as described or under this reading. An arm that hardly
             moves leaves a residual that is smaller by as much, whatever is measured.
+        may_leave: Residual [m] that it may leave and explain the data; None for what the effects of an arm may leave.
     """
 
     what: str
@@ -70,6 +71,7 @@ class Alternative:
     counts_back: bool = False
     scale: float = 1.0
     motion: float = 1.0
+    may_leave: float | None = None
 
 
 def alternatives(dataset: Dataset) -> Iterator[Alternative]:

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.estimation.settings import DEFAULTS
 from scalar.estimation.setup.alternatives import Alternative, alternatives, with_limits_counted_back
 from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.column_units import column_units
@@ -21,6 +22,7 @@ from scalar.estimation.setup.exchanged_columns import exchanged_beside_orientati
 from scalar.estimation.setup.exchanged_target import exchanged_targets
 from scalar.estimation.setup.far_lengths import far_length_in_words, with_lengths_near_table
 from scalar.estimation.setup.lost_row import lost_rows
+from scalar.estimation.setup.measured_scale import measured_scale
 from scalar.estimation.setup.mistyped_numbers import length_signs, slipped_digits, twist_signs
 from scalar.estimation.setup.moved_target import moved_targets
 from scalar.estimation.setup.moved_zeros import as_described, with_zeros_of, zeros_in_words
@@ -31,6 +33,7 @@ from scalar.estimation.setup.suspicion import Suspicion, in_mm
 from scalar.estimation.setup.trial import NominalFit, Trial, full_fit, nominal_fit
 from scalar.estimation.setup.two_zeros import two_zeros
 from scalar.estimation.setup.unrelated_rows import rows_apart, unrelated, unrelated_in_words
+from scalar.estimation.turned_orientations import not_turned
 from scalar.units import DEG, MM
 
 FALLS_TO = 0.2  # ratio of the residual after a fit to that of the set-up as described: an alternative with a larger one explains nothing
@@ -63,7 +66,7 @@ SINGLE = (
     rows_apart,
 )
 """What yields the alternatives with one change."""
-LAST = (lost_rows, moved_targets, exchanged_targets)
+LAST = (measured_scale, lost_rows, moved_targets, exchanged_targets)
 """What yields the alternatives that hold from a pose on; they are tried where no other explains the data."""
 MOST_FITTED = 4  # alternatives that are fitted in full
 
@@ -72,8 +75,10 @@ def explain(dataset: Dataset) -> tuple[Suspicion, ...]:
     """Return which errors in the description of the set-up would explain a dataset that does not fit it; none if nothing explains it.
 
     If the data do not distinguish several alternatives, all are returned. If measurements have nothing to do with the angles, and not because tracker
-    or base moved, that is returned.
+    or base moved, that is returned. Poses whose orientation alone is far from the arm's are left out.
     """
+    alike = not_turned(dataset, np.ones(dataset.n_poses, dtype=bool), DEFAULTS.gross_errors)
+    dataset = dataset if alike.all() else dataset.subset(alike)
     described = nominal_fit(dataset)
     before = _residual(full_fit(dataset), described)
     found = _first_explaining(dataset, described, before)
@@ -205,7 +210,7 @@ def _explaining_fully(
     found: list[tuple[NominalFit, Alternative, Trial]] = []
     for alternative in tried:
         trial = full_fit(alternative.dataset)
-        if trial is None or trial.rms > MOST_LEFT:
+        if trial is None or trial.rms > (alternative.may_leave or MOST_LEFT):
             continue
         without = nominal_fit(replace(dataset, robot=trial.model.robot)).rms
         if trial.rms <= FALLS_TO * min(without, np.inf if before is None else before):

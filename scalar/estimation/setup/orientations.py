@@ -18,6 +18,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from scalar.data.dataset import Dataset
+from scalar.data.formats import ORIENTATION
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.setup.explain import AS_GOOD, FALLS_TO, MOST_LEFT, SINGLE, explain
 from scalar.estimation.setup.plausibility import DISAGREEMENT
@@ -27,7 +28,6 @@ from scalar.geometry.se3 import Array, exp_so3, log_so3, nearest_rotation, rotat
 from scalar.sensors import measure
 from scalar.units import DEG, MM
 
-COLUMNS = ["rx", "ry", "rz"]
 _FILE, _COLUMN = "points.csv", "rx,ry,rz"
 _EULER_AXES = ("xyz", "XYZ", "ZYX", "ZYZ")  # capitals: about moving axes; "xyz" is roll, pitch and yaw
 _MISREAD_AXES = ("ZYX", "zyx", "XYZ", "xyz")  # of Euler angles that an import may have taken for one another
@@ -47,7 +47,7 @@ def refuse_wrong_orientations(dataset: Dataset) -> None:
         WrongSetup: Another description of the set-up explains both.
     """
     columns = dataset.point_columns
-    if any(name not in columns for name in COLUMNS) or dataset.n_poses < _LEAST_POSES:
+    if any(name not in columns for name in ORIENTATION) or dataset.n_poses < _LEAST_POSES:
         return
     some = thinned(dataset)
     free = disagreement(some)
@@ -181,7 +181,7 @@ def disagreement(dataset: Dataset, measured: Array | None = None, frames: Array 
 
 def _vectors(dataset: Dataset) -> Array:
     """Return the columns rx,ry,rz of the points, ``(P, 3)``."""
-    return np.column_stack([dataset.point_columns[name] for name in COLUMNS])
+    return np.column_stack([dataset.point_columns[name] for name in ORIENTATION])
 
 
 def _angle_left(arm: Array, measured: Array) -> float:
@@ -281,6 +281,6 @@ def without_orientations(dataset: Dataset) -> Dataset:
     kept = {
         name: values
         for name, values in dataset.point_columns.items()
-        if name not in (*COLUMNS, "rotation_noise")
+        if name not in (*ORIENTATION, "rotation_noise")
     }
     return replace(dataset, point_columns=kept)

@@ -54,7 +54,11 @@ def misfit_refused(
         else _all_far_in_words(dataset, distances)
     )
     label = ", label" if dataset.planes else ""
-    moved = "planes or base" if dataset.planes else "tracker or base, an exchange of the target"
+    moved = (
+        "planes or base"
+        if dataset.planes
+        else "tracker or base, an exchange of the target; one factor of all positions"
+    )
     return Undetermined(
         [f"{first} These were tried, and none explains it: one wrong sign, zero, length, unit{label} or "
          "convention; a sign and a zero of one joint; two zeros; any number of signs; rows of measurements that are moved or lost; a move of "
