@@ -42,7 +42,7 @@ def displacement_columns(model: Model, poses: Poses) -> Array:
     From each column, the rigid motion of the base that fits it best is subtracted.
     """
     kinematics = kinematics_at(model, poses)
-    return _without_rigid_motion(kinematics.T_base_sensor, shifts(kinematics, kinematics.screws()))
+    return without_rigid_motion(kinematics.T_base_sensor, shifts(kinematics, kinematics.screws()))
 
 
 def stretch_of(model: Model, poses: Poses) -> float:
@@ -52,10 +52,10 @@ def stretch_of(model: Model, poses: Poses) -> float:
     """
     T = kinematics_at(model, poses).T_base_sensor
     column = (T[:, :3, 3] - model.nominal.T_base_0[:3, 3]).reshape(-1, 1)
-    return position_std(_without_rigid_motion(T, column), np.eye(1))
+    return position_std(without_rigid_motion(T, column), np.eye(1))
 
 
-def _without_rigid_motion(T: Array, columns: Array) -> Array:
+def without_rigid_motion(T: Array, columns: Array) -> Array:
     """Return columns ``(3 N, k)`` of displacements [m] less the rigid motion of the base that fits each best, at frames ``(N, 4, 4)``."""
     basis = np.linalg.qr(base_and_sensor_columns(T)[:, :6])[0]
     return columns - basis @ (basis.T @ columns)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from scalar.effects.registry import BUILT_IN
+from scalar.estimation.displacement import position_std, without_rigid_motion
 from scalar.estimation.effect_bases import EffectBases
 from scalar.estimation.kinematics import Kinematics
 from scalar.estimation.model import Model
@@ -32,7 +33,8 @@ _POSES = 200
 def unchecked_scale(residuals: Residuals, model: Model, free: Array, covariance: Array) -> float | None:
     """Return how far predicted positions move if the scanner's scale is off by its natural size [m], RMS over random poses within the joint limits.
 
-    None is returned if the sensor measures no ranges, if the model contains their scale, or if the data determine it.
+    The rigid motion of the base that fits this best is subtracted. None is returned if the sensor measures no ranges, if the model contains their
+    scale, or if the data determine it.
 
     Args:
         residuals: Of the dataset, whitened at the optimum.
@@ -56,7 +58,6 @@ def unchecked_scale(residuals: Residuals, model: Model, free: Array, covariance:
     vector[free] -= NATURAL * absorbed
     poses, no_effects = random_joints(model, _POSES), EffectBases([], [], [], [])
     here, there = (
-        Kinematics.of(m, poses, no_effects).T_base_sensor[:, :3, 3]
-        for m in (model, model.with_vector(vector))
+        Kinematics.of(m, poses, no_effects).T_base_sensor for m in (model, model.with_vector(vector))
     )
-    return float(np.sqrt(np.mean(np.sum((here - there) ** 2, axis=1))))
+    return position_std(without_rigid_motion(here, (there - here)[:, :3, 3].reshape(-1, 1)), np.eye(1))

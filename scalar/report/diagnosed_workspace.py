@@ -21,6 +21,7 @@ from scalar.evaluate.workspace_errors import (
 from scalar.report import words
 from scalar.report.beyond_ranges import error_left_open
 from scalar.report.lead_in import BY_DATA_SHEET
+from scalar.report.scale_words import if_scale_is_right
 from scalar.report.workspace_map import (
     SHIPPED,
     WITHOUT_EFFECTS,
@@ -81,7 +82,7 @@ def before_and_after_in_words(diagnosis: Diagnosis) -> str:
     return (
         f"{BY_DATA_SHEET} the arm errs by {before['value']} in the mean over its workspace (95 of 100 poses by less than "
         f"{banded_in_words(data_sheet, most_errors)['value']}), and with {SHIPPED} by {after['value']} (95 % band {after['band']}), with the best "
-        "base and tool frame for each."
+        f"base and tool frame for each{if_scale_is_right(diagnosis.calibration_after)}."
     )
 
 

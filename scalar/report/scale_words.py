@@ -28,6 +28,15 @@ def scanner_scale_in_words(judged: Calibration) -> str:
         return ""
     return (
         f"nothing in these data checks the scale of the scanner: if it measures {100 * NATURAL:g} % too long or too short, as scanners may, "
-        f"predicted positions are off by about {number(shift / MM, 2)} mm (RMS), and no standard error contains that shift. Check the scanner "
+        f"predicted positions are off by about {number(shift / MM, 1)} mm (RMS), and no standard error contains that shift. Check the scanner "
         "against a known length, or measure where the planes stand in the base frame and declare them as known in dataset.yaml"
     )
+
+
+def if_scale_is_right(judged: Calibration) -> str:
+    """Return the end of a sentence on an error of positions that holds only if the scanner measures lengths rightly; empty where data check that."""
+    shift = judged.summary.get(SCANNER_SCALE_SHIFT)
+    if shift is None:
+        return ""
+    moved = f"{100 * NATURAL:g} % of it moves positions by about {number(shift / MM, 1)} mm"
+    return f", if the scanner's scale is right, which nothing in these data checks ({moved})"

@@ -29,7 +29,7 @@ from scalar.evaluate.workspace_errors import (
 from scalar.geometry.se3 import Array
 from scalar.report.panel import Panel
 from scalar.report.pictures import Pair, sentences
-from scalar.report.scale_words import scale_in_words
+from scalar.report.scale_words import if_scale_is_right, scale_in_words
 from scalar.report.words import number
 from scalar.report.workspace_cells import LEAST_POSES, LEAST_SPAN, Cells, Slice, means_of, slices
 from scalar.units import MM
@@ -103,6 +103,7 @@ def section_of_errors(
         "repeated": "",
         "hidden": ", ".join(discrepancy.hidden_kinds),
         "scale": scale_in_words(judged),
+        "if_scale_is_right": if_scale_is_right(judged),
         "pictures": [*pictures, _draw_reach(side, before, after, file)],
     }
 
