@@ -28,7 +28,7 @@ def with_names(text: str, kinds: Mapping[str, type[Effect]]) -> str:
     of_plane = rf"target plane (?P<plane>[^,:]+): (?P<of_plane>{titles})"
     warm_up = r"(?P<warm_up>warm-up) \(constant [^)]*\)"
     anywhere = rf"(?P<anywhere>{titles})(?: \(constant [^)]*\))?"
-    since = r"(?:, from order (?P<start>\d+)(?: \(pose -?\d+\))? on)?(?: in the course of acquisition| with (?P<by>[a-z]+))?"
+    since = r"(?:, from (?:pose -?\d+ \()?order (?P<start>\d+)\)?(?: \(pose -?\d+\))? on)?(?: in the course of acquisition| with (?P<by>[a-z]+))?"
     pattern = (
         rf"(?<![^\s,\"'“])[\"'“]?(?:{of_joint}|{of_plane}|{warm_up}|{anywhere}){since}[\"'”]?(?![^\s,:])"
     )

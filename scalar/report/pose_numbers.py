@@ -10,13 +10,13 @@ import numpy as np
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
 
-_MOMENT = re.compile(r"\bthe pose of order (\d+)\b|\b(?:from|from about|near) order (\d+)\b(?! \(pose)")
+_MOMENT = re.compile(r"\b(?:the pose of|(from|from about|near)) order (\d+)\b")
 
 
 def with_pose_numbers(text: str, dataset: Dataset) -> str:
     """Return a text that names the number of the pose wherever it names an order from which on, or near which, something changed.
 
-    ``from order 61 on`` becomes ``from order 61 (pose 75) on``, and ``the pose of order 61`` becomes ``pose 75 (order 61)``.
+    ``from order 61 on`` becomes ``from pose 75 (order 61) on``, and ``the pose of order 61`` becomes ``pose 75 (order 61)``.
 
     Args:
         text: Plain text, or a page.
@@ -27,12 +27,12 @@ def with_pose_numbers(text: str, dataset: Dataset) -> str:
     whole = np.round(order[rows])  # as texts write it
 
     def named(found: re.Match[str]) -> str:
-        number = float(found[1] or found[2])
+        number = float(found[2])
         # If no pose has this order, the change is seen from the next one on.
         first, after = np.searchsorted(whole, number), np.searchsorted(whole, number, "right")
         if after > first + 1 or first == len(rows):
             return found[0]
         pose = dataset.pose_ids[rows[first]]
-        return f"pose {pose} (order {found[1]})" if found[1] else f"{found[0]} (pose {pose})"
+        return f"{found[1] + ' ' if found[1] else ''}pose {pose} (order {found[2]})"
 
     return _MOMENT.sub(named, text)

@@ -44,13 +44,15 @@ def test_every_effect_that_begins_at_a_pose_names_it(dataset):
         order = effect.target["at"]["order"]
         pose = pose_of(dataset, order)
         title = with_pose_numbers(effect.title, dataset)
-        assert f", from order {order:.0f} (pose {pose}) on" in title
+        assert f", from pose {pose} (order {order:.0f}) on" in title
         assert f"pose {pose} (order {order:.0f})" in with_pose_numbers(effect.clause, dataset)
-        assert f"from order {order:.0f} (pose {pose}) on" in with_pose_numbers(
+        assert f"from pose {pose} (order {order:.0f}) on" in with_pose_numbers(
             " ".join(effect.advice), dataset
         )
-        (again,) = parse_effects(title, dataset)
-        assert again.key == parse_effects(effect.title, dataset)[0].key
+        as_before = title.replace(f"pose {pose} (order {order:.0f})", f"order {order:.0f} (pose {pose})")
+        for written in (title, as_before):
+            (again,) = parse_effects(written, dataset)
+            assert again.key == parse_effects(effect.title, dataset)[0].key
         assert with_pose_numbers(title, dataset) == title
 
 
@@ -60,7 +62,7 @@ def test_other_orders_are_left_alone(dataset):
         assert with_pose_numbers(text, dataset) == text
     gap = replace(dataset, poses=dataset.poses.assign(order=2 * dataset.poses["order"]))
     pose = pose_of(gap, 1009)
-    assert with_pose_numbers("near order 1009", gap) == f"near order 1009 (pose {pose})"
+    assert with_pose_numbers("near order 1009", gap) == f"near pose {pose} (order 1009)"
 
 
 @pytest.mark.slow
@@ -75,6 +77,6 @@ def test_a_diagnosis_names_the_pose_of_a_slip_on_terminal_and_page():
         entry["target"]["at"] for entry in found.to_mapping()["effects"] if entry["name"] == "sensor_slip"
     ]
     assert abs(at["order"] - target["order"]) <= 1
-    named = f"from order {at['order']:.0f} (pose {pose_of(found.dataset, at['order'])}) on"
+    named = f"from pose {pose_of(found.dataset, at['order'])} (order {at['order']:.0f}) on"
     for text in (describe_diagnosis(found), render_report(found), row_of(found)["effects"]):
         assert named in text
