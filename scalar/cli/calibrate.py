@@ -69,8 +69,9 @@ def calibrate(
       restarted_warm_up[:CLOCK]    target_drift[:CLOCK]    target_drift:FROM
       sensor_slip:FROM    sensor_map    range_scale    range_offset    range_distortion
       plane_bow[:PLANE]    plane_moved:PLANE:FROM
-    JOINT counts from 1, FROM is the order of the first pose after the change; without a target, an effect is
-    estimated wherever it can act.
+    [...] may be left out, and ... repeated. JOINT counts from 1; ORDER is the number of periods in a turn; FROM is the
+    number, in order of acquisition, of the first pose after a change; COLUMN and CLOCK are columns of poses.csv (time,
+    temperature, order). Without a target, an effect is estimated wherever it can act. docs/effects.md says what each is.
 
     \b
     Examples:

@@ -121,13 +121,13 @@ def _lines_on_effect(entry: Mapping[str, Any], size: str, sign: str, diagnosis: 
     """
     unattributed = entry["name"] == UNATTRIBUTED
     title = words.title(entry["name"], entry["target"], entry.get("depends_on", ()))
-    sure = "" if unattributed else f"; confidence {entry['confidence']:.0%}"
+    sure = "" if unattributed else f"; confidence {words.confident(entry['confidence'])}"
     yield f"  {title}{size}{_sizes(entry, sign)}{sure}"
     for like in entry.get("most_like", ()):
         name = words.quoted(words.title(like["name"], like["target"]))
         why = _why_doubtful(diagnosis, like)
         reason = f", no more because {why}" if why else ""
-        yield f"    it resembles {name}, a name with {like['confidence']:.0%} confidence{reason}"
+        yield f"    it resembles {name}, a name with a confidence of {words.confident(like['confidence'])}{reason}"
     if unattributed:
         for description in [f.effect.described_as for f in diagnosis.flexible_terms]:
             yield f"    described by {description}, which proves no cause"

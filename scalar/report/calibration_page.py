@@ -52,6 +52,7 @@ def calibration_page(calibration: Calibration, dataset: Dataset) -> dict[str, An
         "convention": convention_in_words(dataset.robot),
         "parameters": parameter_tables(calibration, dataset.sensor.T_flange_sensor),
         "gauge": gauge_rows(calibration),
+        "planes": bool(dataset.planes),
     }
 
 

@@ -115,7 +115,7 @@ def noise_card(diagnosis: Diagnosis) -> dict[str, Any]:
         "size": noise_size(diagnosis),
         "p_value": words.chance(best.p_value),
         "option": "",  # a random error is nothing that a calibration frees
-        "sure": f"{100 * entry['confidence']:.0f} %",
+        "sure": words.confident(entry["confidence"]),
         "limit": diagnosis.noise_limit,
         "chosen": unseen_words.share(entry, diagnosis),
         "before": None,

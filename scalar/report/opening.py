@@ -230,7 +230,7 @@ def caution(diagnosis: Diagnosis, finding: Finding) -> str:
     """Return what to do before a finding is acted on, if its cause is confounded with another or not certain; else nothing."""
     if finding.effect.flexible:
         return ""
-    percent = f"{100 * finding.confidence:.0f} %"
+    percent = words.confident(finding.confidence)
     if finding.doubtful:
         how_sure = (
             f"its name has a confidence of {percent}, and no more because {finding.limit}"

@@ -88,6 +88,7 @@ def page(diagnosis: Diagnosis) -> dict[str, Any]:
         "noise": _noise(diagnosis, mapping),
         "advice": advice(diagnosis, mapping),
         "gauge": gauge_rows(diagnosis.calibration_after),
+        "planes": bool(diagnosis.dataset.planes),
     }
 
 
@@ -197,7 +198,7 @@ def _card(
         "option": named_effects([effect]),
         "size": effect.size(pictures),
         "p_value": words.chance(finding.p_value),
-        "sure": f"{100 * finding.confidence:.0f} %",
+        "sure": words.confident(finding.confidence),
         "limit": finding.limit,
         "chosen": unseen_words.share({"selected_in": finding.selected_in}, diagnosis),
         "before": words.number(finding.before.rms / MM),

@@ -28,8 +28,8 @@ def unmeasured_sentence(mapping: Mapping[str, Any]) -> str:
     )
     too_large = _by_chance(worst) or _undetermined(mapping)
     return (
-        f"{WHERE_UNMEASURED}, expect up to {number(entry['rms_mm'])} mm RMS{_as_elsewhere(mapping)}: of {entry['halves']} halves of the "
-        "poses, by the angle of a joint, by place or by time, each predicted by the same model fitted to the other half, the median errs by "
+        f"{WHERE_UNMEASURED}, expect up to {number(entry['rms_mm'])} mm RMS{_as_elsewhere(mapping)}. Each of {entry['halves']} halves of the "
+        "poses, by the angle of a joint, by place or by time, was predicted by the same model fitted to the other half: the median errs by "
         f"{number(entry['median_rms_mm'])} mm, and the worst, {_half(worst)}, by {number(worst['rms_mm'])} mm{without}{too_large}."
     )
 

@@ -27,6 +27,7 @@ __all__ = [
     "chance",
     "coefficient",
     "columns_in_words",
+    "confident",
     "length",
     "listed",
     "number",
@@ -37,15 +38,21 @@ __all__ = [
 
 LEAST_P_VALUE = 1e-12  # below it a p-value is not computed accurately
 CONFIDENCE = (
-    "Confidence is how often a name with such evidence was right in simulated trials: of 100 names with a confidence of 77 %, about 77 were right "
-    "and 23 wrong. If it is below 80 %, confirm the cause before anything is repaired."
+    "Confidence is how often a name with such evidence was right in simulated trials: 80 % means that about 80 of 100 such names were right. "
+    "If it is below 80 %, confirm the cause before anything is repaired."
 )
 """The sentence that explains a confidence."""
+_MOST_STATED = 0.995  # a larger confidence would be rounded to 100 %, and no name is certain
 COMPONENTS = {
     "pose_jitter": "jitter of the joints from pose to pose",
     "scan_bias": "random offset of each measurement",
 }
 """Titles of the variance components, by name."""
+
+
+def confident(confidence: float) -> str:
+    """Return a confidence, 0 to 1, in per cent: ``94 %``; ``above 99 %`` where it would be rounded to 100."""
+    return "above 99 %" if confidence >= _MOST_STATED else f"{100 * confidence:.0f} %"
 
 
 def title(name: str, target: Mapping[str, Any], depends_on: Sequence[str] = ()) -> str:

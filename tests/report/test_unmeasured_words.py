@@ -38,7 +38,7 @@ def mapping(along: str = "q2", upper: bool = True, chance: float = 0.1, fit: str
 def test_the_worst_half_is_named(along, upper, words):
     """The sentence begins with the error of the half that is predicted worst, and names this half."""
     text = unmeasured_sentence(mapping(along, upper, fit="before"))
-    assert text.startswith("Where nothing was measured, expect up to 1.20 mm RMS: of 22 halves")
+    assert text.startswith("Where nothing was measured, expect up to 1.20 mm RMS. Each of 22 halves")
     assert "the median errs by 0.400 mm" in text
     assert text.endswith(f"and the worst, {words}, by 1.20 mm.")
 
@@ -74,7 +74,7 @@ def test_a_larger_error_that_is_stated_elsewhere_is_said_to_be_that(limits, wher
     said["unmeasured"]["rms_mm"] = 7.5
     said["shipped"]["expected_error_mm"]["as_shipped_within_joint_limits"] = limits
     text = unmeasured_sentence(said)
-    assert text.startswith(f"Where nothing was measured, expect up to 7.50 mm RMS, as {where}: ")
+    assert text.startswith(f"Where nothing was measured, expect up to 7.50 mm RMS, as {where}. ")
     assert text.endswith("by 1.20 mm.")
 
 
