@@ -34,7 +34,9 @@ from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorS
 from scalar.estimation.setup.exchanged_names import names_exchanged_in_words
 from scalar.estimation.setup.explain import MOST_LEFT
 from scalar.estimation.setup.known_planes import KnownPlaneContradicted, refuse_contradicted_planes
+from scalar.estimation.setup.lost_row import lost_row_in_words
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
+from scalar.estimation.setup.placeholders import refuse_placeholders
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.repeated_reading import reading_repeated
 from scalar.estimation.setup.suspicion import Suspicion
@@ -83,6 +85,7 @@ def calibrate(
     dataset = with_target_motion(dataset)
     set_up_tried = False  # whether other readings of the set-up were tried, which takes seconds
     if explain:
+        refuse_placeholders(dataset)
         refuse_wrong_orientations(dataset)
         refuse_turned(dataset, settings.gross_errors)
     fixed_effects = (*fixed_effects, *measured_effects(dataset, (*effects, *fixed_effects)))
@@ -186,6 +189,8 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
     found = unstated_session(dataset, cleaned.outlier_poses)
     if found is None and away is not None and away.typical > MOST_LEFT:
         return
+    if away is not None and (lost := lost_row_in_words(dataset, away.model, cleaned.outlier_poses)):
+        raise InvalidInput([Fault("poses.csv", lost, None, "pose")])
     faults = [
         Fault(
             "poses.csv",

@@ -14,11 +14,13 @@ from scipy.spatial.transform import Rotation
 from scalar.data.description import Description
 from scalar.errors import Fault
 from scalar.geometry.quaternions import rotation_vectors_from_quaternions
+from scalar.geometry.se3 import Array
 from scalar.ingest.imported_table import ImportedTable
 
 VECTOR = ("rx", "ry", "rz")
 EULER = ("e1", "e2", "e3")
 QUATERNION = ("qw", "qx", "qy", "qz")
+_ROUNDING = 1e-2  # rad, of an angle of a whole turn
 
 
 def wrong_axes(axes: Any) -> str | None:
@@ -55,11 +57,26 @@ def check_orientation(given: Description, key: str) -> None:
             given.fault((key, "euler_axes"), wrong)
 
 
+def _report_degrees(table: ImportedTable, angles: Array, faults: list[Fault]) -> None:
+    """Add a fault if Euler angles ``(N, 3)`` [rad] are so large that they are degrees; an angle of more than a turn is written by no program."""
+    row, k = np.unravel_index(int(np.argmax(np.nan_to_num(np.abs(angles)))), angles.shape)
+    if abs(angles[row, k]) > 2 * np.pi + _ROUNDING:
+        table.report(
+            faults,
+            EULER[k],
+            np.arange(len(angles)) == row,
+            lambda i: (
+                f"an Euler angle of {angles[i, k]:.4g} rad is more than a turn; if the file has degrees, write unit: deg for {', '.join(EULER)}"
+            ),
+        )
+
+
 def to_rotation_vectors(table: ImportedTable, axes: str | None, faults: list[Fault]) -> None:
     """Replace Euler angles [rad] or quaternions by ``rx,ry,rz`` [rad], in place; a quaternion whose norm is not 1 is a fault of its row."""
     columns = table.columns
     if EULER[0] in columns and axes is not None:
         names, angles = EULER, np.column_stack([columns[name] for name in EULER])
+        _report_degrees(table, angles, faults)
         vectors = Rotation.from_euler(axes, np.nan_to_num(angles)).as_rotvec()
     elif QUATERNION[0] in columns:
         names, q = QUATERNION, np.column_stack([columns[name] for name in QUATERNION])

@@ -83,3 +83,25 @@ def test_two_exchanged_poses_are_no_lost_row(tracked):
         calibrate(with_angles_of(tracked, source))
     assert not isinstance(refused.value, WrongSetup)
     assert all("contradicts all others" in fault.message for fault in refused.value.faults)
+
+
+@pytest.mark.parametrize("k", [37, 67])
+def test_a_row_lost_in_the_middle_or_near_the_end_is_named(tracked, k):
+    """In the middle, half of the measurements belong to other rows, so that they seem unrelated to the angles; near the end only some do."""
+    rows = np.arange(tracked.n_poses)
+    suspicion = refused_with(
+        with_angles_of(tracked, np.where(rows < k, rows, np.clip(rows + 1, 0, rows[-1])))
+    )
+    assert suspicion.what == "lost_row" and suspicion.where == f"from pose {tracked.pose_ids[k + 1]} on"
+
+
+def test_a_row_lost_near_the_end_of_many_is_named_in_place_of_the_poses_after_it():
+    """Most of 150 poses fit well with their own angles, and eight do not."""
+    many = make_scene("vs060", "tracker", poses_per_plane=50, noise=1e-4, seed=9).dataset
+    rows = np.arange(many.n_poses)
+    source = np.where(rows < many.n_poses - 9, rows, np.clip(rows + 1, 0, rows[-1]))
+    with pytest.raises(
+        InvalidInput, match=f"from pose {many.pose_ids[-8]} on, each measurement belongs"
+    ) as refused:
+        calibrate(with_angles_of(many, source))
+    assert len(refused.value.faults) == 1

@@ -115,6 +115,16 @@ def test_an_orientation_that_is_not_clear_is_refused(tmp_path, change, words):
     refused(tmp_path, run(tmp_path, mapping, tmp_path / "a.csv"), words)
 
 
+def test_euler_angles_of_more_than_a_turn_are_called_degrees(tmp_path):
+    """A mapping that states radians for a table in degrees is refused, with the unit to write."""
+    mapping, _ = whole_poses(tmp_path, "ZYX")
+    for name in ("e1", "e2", "e3"):
+        mapping["poses"]["columns"][name]["unit"] = "rad"
+    refused(
+        tmp_path, run(tmp_path, mapping, tmp_path / "a.csv"), "more than a turn", "unit: deg for e1, e2, e3"
+    )
+
+
 def test_a_quaternion_of_another_norm_is_refused_by_its_row(tmp_path):
     """Four numbers whose squares do not sum to one are no rotation."""
     mapping, _ = whole_poses(tmp_path, "qwxyz")

@@ -29,6 +29,7 @@ from scalar.estimation.setup.moved_zeros import as_described, with_zeros_of, zer
 from scalar.estimation.setup.other_arms import other_arms, stays_that_arm
 from scalar.estimation.setup.several_signs import MOST_SIGNS, many_signs, several_signs
 from scalar.estimation.setup.sign_and_zero import fitted_zeros, signs_and_zeros
+from scalar.estimation.setup.slide_units import slide_units
 from scalar.estimation.setup.suspicion import Suspicion, in_mm
 from scalar.estimation.setup.trial import NominalFit, Trial, full_fit, nominal_fit
 from scalar.estimation.setup.two_zeros import two_zeros
@@ -63,6 +64,7 @@ SINGLE = (
     exchanged_beside_orientations,
     column_units,
     displaced_slides,
+    slide_units,
     rows_apart,
 )
 """What yields the alternatives with one change."""
@@ -93,7 +95,8 @@ def _first_explaining(
 ) -> list[tuple[NominalFit, Alternative, Trial]] | None:
     """Return the alternatives that explain the data among the simplest kinds of which any does; None if measurements and angles are unrelated.
 
-    Places before and after a move of tracker or base are in different frames, so that measurements and angles seem unrelated: such a move is tried.
+    Places before and after a move of tracker or base are in different frames, and after a lost row they belong to other angles, so that measurements
+    and angles seem unrelated: these are tried.
     Every alternative is compared with the arm nominal. The few with the smallest residuals, and with sensor and planes nearest to where
     dataset.yaml has them, are fitted in full. After the single alternatives, pairs of signs are tried, and three signs at once if nothing so far
     explains the data with sensor and planes near their stated places. A zero between the steps, and a sign and a zero of one joint, are tried before
@@ -111,7 +114,8 @@ def _first_explaining(
         found += _explaining(tried, described, before)
         if count == 1 and not found:
             if unrelated(dataset):
-                return _explaining_fully(dataset, moved_targets(dataset), before) or None
+                from_a_pose_on = itertools.chain(lost_rows(dataset), moved_targets(dataset))
+                return _explaining_fully(dataset, from_a_pose_on, before) or None
             zeros = itertools.chain(fitted_zeros(dataset), signs_and_zeros(dataset))
             found += _explaining(zeros, described, before)
         # A pair is reported together with a single alternative that explains the data as well; three signs are then not tried.

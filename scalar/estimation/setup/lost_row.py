@@ -6,13 +6,14 @@ fits every measurement is compared with the pose that it is listed with and with
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.errors import ScalarError
 from scalar.estimation.model import Model
+from scalar.estimation.pose_consistency import distances_under
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.setup.alternatives import Alternative, readings_of_labels, shifted
 from scalar.estimation.setup.trial import quick_fit
@@ -26,7 +27,7 @@ LEAST_PART = 15  # poses to which sensor and target are fitted
 PARTS = 3  # into which the table is divided: with two changes, one of them at least is whole
 BELONGS = 30 * MM
 """A measurement farther from a pose does not belong to it; the errors of a nominal arm are smaller."""
-FOR_A_CHANGE = 4.0  # measurements that have to belong to other poses before a row is said to be lost; fewer are gross errors
+FOR_A_CHANGE = 2.5  # measurements that have to belong to other poses before a row is said to be lost; two may be exchanged rows
 MOST_CHANGES = 2  # rows lost or doubled
 
 
@@ -34,26 +35,47 @@ def lost_rows(dataset: Dataset) -> Iterator[Alternative]:
     """Yield the alternatives in which the measurements between two poses, or from a pose on, belong to the poses before or after theirs."""
     for labels_go_along in readings_of_labels(dataset):
         model = _fitted_to_a_part(dataset, labels_go_along)
-        if model is None:
-            continue
-        distances = np.array([_distances(dataset, model, shift, labels_go_along) for shift in SHIFTS])
-        shifts = np.array(SHIFTS)[_likely_states(distances)]
-        changes = np.flatnonzero(np.diff(shifts)) + 1
-        if not 0 < len(changes) <= MOST_CHANGES or len(set(shifts)) != 2:
-            continue
-        where = _where(dataset, shifts, changes)
-        shift = int(shifts[shifts != 0][0])
-        near = np.unique(np.concatenate([changes - 1, changes]))
-        alone = near[distances.min(axis=0)[near] > BELONGS]  # the angles of these measurements were lost
-        yield Alternative(
-            "lost_row",
-            where,
-            f"{where}, each measurement belongs to the pose {'before' if shift > 0 else 'after'} the one that it is listed with",
-            "with the joint angles moved by one row there",
-            f"look for a row that was lost or doubled near pose {dataset.pose_ids[changes[0]]}",
-            shifted(dataset, _without(shifts, alone), labels_go_along),
-            file="poses.csv",
-        )
+        if model is not None:
+            yield from _under(dataset, model, labels_go_along)
+
+
+def lost_row_in_words(dataset: Dataset, model: Model, outliers: Sequence[int]) -> str:
+    """Return a sentence if poses that contradict the others belong to the rows before or after theirs; empty if they do not.
+
+    Args:
+        dataset: Poses in the order of acquisition.
+        model: Fitted to the poses that agree.
+        outliers: Ids of the poses that contradict them.
+    """
+    for labels_go_along in readings_of_labels(dataset):
+        for alternative in _under(dataset, model, labels_go_along):
+            moved = alternative.dataset
+            off = distances_under(moved, model) > BELONGS
+            if not np.any(off & np.isin(moved.pose_ids, outliers)):
+                return f"{alternative.says}: {alternative.remedy}"
+    return ""
+
+
+def _under(dataset: Dataset, model: Model, labels_go_along: bool) -> Iterator[Alternative]:
+    """Yield the alternative that the distances of measurements from the poses near theirs make likely by a model; none if each belongs to its own."""
+    distances = np.array([_distances(dataset, model, shift, labels_go_along) for shift in SHIFTS])
+    shifts = np.array(SHIFTS)[_likely_states(distances)]
+    changes = np.flatnonzero(np.diff(shifts)) + 1
+    if not 0 < len(changes) <= MOST_CHANGES or len(set(shifts)) != 2:
+        return
+    where = _where(dataset, shifts, changes)
+    shift = int(shifts[shifts != 0][0])
+    near = np.unique(np.concatenate([changes - 1, changes]))
+    alone = near[distances.min(axis=0)[near] > BELONGS]  # the angles of these measurements were lost
+    yield Alternative(
+        "lost_row",
+        where,
+        f"{where}, each measurement belongs to the pose {'before' if shift > 0 else 'after'} the one that it is listed with",
+        "with the joint angles moved by one row there",
+        f"look for a row that was lost or doubled near pose {dataset.pose_ids[changes[0]]}",
+        shifted(dataset, _without(shifts, alone), labels_go_along),
+        file="poses.csv",
+    )
 
 
 def _without(shifts: Array, rows: Array) -> Array:

@@ -11,6 +11,7 @@ from scalar.data.record_units import RECORDS, units_suspected
 from scalar.data.rounding import rounded_angles, rounded_points
 from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
+from scalar.estimation.setup.approach_signs import opposite_approach
 from scalar.estimation.setup.computed_positions import computed
 from scalar.estimation.setup.copies import copied_poses, repeated_readings
 from scalar.estimation.setup.known_planes import contradictions
@@ -127,11 +128,12 @@ def _rounding(dataset: Dataset, residual: float, misfit_ratio: float | None) -> 
 
 
 def _columns(dataset: Dataset) -> list[Suspicion]:
-    """Return a suspicion for each column of poses.csv whose name is probably misspelt, or whose numbers are probably in another unit."""
+    """Return a suspicion for each column of poses.csv whose name is probably misspelt, or whose numbers have probably another unit or sign."""
     records = {name: dataset.poses[name].to_numpy() for name in RECORDS if name in dataset.poses}
     told = [
         *misspelt_columns(list(dataset.poses.columns), dataset.robot.n_joints),
         *(f"poses.csv: {told}" for told in units_suspected(records, largest_payload(dataset.robot.name))),
+        *filter(None, [opposite_approach(dataset)]),
     ]
     return [Suspicion("column", "poses.csv", sentence) for sentence in told]
 

@@ -19,7 +19,7 @@ class Suspicion:
         what: As in ``Alternative``; ``known_plane``, ``plane_guess``, ``robot``, ``sensor_pose``, ``orientation`` or ``noise`` if a fit ended
             implausibly; ``unrelated_rows`` if measurements and joint angles have nothing to do with one another; ``points`` if points lie off the
             line of their scan; ``copies`` if rows are copies of others; ``rounded_angles`` or ``rounded_points``; ``column`` if one may be
-            misspelt, or in another unit; ``motion`` if several joints never move; ``readings`` if rows repeat the joint angles of the row before;
+            misspelt, or has another unit or sign; ``motion`` if several joints never move; ``readings`` if rows repeat the angles of the row before;
             ``run`` if poses that follow each other were set aside; ``order`` if nothing states the order in which the poses were measured;
             ``computed`` if positions were hardly measured; ``joint_reading`` if a sign or zero explains why a fit ended implausibly;
             ``other_side`` if poses that were set aside are alike; ``stretched_lengths`` if all lengths come out too long or short by a few percent.
