@@ -36,12 +36,25 @@ def test_positions_without_any_scatter_are_said_to_be_computed(noise):
     assert "computed from the joint angles" in sentence and "points.csv" in sentence
 
 
+@pytest.mark.parametrize("scatter", [0.005, 0.015])
+def test_positions_that_scatter_about_the_data_sheet_are_said_to_be_computed(scatter):
+    """As where they are logged a moment after the angles, or rounded: no arm is as its data sheet has it."""
+    (sentence,) = said_of(scatter, 0.03)
+    assert "the data sheet of the arm" in sentence and "computed from the joint angles" in sentence
+
+
 @pytest.mark.parametrize(
-    ("scatter", "noise", "poses"), [(0.005, None, 75), (0.0005, 0.0005, 75), (0.0005, None, 15)]
+    ("scatter", "noise", "poses"), [(0.0005, 0.0005, 10), (0.0005, None, 15), (0.04, None, 75)]
 )
 def test_measured_positions_are_not(scatter, noise, poses):
-    """Nothing is said of 5 um, of a noise that the user states to be as small, and of so few poses that a fit may leave nothing."""
+    """Nothing is said of so few poses that a fit may leave nothing, nor of a scatter that an arm about its data sheet may have."""
     assert not said_of(scatter, noise, poses)
+
+
+def test_an_exact_tracker_before_an_arm_with_errors_is_not():
+    """Five micrometres of scatter are those of an instrument, as long as the data sheet leaves far more."""
+    measured = make_scene("vs060", "tracker", poses_per_plane=25, noise=5e-6, seed=7).dataset
+    assert "computed" not in [s["what"] for s in calibrate(measured).summary["setup"]]
 
 
 def test_an_error_that_was_put_into_computed_positions_does_not_hide_them():

@@ -47,6 +47,25 @@ def test_an_angle_that_is_counted_from_the_horizontal_is_named(tracked, sign, re
 
 
 @pytest.mark.slow
+def test_the_angle_of_a_motor_in_a_coupled_wrist_is_named(tracked):
+    """Axes 5 and 6 are not parallel, and the sentence speaks of drives."""
+    coupled = with_columns(tracked, q6=tracked.q[:, 5] + tracked.q[:, 4])
+    with pytest.raises(
+        WrongSetup, match=r"q6 of poses\.csv contains q5: the drives of joints 5 and 6 are coupled"
+    ):
+        calibrate(coupled)
+
+
+@pytest.mark.slow
+def test_an_angle_that_contains_those_of_two_parallel_joints_is_named():
+    """The fourth joint of an arm with three parallel ones, counted from the ground."""
+    dataset = make_scene("ur10e", "tracker", poses_per_plane=25, noise=1e-4, seed=3).dataset
+    coupled = with_columns(dataset, q4=dataset.q[:, 1:4].sum(axis=1))
+    with pytest.raises(WrongSetup, match="write q4 minus q2 minus q3 into the column q4"):
+        calibrate(coupled)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(("unit", "metres"), [("inches", 0.0254), ("centimetres", 0.01)])
 def test_lengths_that_were_never_converted_are_named(scanned, unit, metres):
     """Scans in inches or centimetres that stand in a table of metres are recognised as what they are."""

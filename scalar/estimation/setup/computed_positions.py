@@ -1,8 +1,9 @@
 """Whether positions that a tracker should have measured were computed from the joint angles: a controller displays and logs such positions.
 
-They show nothing of the arm. Where the angles have all decimals, a fit leaves less than any instrument does. Where they were rounded for the table,
-the rounding remains, but the data sheet explains the positions as well as the fit: with the base in the frame of the positions and a tool that
-never changes. A real arm differs from its data sheet by a millimetre, and no tracker stands in the frame of the base by itself.
+They show nothing of the arm. Where all numbers have all decimals, a fit leaves less than any instrument does. Where they were rounded for the table,
+or the positions logged a moment after the angles, something remains, but the data sheet explains the positions as well as the fit: with the base in
+the frame of the positions and a tool that never changes. A real arm differs from its data sheet by tenths of a millimetre at least, and no tracker
+stands in the frame of the base by itself.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ COMPUTED = "computed"
 # No instrument and arm leave a smaller residual: trackers scatter by 5 um at best, and arms by 10 um.
 LEAST_MEASURED = 2e-3 * MM
 ENOUGH_POSES = 20  # with fewer, a fit may leave hardly any residual because it has as many unknowns
+NO_ARM = 0.03 * MM  # chosen: no arm is as near to its data sheet; arms repeat their poses to 0.02 to 0.1 mm
 AS_WELL = 1.1  # ratio of what the data sheet leaves to what the fit leaves: with a smaller one, the fit has found nothing of the arm
 
 
@@ -36,10 +38,15 @@ def computed(dataset: Dataset, residual: float, *, rounded: bool) -> list[Suspic
     file, noise = kind_of(dataset).format.measured_in, dataset.sensor.noise
     if residual < LEAST_MEASURED and (noise is None or noise >= LEAST_MEASURED):
         reason = f"the residual is {residual / MM:.1g} mm, and no instrument measures so exactly, nor does any arm repeat its poses so well"
-    elif rounded and (left := _left_by_data_sheet(dataset)) is not None and left <= AS_WELL * residual:
+    elif (
+        (left := _left_by_data_sheet(dataset)) is not None
+        and left <= AS_WELL * residual
+        and (rounded or left < NO_ARM)
+    ):
+        because = ", which is what rounded joint angles leave" if rounded else ""
         reason = (
             f"the data sheet of the arm, in the frame of {file} and with one tool, explains the positions as well as the fit does ({left / MM:.2g} "
-            f"and {residual / MM:.2g} mm, which is what rounded joint angles leave), and no real arm and tracker agree so with a data sheet"
+            f"and {residual / MM:.2g} mm{because}), and no real arm and tracker agree so with a data sheet"
         )
     else:
         return []

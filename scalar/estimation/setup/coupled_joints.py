@@ -1,7 +1,9 @@
-"""Angles that some controllers show from the horizontal: the angle of a joint then contains that of the parallel joint before it.
+"""Angles that contain those of other joints, as some controllers show them.
 
-The controllers of FANUC count joint 3 so, and those of palletisers whose linkage keeps the forearm parallel. DH parameters describe the angle between
-two links, so such angles fit no table of joints until that of the joint before is subtracted.
+The controllers of FANUC count joint 3 from the horizontal, with the angle of the parallel joint before it, and so do those of palletisers whose
+linkage keeps the forearm parallel; after three parallel joints the last one may contain the two before it. In a wrist whose drives run through one
+another, the angle of a motor contains that of the joint before. DH parameters describe the angle between two links, so such angles fit no table of
+joints until those of the others are subtracted.
 """
 
 from __future__ import annotations
@@ -18,29 +20,47 @@ PARALLEL = 0.05  # sine of the angle between two axes that count as parallel: a 
 
 
 def coupled_joints(dataset: Dataset) -> Iterator[Alternative]:
-    """Yield every alternative in which the angle of a joint contains that of the parallel joint before it, with one sign or the other."""
-    robot = dataset.robot
+    """Yield the alternatives in which the angle of a joint contains that of the joint before it, or of two parallel ones, with either sign."""
+    robot, moving = dataset.robot, np.ptp(dataset.q, axis=0) > 0
+    parallel = np.abs(np.sin(robot.geometry[ALPHA])) <= PARALLEL  # to the joint before
     for j in range(1, robot.n_joints):
-        moving = min(np.ptp(dataset.q[:, j - 1]), np.ptp(dataset.q[:, j])) > 0
-        if (
-            not moving
-            or robot.slides[j - 1 : j + 1].any()
-            or abs(np.sin(robot.geometry[ALPHA, j])) > PARALLEL
-        ):
+        if not moving[j - 1 : j + 1].all() or robot.slides[j - 1 : j + 1].any():
             continue
-        this, last = f"q{j + 1}", f"q{j}"
-        for sign, contains, link, remedy in (
-            (1, f"contains {last}", "plus", "minus"),
-            (-1, f"lacks {last}", "minus", "plus"),
-        ):
-            where = f" (where 'scalar import' made it: '{remedy}' in the mapping of {this}, if {last} and {this} have the same sign there)"
-            angles = dataset.q[:, j] - sign * dataset.q[:, j - 1]
-            yield Alternative(
-                "coupled_joints",
-                f"joints {j} and {j + 1}",
-                f"{this} of poses.csv {contains}: joint {j + 1} is counted from the horizontal, as its angle {link} that of joint {j}",
-                f"with {this} {remedy} {last} in place of {this}",
-                f"write {this} {remedy} {last} into the column {this} of poses.csv{where}, and into every table for this calibration",
-                replace(dataset, poses=dataset.poses.assign(**{this: angles})),
-                file="poses.csv",
-            )
+        yield from _with_those_before(dataset, j, [j - 1], from_horizontal=bool(parallel[j]))
+        if j > 1 and parallel[j - 1 : j + 1].all() and moving[j - 2] and not robot.slides[j - 2]:
+            yield from _with_those_before(dataset, j, [j - 2, j - 1], from_horizontal=True)
+
+
+def _with_those_before(
+    dataset: Dataset, j: int, before: list[int], *, from_horizontal: bool
+) -> Iterator[Alternative]:
+    """Yield the alternatives in which the angle of joint ``j`` is the sum with those of the joints ``before`` it (all from 0), or less them."""
+    this, others = f"q{j + 1}", [f"q{i + 1}" for i in before]
+    names = " and ".join(f"{i + 1}" for i in before)
+    joints = f"joint {names}" if len(before) == 1 else f"joints {names}"
+    for sign, contains, link, remedy in ((1, "contains", "plus", "minus"), (-1, "lacks", "minus", "plus")):
+        subtracted = " ".join(f"{remedy} {other}" for other in others)
+        where = (
+            f" (where 'scalar import' made it: '{remedy}' in the mapping of {this}, if {others[0]} and {this} have the same sign there)"
+            if len(before) == 1
+            else ""
+        )
+        counted = (
+            f"joint {j + 1} is counted from the horizontal, as its angle {link} that of {joints}"
+            if from_horizontal
+            else f"the drives of joints {j} and {j + 1} are coupled, and the angle is that of the motor"
+        )
+        yield Alternative(
+            "coupled_joints",
+            f"joints {before[0] + 1} and {j + 1}",
+            f"{this} of poses.csv {contains} {' and '.join(others)}: {counted}",
+            f"with {this} {subtracted} in place of {this}",
+            f"write {this} {subtracted} into the column {this} of poses.csv{where}, and into every table for this calibration",
+            replace(
+                dataset,
+                poses=dataset.poses.assign(
+                    **{this: dataset.q[:, j] - sign * dataset.q[:, before].sum(axis=1)}
+                ),
+            ),
+            file="poses.csv",
+        )

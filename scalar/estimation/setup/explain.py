@@ -18,6 +18,7 @@ from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.column_units import column_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
 from scalar.estimation.setup.displaced_slide import displaced_slides
+from scalar.estimation.setup.earlier_link import earlier_links
 from scalar.estimation.setup.exchanged_columns import exchanged_beside_orientations, exchanged_columns
 from scalar.estimation.setup.exchanged_target import exchanged_targets
 from scalar.estimation.setup.far_lengths import far_length_in_words, with_lengths_near_table
@@ -65,6 +66,7 @@ SINGLE = (
     column_units,
     displaced_slides,
     slide_units,
+    earlier_links,
     rows_apart,
 )
 """What yields the alternatives with one change."""

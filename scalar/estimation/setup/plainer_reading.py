@@ -25,6 +25,7 @@ from scalar.estimation.setup.alternatives import (
     with_sign_changed,
     with_zero_moved,
 )
+from scalar.estimation.setup.earlier_link import on_link_before
 from scalar.estimation.setup.far_lengths import most_of_a_link
 from scalar.estimation.setup.lengths import ROBOT
 from scalar.estimation.setup.mistyped_numbers import with_all_twists_back
@@ -91,30 +92,43 @@ def plainer_reading(
     found, at_guesses = [], []
     for joint, angle, read in _of_whole_arm(dataset) if mirrored else _readings(dataset):
         trial = full_fit(read)
-        if trial is not None and trial.rms <= AS_GOOD * described.rms and _is_plain(trial.model, read):
-            found.append((trial.rms, joint, _in_words(joint, angle, trial.model, read.robot)))
+        elsewhere = angle is not None and np.isinf(
+            angle
+        )  # then it is nowhere near its stated place on the flange
+        if (
+            trial is not None
+            and trial.rms <= AS_GOOD * described.rms
+            and _is_plain(trial.model, read, anywhere=elsewhere)
+        ):
+            words = _in_words(joint, angle, trial.model, read.robot)
+            found.append((trial.rms, joint, words, elsewhere))
             if not far_guesses(read, trial.model, measure(read).initial_target(read)):
                 at_guesses.append(found[-1])
     found = at_guesses if mirrored else at_guesses or found
     if not 0 < len(found) <= MOST_READINGS:
         return ()
-    least, joint, _ = min(found)
-    words = ", or ".join(words for _, _, words in sorted(found))
+    least, joint, _, elsewhere = min(found)
+    sensor = "" if elsewhere else ", the sensor"
+    words = ", or ".join(words for _, _, words, _ in sorted(found))
     sentence = (
-        f"{far[0]['sentence'].split(':')[0]}. But all lengths, all zeros{', all planes' if mirrored else ''} and the sensor come out where "
+        f"{far[0]['sentence'].split(':')[0]}. But all zeros{', all planes' if mirrored else ''}{sensor} and all lengths come out where "
         f"dataset.yaml has them if {words}; "
         f"the residual is {least / MM:.2g} mm then, and {described.rms / MM:.2g} mm as described (medians of the poses). "
-        f"This is the plainer explanation: look {_where_to_look(joint)}, and {CORRECT_TABLE}, or the mapping of the import"
+        f"This is the plainer explanation: look {_where_to_look(joint, elsewhere)}"
     )
     where = WHOLE_ARM[joint][0] if joint in WHOLE_ARM else f"joint {joint + 1}"
     return (Suspicion("joint_reading", where, sentence, described.rms, least),)
 
 
-def _where_to_look(joint: int) -> str:
-    """Return a clause on what to check at the arm, for a reading of one joint (from 0) or of the whole arm."""
+def _where_to_look(joint: int, elsewhere: bool) -> str:
+    """Return a clause on what to check at the arm and to correct, for a reading of a joint (from 0), of the whole arm, or of where the target is."""
+    if elsewhere:
+        return "where the target or the sensor is mounted, and put it on the flange, or describe the arm without the joints behind it"
     if joint in WHOLE_ARM:
-        return WHOLE_ARM[joint][2]
-    return "which way the joint turns, where it has its zero and which column is its"
+        look = WHOLE_ARM[joint][2]
+    else:
+        look = "which way the joint turns, where it has its zero and which column is its"
+    return f"{look}, and {CORRECT_TABLE}, or the mapping of the import"
 
 
 def instead(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
@@ -125,7 +139,8 @@ def instead(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 def _readings(dataset: Dataset) -> Iterator[tuple[int, float | None, Dataset]]:
     """Yield the data with another sign (angle None) or zero [rad] of each joint (from 0) that turns and moves.
 
-    After these follow the data with the columns of the joint and the next one exchanged (angle NaN), and last ``_of_whole_arm``.
+    After these follow the data with the columns of the joint and the next one exchanged (angle NaN), those in which the joint and those
+    after it do not move what is measured (angle infinite), and last ``_of_whole_arm``.
     """
     q = dataset.q
     moving = [
@@ -137,6 +152,8 @@ def _readings(dataset: Dataset) -> Iterator[tuple[int, float | None, Dataset]]:
             yield joint, angle, replace(dataset, robot=with_zero_moved(dataset.robot, joint, angle))
         if joint + 1 in moving:
             yield joint, np.nan, with_angles(dataset, swapped_columns(q, joint, joint + 1)).dataset
+    for joint in moving[2:][::-1]:
+        yield joint, np.inf, on_link_before(dataset, joint).dataset
     yield from _of_whole_arm(dataset)
 
 
@@ -147,15 +164,15 @@ def _of_whole_arm(dataset: Dataset) -> Iterator[tuple[int, float | None, Dataset
     yield TWISTS, None, replace(dataset, robot=with_all_twists_back(dataset.robot))
 
 
-def _is_plain(model: Model, dataset: Dataset) -> bool:
-    """Return whether lengths, zeros and the sensor's place are near those of the description."""
+def _is_plain(model: Model, dataset: Dataset, *, anywhere: bool = False) -> bool:
+    """Return whether lengths, zeros and the sensor's place, unless it may be anywhere, are near those of the description."""
     nominal, fitted = dataset.robot.geometry, model.robot.geometry
     lengths = [k for k, kind in enumerate(GEOMETRY) if kind in LENGTHS]
     change = np.abs(fitted - nominal)
     change[:, dataset.robot.slides] = 0.0
     turned = np.abs(within_half_turn(fitted - nominal))[THETA]
     turned[dataset.robot.slides] = 0.0
-    T = dataset.sensor.T_flange_sensor
+    T = None if anywhere else dataset.sensor.T_flange_sensor
     shift = 0.0 if T is None else float(np.linalg.norm(model.T_flange_sensor[:3, 3] - T[:3, 3]))
     return bool(
         change[lengths].max() <= most_of_a_link(dataset.robot)
@@ -172,5 +189,12 @@ def _in_words(joint: int, angle: float | None, model: Model, robot: Robot) -> st
         return f"joint {joint + 1} counts the other way"
     if np.isnan(angle):
         return f"the columns q{joint + 1} and q{joint + 2} of poses.csv are swapped"
+    if np.isinf(angle):
+        after = (
+            f"joint {joint + 1} does"
+            if joint + 1 == robot.n_joints
+            else f"joints {joint + 1} to {robot.n_joints} do"
+        )
+        return f"{after} not move what is measured, which then is not on the flange, but on the link before joint {joint + 1}"
     off = angle + model.robot.geometry[THETA, joint] - robot.geometry[THETA, joint]
     return f"the zero of joint {joint + 1} is off by {within_half_turn(off) / DEG:.0f} degrees"

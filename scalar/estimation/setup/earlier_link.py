@@ -1,0 +1,38 @@
+"""A target or sensor on a link before the last one: the joints after this link do not move it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.estimation.setup.alternatives import Alternative, with_angles
+
+
+def earlier_links(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield the alternatives in which the last joints that move do not move what is measured, which is on the link before them.
+
+    Args:
+        dataset: The measurements as described.
+    """
+    moving = np.flatnonzero(np.ptp(dataset.q, axis=0) > 0)
+    for j in moving[2:][::-1]:
+        yield on_link_before(dataset, int(j))
+
+
+def on_link_before(dataset: Dataset, joint: int) -> Alternative:
+    """Return the alternative in which a joint (from 0) and those after it stand at zero, and do not move what is measured."""
+    q = dataset.q.copy()
+    q[:, joint:] = 0.0
+    n = dataset.robot.n_joints
+    after = f"joint {n}" if joint + 1 == n else f"joints {joint + 1} to {n}"
+    alternative = with_angles(dataset, q)
+    return Alternative(
+        "earlier_link",
+        after,
+        f"{after} {'does' if joint + 1 == n else 'do'} not move what is measured: it is not on the flange, but on the link before joint {joint + 1}",
+        f"with {after} left out",
+        "put the target on the flange, or describe the arm without these joints (robot.joints of dataset.yaml, and their columns)",
+        alternative.dataset,
+    )
