@@ -80,11 +80,19 @@ def test_only_the_most_stray_points_hide_a_gear():
     assert all(row["answer"] in ("right", "refused") for row in rows if row not in unnamed)
 
 
+def of_all(rows: Any) -> dict[str, dict[str, str]]:
+    """Return the rates of all sets of an exam by their names, with `sets` and `count` as they are printed."""
+    return {
+        row["rate"]: row | {key: f"{int(row[key]):,}" for key in ("sets", "count")}
+        for row in rows
+        if row["row"] == "all"
+    }
+
+
 def test_readme_and_documentation_say_how_the_last_exam_ended():
-    """README and documentation have the counts of the last sealed exam, and the documentation those of all before it."""
-    rows = [row for row in read("stratified/table.csv") if row["row"] == "all"]
-    last, sets = {row["rate"]: row["count"] for row in rows}, f"{int(rows[0]['sets']):,}"
-    last = {rate: f"{int(count):,}" for rate, count in last.items()}
+    """README and the page on trials have the counts of the last sealed exam, and that page its 95 % intervals."""
+    found = of_all(read("stratified/table.csv"))
+    last, sets = {rate: row["count"] for rate, row in found.items()}, found["clean"]["sets"]
     readme, trials = (
         " ".join((ROOT / name).read_text(encoding="utf-8").split())
         for name in ("README.md", "docs/trials.md")
@@ -93,19 +101,47 @@ def test_readme_and_documentation_say_how_the_last_exam_ended():
         f"{last['clean']} of {sets} answers are without a fault, {last['wrong_sure']} have a wrong name with a confidence of 0.8 or more, "
         f"and {last['worse']} corrections make predictions worse by more than 5 %"
     ) in readme
-    assert f"{last['clean']} of the {sets} " in trials
-    numbers = range(1, len(list((SUMMARIES / "stratified/exams").glob("*.csv"))) + 1)
-    earlier = [
-        {row["rate"]: row["count"] for row in read(f"stratified/exams/{i}.csv") if row["row"] == "all"}
-        for i in numbers
+    told = [
+        f"{last[rate]} ({100 * float(found[rate]['low']):.{digits}f} to {100 * float(found[rate]['high']):.{digits}f} %)"
+        for rate, digits in (("clean", 0), ("wrong", 1), ("wrong_sure", 2), ("worse", 1))
     ]
-    for rate, words in (
-        ("clean", "sets without a fault"),
-        ("wrong_sure", "sets with a wrong name"),
-        ("worse", "corrections that made"),
-    ):
-        *others, final = (f"{int(counts[rate]):,}" for counts in earlier)
-        assert f"{', '.join(others)} and {final} {words}" in trials, rate
+    assert f"| [scanners](#scanners) | {sets} sets | {' | '.join(told)} |" in trials
+
+
+def test_the_table_of_the_last_exam_is_that_of_the_summary():
+    """Each row of the table of scanners has the counts of the summary; sets with ideal and with imperfect scanners are added where both have rows."""
+    page = (ROOT / "docs/trials.md").read_text(encoding="utf-8")
+    counts: dict[tuple[str, str], int] = {}
+    for row in read("stratified/table.csv"):
+        name = row["row"].removesuffix(", ideal").removesuffix(", imperfect")
+        for key, value in ((row["rate"], row["count"]), (f"sets of {row['rate']}", row["sets"])):
+            counts[name, key] = counts.get((name, key), 0) + int(value)
+    for name, words in {
+        "no effect": "no effect",
+        "one effect": "one effect",
+        "3 to 5 effects": "3 to 5 effects, 120 or 300 poses",
+        "60 poses": "60 poses, none to 5 effects",
+        "unknown cause": "a cause that no effect describes",
+        "shape also tried": "a cause whose shape is tried as a flexible term, or late triggering",
+        "all": "all",
+    }.items():
+        told = [counts[name, key] for key in ("sets of clean", "clean", "missed", "wrong", "wrong_sure", "worse")]
+        assert f"| {words} | {' | '.join(f'{number:,}' for number in told)} |" in page
+
+
+def test_the_table_of_all_exams_is_that_of_the_summaries():
+    """The page on the exams has a row for each sealed exam, the last one included, with the commit of the diagnosis and the counts of its summary."""
+    page = (ROOT / "docs/exams.md").read_text(encoding="utf-8")
+    earlier = len(list((SUMMARIES / "stratified/exams").glob("*.csv")))
+    assert earlier >= 28
+    names = [*(f"exams/{i}.csv" for i in range(1, earlier + 1)), "table.csv"]
+    records = [*(f"exams/{i}.json" for i in range(1, earlier + 1)), "numbers.json"]
+    for number, (name, record) in enumerate(zip(names, records, strict=True), start=1):
+        commit = read(f"stratified/{record}")["design"]["sealed_after"][:8]
+        found = of_all(read(f"stratified/{name}"))
+        clean, wrong, sure, worse = (found[rate]["count"] for rate in ("clean", "wrong", "wrong_sure", "worse"))
+        row = f"| {number} | {commit} | {found['clean']['sets']} | {clean} | {wrong} ({sure}) | {worse} |"
+        assert row in page, row
 
 
 def test_the_table_of_halves_is_that_of_the_summary():
