@@ -125,7 +125,9 @@ def test_the_table_of_the_last_exam_is_that_of_the_summary():
         "shape also tried": "a cause whose shape is tried as a flexible term, or late triggering",
         "all": "all",
     }.items():
-        told = [counts[name, key] for key in ("sets of clean", "clean", "missed", "wrong", "wrong_sure", "worse")]
+        told = [
+            counts[name, key] for key in ("sets of clean", "clean", "missed", "wrong", "wrong_sure", "worse")
+        ]
         assert f"| {words} | {' | '.join(f'{number:,}' for number in told)} |" in page
 
 
@@ -139,7 +141,9 @@ def test_the_table_of_all_exams_is_that_of_the_summaries():
     for number, (name, record) in enumerate(zip(names, records, strict=True), start=1):
         commit = read(f"stratified/{record}")["design"]["sealed_after"][:8]
         found = of_all(read(f"stratified/{name}"))
-        clean, wrong, sure, worse = (found[rate]["count"] for rate in ("clean", "wrong", "wrong_sure", "worse"))
+        clean, wrong, sure, worse = (
+            found[rate]["count"] for rate in ("clean", "wrong", "wrong_sure", "worse")
+        )
         row = f"| {number} | {commit} | {found['clean']['sets']} | {clean} | {wrong} ({sure}) | {worse} |"
         assert row in page, row
 
