@@ -131,6 +131,49 @@ def test_the_table_of_the_last_exam_is_that_of_the_summary():
         assert f"| {words} | {' | '.join(f'{number:,}' for number in told)} |" in page
 
 
+def test_the_confidences_of_the_last_exam_are_those_of_the_summary():
+    """The page has the answers of the last exam by their confidence: how many, how many are right, and what was stated."""
+    page = (ROOT / "docs/trials.md").read_text(encoding="utf-8")
+    rows = [row for row in read("stratified/confidence.csv") if row["of"] == "effect"]
+    words = ("less than 0.5 (with others that the data do not distinguish)", "0.5 to 0.8", "0.8 to 0.9", "0.9 to 0.95", "0.95 or more")  # fmt: skip
+    for name, row in zip(words, rows, strict=True):
+        answers, right = int(row["answers"]), int(row["right"])
+        told = f"{answers:,} | {right:,} | {right / answers:.2f} | {float(row['mean_stated']):.2f}"
+        assert f"| {name} | {told} |" in page, name
+    answers, right = (
+        sum(int(row[key]) for row in rows if float(row["from"]) >= 0.8) for key in ("answers", "right")
+    )
+    assert f"of {answers:,} effects with 0.8 or more {right:,} are right" in page
+
+
+def test_the_balance_of_trackers_and_of_real_arms_is_that_of_the_summaries():
+    """The first table of the page has the counts of the last exams of trackers and probes and of real arms' effects, with their 95 % intervals."""
+    page = (ROOT / "docs/trials.md").read_text(encoding="utf-8")
+
+    def told(row: dict[str, str], digits: int, of: str = "") -> str:
+        low, high = (f"{100 * float(row[key]):.{digits}f}".removesuffix(".0") for key in ("low", "high"))
+        return f"{row['count']}{of} ({low} to {high} %)"
+
+    tracked = {
+        row["rate"]: row
+        for row in read("tracked_trials/table.csv")
+        if row["sensor"] == row["stated"] == "all"
+    }
+    real = {
+        row["rate"]: row
+        for row in read("real_arm_trials/table.csv")
+        if row["instrument"] == row["effect"] == row["size"] == row["company"] == "all"
+    }
+    cells = [
+        told(tracked["clean"], 0),
+        *(told(tracked[rate], 1) for rate in ("wrong", "wrong_sure", "worse")),
+    ]
+    assert f"| {tracked['clean']['sets']} sets | {' | '.join(cells)} |" in page
+    cells = [told(real["right"], 0, f" of {real['right']['sets']} effects right")]
+    cells += [told(real[rate], 1) for rate in ("wrong", "wrong_sure", "worse")]
+    assert f"| {real['wrong']['sets']} sets | {' | '.join(cells)} |" in page
+
+
 def test_the_table_of_all_exams_is_that_of_the_summaries():
     """The page on the exams has a row for each sealed exam, the last one included, with the commit of the diagnosis and the counts of its summary."""
     page = (ROOT / "docs/exams.md").read_text(encoding="utf-8")
