@@ -39,6 +39,7 @@ from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.placeholders import refuse_placeholders
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.repeated_reading import reading_repeated
+from scalar.estimation.setup.stuck_joint import stuck_joint_in_words
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.estimation.setup.unstated_session import unstated_session
 from scalar.estimation.sufficiency import FitFailed, TooManyUnknowns
@@ -191,6 +192,8 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
         return
     if away is not None and (lost := lost_row_in_words(dataset, away.model, cleaned.outlier_poses)):
         raise InvalidInput([Fault("poses.csv", lost, None, "pose")])
+    if stuck := stuck_joint_in_words(dataset, cleaned.outlier_poses):
+        raise InvalidInput([Fault("poses.csv", stuck, None, "pose")])
     faults = [
         Fault(
             "poses.csv",

@@ -31,6 +31,7 @@ from scalar.estimation.setup.copies import reads_again
 from scalar.estimation.setup.lengths import LENGTH_UNIT
 from scalar.estimation.setup.plainer_reading import instead, plainer_reading
 from scalar.estimation.setup.plausibility import implausible
+from scalar.estimation.setup.stretched_axis import stretched_axis_in_words
 from scalar.estimation.setup.suspicion import Suspicion, WrongSetup
 from scalar.estimation.setup.undetermined_session import undetermined_session
 from scalar.estimation.unseen_directions import UNSEEN_DIRECTIONS, unseen_directions
@@ -68,7 +69,9 @@ def conclude(
     covariance = of_noise * (lack.inflation * design_factor)
     _check_plausible(model, settings)
     rms, std = residuals.rms(model), _std(covariance, found.free)
-    suspicions = _suspicions(dataset, prepared, model, residuals, std, lack, rms)
+    suspicions = [*_suspicions(dataset, prepared, model, residuals, std, lack, rms)]
+    if lack.inflation != 1.0 or lack.p_value is None:
+        suspicions += stretched_axis_in_words(dataset, model, found.free)
     if units := tuple(suspicion for suspicion in suspicions if suspicion.what == LENGTH_UNIT):
         raise WrongSetup(units)
     summary = _summary(dataset, prepared, found, residuals, model, of_noise, lack, design_factor)

@@ -36,4 +36,5 @@ def test_the_numbers_are_those_of_the_guide():
     """What the test above uses stands in the guide."""
     guide = (ROOT / "docs/own_robot.md").read_text(encoding="utf-8")
     assert f"rotation_vector: [{TURN}, {TURN}, {TURN}]" in guide
-    assert f"alpha: -{QUARTER}, theta: -{QUARTER}" in guide
+    assert f"alpha: -{QUARTER}, d: 0.345, theta: -{QUARTER}" in guide
+    assert f"alpha: {QUARTER}, theta: {QUARTER}" in guide

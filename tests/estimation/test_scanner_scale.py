@@ -37,7 +37,7 @@ def test_the_shift_is_said_and_kept(calibration, tmp_path):
     """The sentence states the shift and what to do, and a saved calibration says it again."""
     calibration.save(tmp_path / "c.json")
     said = scanner_scale_in_words(Calibration.load(tmp_path / "c.json"))
-    assert "if it measures 0.1 % too long or too short" in said and "about 0.6 mm" in said
+    assert "if it measures 0.1 % too long or too short" in said and "about 0.5 mm" in said
 
 
 def test_known_planes_check_the_scale(scene):

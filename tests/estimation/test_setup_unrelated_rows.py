@@ -108,3 +108,10 @@ def test_a_tracker_that_was_moved_is_not_taken_for_another_campaign(tracked, str
             moved, poses=moved.poses.assign(**{q: moved.poses[q].to_numpy()[order] for q in JOINTS})
         )
     assert unrelated(moved) == strange
+
+
+def test_a_few_readings_that_are_metres_off_do_not_make_the_others_unrelated(tracked):
+    """One coordinate of every fifteenth reading is ten times too large, as a digit too many makes it."""
+    points = tracked.points.copy()
+    points[::15, 0] *= 10.0
+    assert not unrelated(replace(tracked, points=points))

@@ -1,5 +1,6 @@
 """The report says near its top how wrong the arm is by its data sheet, and how wrong with what it ships."""
 
+import html
 import re
 
 from scalar.diagnosis.result import Diagnosis
@@ -17,6 +18,6 @@ def test_the_beginning_states_the_numbers_of_the_table(periodic_diagnosis: Diagn
         text in said for text in (first["mean"]["value"], first["most"]["value"], *last["mean"].values())
     )
     assert (first["state"], last["state"]) == ("data sheet", "after.json")
-    page = re.sub("</?strong>", "", render_report(periodic_diagnosis))
+    page = html.unescape(re.sub("</?strong>", "", render_report(periodic_diagnosis)))
     beginning, _, rest = page.partition("<h2>")
     assert said in beginning and said not in rest

@@ -58,4 +58,4 @@ def test_with_as_many_more_the_effect_is_named(few: Diagnosis) -> None:
     assert few_poses(found) == []
     page, said = render_report(found), describe_diagnosis(found)
     assert words.CONFIDENCE in page and words.CONFIDENCE in said
-    assert re.search(r"joint.*compliance.*; confidence \d+%", said)
+    assert re.search(r"joint.*compliance.*; confidence (above )?\d+ %", said)

@@ -20,6 +20,7 @@ from scalar.diagnosis.naming.rounded_record import limited_by_rounding
 from scalar.diagnosis.naming.same_joint import limited_by_same_joint
 from scalar.diagnosis.naming.several_orders import limited_by_several_orders
 from scalar.diagnosis.naming.step_at_boundary import limited_by_boundaries
+from scalar.diagnosis.naming.stretched_measurements import limited_by_stretched_axis
 from scalar.diagnosis.naming.two_halves import limited_by_halves
 from scalar.diagnosis.naming.typical_masses import limited_by_typical_masses
 from scalar.diagnosis.naming.unstated_order import limited_by_order
@@ -43,6 +44,7 @@ def limited_names(
     least, n_poses = settings.naming.least_confidence, dataset.n_poses
     found = limited_by_halves(found, halves, least)
     found = limited_by_rounding(found, run.before, least)
+    found = limited_by_stretched_axis(found, run.before, least)
     found = limited_by_many_orders(found, n_poses, settings.spectrum.many_orders, least)
     found = limited_by_orders_between(found, run.after, least)
     found = limited_by_order(found, given, least)

@@ -17,7 +17,7 @@ from scalar.estimation.setup.alternatives import Alternative, alternatives, with
 from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.column_units import column_units
 from scalar.estimation.setup.coupled_joints import coupled_joints
-from scalar.estimation.setup.displaced_slide import displaced_slides
+from scalar.estimation.setup.displaced_column import displaced_columns
 from scalar.estimation.setup.earlier_link import earlier_links
 from scalar.estimation.setup.exchanged_columns import exchanged_beside_orientations, exchanged_columns
 from scalar.estimation.setup.exchanged_target import exchanged_targets
@@ -64,7 +64,7 @@ SINGLE = (
     exchanged_columns,
     exchanged_beside_orientations,
     column_units,
-    displaced_slides,
+    displaced_columns,
     slide_units,
     earlier_links,
     rows_apart,

@@ -23,6 +23,7 @@ LEAST_POSES = 60
 FIRST_JOINTS = 3  # that move the wrist of most arms
 POSES_PER_COLUMN = 2  # fewest poses for each column of the regression
 _RECURRING = 0.8  # share of equal labels; with planes in turn all are equal but a few mistakes, with three planes at random a third is
+_FARTHEST = 4.0  # times the median distance from the median place, chosen: an arm reaches hardly so far
 _ORDERS = 200  # random orders with which the order of the table is compared
 
 
@@ -60,6 +61,9 @@ def unrelated(dataset: Dataset) -> bool:
     if dataset.session is not None:
         session = dataset.session[seen]
         seen = seen[session == np.argmax(np.bincount(session, minlength=1))]
+    # A few readings that are metres off would have most of the variance.
+    away = np.linalg.norm(places[seen] - np.median(places[seen], axis=0), axis=1)
+    seen = seen[away <= _FARTHEST * np.median(away)]
     if len(seen) < LEAST_POSES:
         return False
     centred = places[seen] - places[seen].mean(axis=0)

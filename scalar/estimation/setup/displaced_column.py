@@ -1,0 +1,42 @@
+"""A joint whose column stands before or behind those of all others: a rail that controllers record so (E1, EXT1), or joint 1 behind the last one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from scalar.data.dataset import Dataset
+from scalar.estimation.setup.alternatives import Alternative, with_angles
+from scalar.geometry.se3 import Array
+
+
+def displaced_columns(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield the alternatives in which a joint that slides, the first or the last joint was written into the first or the last column of the joints.
+
+    Args:
+        dataset: The measurements as described.
+    """
+    n = dataset.robot.n_joints
+    ends = [] if n < 3 else [0, n - 1]  # of two joints, the columns are exchanged
+    for joint in dict.fromkeys([*dataset.robot.prismatic, *ends]):
+        what = "travel" if dataset.robot.slides[joint] else "angle"
+        for place in {0, n - 1} - {joint}:
+            end = "first" if place == 0 else "last"
+            others = f"q{joint + 2} to q{n}" if place else f"q1 to q{joint}"
+            yield replace(
+                with_angles(dataset, put_back(dataset.q, place, joint)),
+                what="swapped_joints",
+                where=f"joint {joint + 1}",
+                file="poses.csv",
+                says=f"the {what} of joint {joint + 1} stands in the {end} column, q{place + 1} of poses.csv, and other joints beside their columns",
+                changed=f"with it in the column q{joint + 1}",
+                remedy=f"write the {what} into q{joint + 1}, and the other joints in their order into {others}; where 'scalar import' made it, "
+                "correct the columns in the mapping, and import again",
+            )
+
+
+def put_back(q: Array, place: int, slide: int) -> Array:
+    """Return joint positions ``(N, n)`` with the column at one place moved to another, both from 0, the others keeping their order."""
+    return np.insert(np.delete(q, place, axis=1), slide, q[:, place], axis=1)
