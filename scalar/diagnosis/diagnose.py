@@ -36,6 +36,7 @@ from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.other_side import other_side
 from scalar.estimation.setup.session_boundary import boundaries_near_changes, misplaced_boundaries
 from scalar.estimation.setup.unstated_session import run_set_aside, unstated_session
+from scalar.estimation.setup.wrongly_logged import wrongly_logged
 
 MAX_RANKING = 25  # candidates that the ranking of a diagnosis lists
 
@@ -160,7 +161,9 @@ def _with_suspicions_on_session_and_order(
         calibrations: The calibration without effects first.
     """
     set_aside = run.cleaned.outlier_poses
-    suspicions = misplaced_boundaries(dataset, set_aside, calibrations[0].model)
+    suspicions = misplaced_boundaries(dataset, set_aside, calibrations[0].model) or wrongly_logged(
+        dataset, set_aside, calibrations[0].model
+    )
     # A boundary at the wrong pose explains what was set aside: the same poses are no session of their own.
     if not suspicions:
         unstated = unstated_session(dataset, set_aside)

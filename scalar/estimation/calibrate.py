@@ -34,14 +34,13 @@ from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorS
 from scalar.estimation.setup.exchanged_names import names_exchanged_in_words
 from scalar.estimation.setup.explain import MOST_LEFT
 from scalar.estimation.setup.known_planes import KnownPlaneContradicted, refuse_contradicted_planes
-from scalar.estimation.setup.lost_row import lost_row_in_words
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
 from scalar.estimation.setup.placeholders import refuse_placeholders
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.setup.repeated_reading import reading_repeated
-from scalar.estimation.setup.stuck_joint import stuck_joint_in_words
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.estimation.setup.unstated_session import unstated_session
+from scalar.estimation.setup.wrongly_logged import wrongly_logged
 from scalar.estimation.sufficiency import FitFailed, TooManyUnknowns
 from scalar.estimation.turned_orientations import refuse_turned
 from scalar.geometry.se3 import Array
@@ -190,10 +189,9 @@ def _refuse_gross_errors(dataset: Dataset, settings: EstimationSettings) -> None
     found = unstated_session(dataset, cleaned.outlier_poses)
     if found is None and away is not None and away.typical > MOST_LEFT:
         return
-    if away is not None and (lost := lost_row_in_words(dataset, away.model, cleaned.outlier_poses)):
-        raise InvalidInput([Fault("poses.csv", lost, None, "pose")])
-    if stuck := stuck_joint_in_words(dataset, cleaned.outlier_poses):
-        raise InvalidInput([Fault("poses.csv", stuck, None, "pose")])
+    logged = [] if away is None else wrongly_logged(dataset, cleaned.outlier_poses, away.model)
+    if logged:
+        raise InvalidInput([Fault("poses.csv", one.sentence, None, "pose") for one in logged])
     faults = [
         Fault(
             "poses.csv",

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from scalar.diagnosis.diagnose import diagnose
 from scalar.errors import InvalidInput
 from scalar.estimation.calibrate import calibrate
 from scalar.estimation.setup.stuck_joint import stuck_joint_in_words
@@ -38,3 +39,9 @@ def test_a_joint_that_stands_still_while_poses_agree_is_not_named(tracked):
     assert not stuck_joint_in_words(still, [])
     assert not stuck_joint_in_words(still, list(tracked.pose_ids[:8]))
     assert not stuck_joint_in_words(tracked, list(tracked.pose_ids[60:75]))
+
+
+def test_a_diagnosis_that_sets_the_poses_aside_says_it_too(tracked):
+    """The joint is named in the set-up, in place of a change of the arm."""
+    found = diagnose(with_joint(tracked, 5, slice(63, 75), 0.4))
+    assert [one["what"] for one in found.setup] == ["stuck_joint"]

@@ -183,7 +183,8 @@ def _mistyped_length(
             name,
             f"{name} comes out {abs(change[k, j]) / MM:.1f} mm {'longer' if change[k, j] * nominal[k, j] >= 0 else 'shorter'} than the table of "
             f"joints has it ({nominal[k, j] / MM:.6g} mm), where half of the other lengths differ by less than {max(typical, 0.1 * MM) / MM:.1f} mm: "
-            f"{elsewhere}is it mistyped there, or is the table that of another version of this robot? The calibration states what the measurements show."
+            f"{elsewhere}is it mistyped there, or is the table that of another version of this robot? The calibration states what the measurements "
+            "show."
             f"{arms_in_words(model.robot).removesuffix('.') or in_proportion}",
         )
     ]

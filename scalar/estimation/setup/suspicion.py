@@ -23,7 +23,7 @@ class Suspicion:
             ``run`` if poses that follow each other were set aside; ``order`` if nothing states the order in which the poses were measured;
             ``computed`` if positions were hardly measured; ``joint_reading`` if a sign or zero explains why a fit ended implausibly;
             ``other_side`` if poses that were set aside are alike; ``stretched_lengths`` if all lengths come out too long or short by a few percent;
-            ``stretched_axis`` if one measured coordinate does.
+            ``stretched_axis`` if one measured coordinate does; ``stuck_joint`` if a joint was not logged at poses that were set aside.
         where: What it concerns, as a person names it.
         sentence: What is suspected, with the figures, and what to do.
         rms_before: Residual with the set-up as described [m], or None if no fit was possible.
