@@ -61,6 +61,8 @@ def unrelated(dataset: Dataset) -> bool:
     if dataset.session is not None:
         session = dataset.session[seen]
         seen = seen[session == np.argmax(np.bincount(session, minlength=1))]
+    if len(seen) < LEAST_POSES:
+        return False
     # A few readings that are metres off would have most of the variance.
     away = np.linalg.norm(places[seen] - np.median(places[seen], axis=0), axis=1)
     seen = seen[away <= _FARTHEST * np.median(away)]
