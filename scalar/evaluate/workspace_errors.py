@@ -9,8 +9,8 @@ is used in the workcell in which it was measured, the shift of the sensor is kno
 The band covers the random errors of the measurements, the error of the scale where no length is known (``unknown_scale``), and effects that the model
 may lack, each as often as it is probable (``possible``). Its upper end allows besides for effects that every arm has, at the size that the
 measurements leave open (``hidden``), and for a residual beyond the noise, as a normal shift of every pose, independent of the others, whose root mean
-square is ``excess``. The latter may as well be noise that is larger than stated, which is no error of the arm: the number does not count it, but what
-is said to be rarely exceeded does.
+square is ``excess``. The latter may as well be noise that is larger than stated, which is no error of the arm: the number does not count it, and the
+upper end does.
 """
 
 from __future__ import annotations
@@ -153,7 +153,7 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Banded:
-    """A number with its 95 % band.
+    """A number with its 95 % band, in the unit of the draws [m].
 
     Attributes:
         value: The median of the draws.

@@ -219,7 +219,7 @@ def p_value(background: Background, gain: Array, dof: Array) -> Array:
 
 
 def fall(background: Background, gain: Array, dof: Array) -> Array:
-    """Return the fall of -2 times the log likelihood ``(...)`` [nats] that gains make; arguments as for ``remainder``."""
+    """Return the fall of -2 times the log likelihood ``(...)`` that gains make, twice a number in nats; arguments as for ``remainder``."""
     rest, _ = remainder(background, gain, dof)
     return background.degrees_of_freedom * np.log((rest + gain) / rest)
 

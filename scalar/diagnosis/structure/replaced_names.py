@@ -24,8 +24,8 @@ from scalar.diagnosis.structure.ranked_terms import imitating, in_parts, rank_te
 from scalar.effects import Effect
 from scalar.effects.title import only_joint
 
-# Largest growth of the held-out error in metres with which named effects give way to a flexible term, or are dropped when one was added. Weighted
-# rows may hide that it predicts other poses worse: on a measured arm the error at poses held out grew threefold.
+# Largest ratio of the held-out error [m, all poses weighted alike] after to before, with which named effects give way to a flexible term, or are
+# dropped when one was added. Weighted rows may hide that it predicts other poses worse: on a measured arm the error at poses held out grew threefold.
 MOST_GROWTH = 1.2
 
 
