@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scalar.estimation.calibrate import calibrate
-from scalar.estimation.setup.displaced_column import displaced_columns, put_back
+from scalar.estimation.setup.displaced_column import displaced_ends, displaced_slides, put_back
 from scalar.estimation.setup.suspicion import WrongSetup
 from tests.rail_and_arm import RailAndArm, poses
 from tests.random_scene import make_scene
@@ -37,9 +37,10 @@ def test_a_column_is_put_back(place, slide):
 
 
 def test_an_arm_without_a_slide_may_have_its_first_or_last_joint_elsewhere():
-    """Angles in the order q2 to q6, q1 are named; of an arm of two joints there is nothing to try."""
+    """Angles in the order q2 to q6, q1 are named; there is no travel to put back."""
     tracked = make_scene("vs060", "tracker", poses_per_plane=25, noise=1e-4, seed=7).dataset
     columns = {f"q{j + 1}": tracked.q[:, (j + 1) % 6] for j in range(6)}
     with pytest.raises(WrongSetup, match="the angle of joint 1 stands in the last column"):
         calibrate(replace(tracked, poses=tracked.poses.assign(**columns)))
-    assert [one.where for one in displaced_columns(tracked)] == ["joint 1", "joint 6"]
+    assert [one.where for one in displaced_ends(tracked)] == ["joint 1", "joint 6"]
+    assert not list(displaced_slides(tracked))

@@ -15,20 +15,38 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import ALPHA, Alternative
+from scalar.geometry.robot import BoolArray
 
 PARALLEL = 0.05  # sine of the angle between two axes that count as parallel: a table that was calibrated once may have them some degrees apart
 
 
 def coupled_joints(dataset: Dataset) -> Iterator[Alternative]:
-    """Yield the alternatives in which the angle of a joint contains that of the joint before it, or of two parallel ones, with either sign."""
-    robot, moving = dataset.robot, np.ptp(dataset.q, axis=0) > 0
-    parallel = np.abs(np.sin(robot.geometry[ALPHA])) <= PARALLEL  # to the joint before
-    for j in range(1, robot.n_joints):
-        if not moving[j - 1 : j + 1].all() or robot.slides[j - 1 : j + 1].any():
-            continue
-        yield from _with_those_before(dataset, j, [j - 1], from_horizontal=bool(parallel[j]))
-        if j > 1 and parallel[j - 1 : j + 1].all() and moving[j - 2] and not robot.slides[j - 2]:
+    """Yield the alternatives in which the angle of a joint contains that of the parallel joint before it, with either sign."""
+    parallel = _parallel(dataset)
+    for j in _turn_after_another(dataset):
+        if parallel[j]:
+            yield from _with_those_before(dataset, j, [j - 1], from_horizontal=True)
+
+
+def coupled_drives(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield the alternatives in which the angle of a joint contains that of the joint before it, not parallel, or of two parallel ones before it."""
+    parallel, after_another = _parallel(dataset), _turn_after_another(dataset)
+    for j in after_another:
+        if not parallel[j]:
+            yield from _with_those_before(dataset, j, [j - 1], from_horizontal=False)
+        elif parallel[j - 1] and j - 1 in after_another:
             yield from _with_those_before(dataset, j, [j - 2, j - 1], from_horizontal=True)
+
+
+def _parallel(dataset: Dataset) -> BoolArray:
+    """Return which joints ``(n,)`` are parallel to the one before them."""
+    return np.abs(np.sin(dataset.robot.geometry[ALPHA])) <= PARALLEL
+
+
+def _turn_after_another(dataset: Dataset) -> list[int]:
+    """Return the joints, from 0, that turn and move as the one before them does."""
+    turns = (np.ptp(dataset.q, axis=0) > 0) & ~dataset.robot.slides
+    return [j for j in range(1, dataset.robot.n_joints) if turns[j - 1 : j + 1].all()]
 
 
 def _with_those_before(

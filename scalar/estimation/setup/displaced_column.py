@@ -12,29 +12,36 @@ from scalar.estimation.setup.alternatives import Alternative, with_angles
 from scalar.geometry.se3 import Array
 
 
-def displaced_columns(dataset: Dataset) -> Iterator[Alternative]:
-    """Yield the alternatives in which a joint that slides, the first or the last joint was written into the first or the last column of the joints.
+def displaced_slides(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield the alternatives in which the travel of a joint that slides was written into the first or the last column of the joints."""
+    for slide in dataset.robot.prismatic:
+        yield from _displaced(dataset, slide)
 
-    Args:
-        dataset: The measurements as described.
-    """
+
+def displaced_ends(dataset: Dataset) -> Iterator[Alternative]:
+    """Yield the alternatives in which the first joint was written into the last column, or the last into the first, and neither slides."""
     n = dataset.robot.n_joints
-    ends = [] if n < 3 else [0, n - 1]  # of two joints, the columns are exchanged
-    for joint in dict.fromkeys([*dataset.robot.prismatic, *ends]):
-        what = "travel" if dataset.robot.slides[joint] else "angle"
-        for place in {0, n - 1} - {joint}:
-            end = "first" if place == 0 else "last"
-            others = f"q{joint + 2} to q{n}" if place else f"q1 to q{joint}"
-            yield replace(
-                with_angles(dataset, put_back(dataset.q, place, joint)),
-                what="swapped_joints",
-                where=f"joint {joint + 1}",
-                file="poses.csv",
-                says=f"the {what} of joint {joint + 1} stands in the {end} column, q{place + 1} of poses.csv, and other joints beside their columns",
-                changed=f"with it in the column q{joint + 1}",
-                remedy=f"write the {what} into q{joint + 1}, and the other joints in their order into {others}; where 'scalar import' made it, "
-                "correct the columns in the mapping, and import again",
-            )
+    for joint in (0, n - 1) if n > 2 else ():  # of two joints, the columns are exchanged
+        if not dataset.robot.slides[joint]:
+            yield from _displaced(dataset, joint)
+
+
+def _displaced(dataset: Dataset, joint: int) -> Iterator[Alternative]:
+    """Yield the alternatives in which a joint, from 0, was written into the first or the last column of the joints."""
+    n, what = dataset.robot.n_joints, "travel" if dataset.robot.slides[joint] else "angle"
+    for place in {0, n - 1} - {joint}:
+        end = "first" if place == 0 else "last"
+        others = f"q{joint + 2} to q{n}" if place else f"q1 to q{joint}"
+        yield replace(
+            with_angles(dataset, put_back(dataset.q, place, joint)),
+            what="swapped_joints",
+            where=f"joint {joint + 1}",
+            file="poses.csv",
+            says=f"the {what} of joint {joint + 1} stands in the {end} column, q{place + 1} of poses.csv, and other joints beside their columns",
+            changed=f"with it in the column q{joint + 1}",
+            remedy=f"write the {what} into q{joint + 1}, and the other joints in their order into {others}; where 'scalar import' made it, "
+            "correct the columns in the mapping, and import again",
+        )
 
 
 def put_back(q: Array, place: int, slide: int) -> Array:

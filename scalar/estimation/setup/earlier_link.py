@@ -14,8 +14,10 @@ def earlier_links(dataset: Dataset) -> Iterator[Alternative]:
     """Yield the alternatives in which the last joints that move do not move what is measured, which is on the link before them.
 
     Args:
-        dataset: The measurements as described.
+        dataset: The measurements as described, of places in space: planes may be anywhere, and are explained by any arm that hardly moves.
     """
+    if dataset.planes:
+        return
     moving = np.flatnonzero(np.ptp(dataset.q, axis=0) > 0)
     for j in moving[2:][::-1]:
         yield on_link_before(dataset, int(j))

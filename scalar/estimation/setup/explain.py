@@ -16,8 +16,8 @@ from scalar.estimation.settings import DEFAULTS
 from scalar.estimation.setup.alternatives import Alternative, alternatives, with_limits_counted_back
 from scalar.estimation.setup.angle_units import angle_units
 from scalar.estimation.setup.column_units import column_units
-from scalar.estimation.setup.coupled_joints import coupled_joints
-from scalar.estimation.setup.displaced_column import displaced_columns
+from scalar.estimation.setup.coupled_joints import coupled_drives, coupled_joints
+from scalar.estimation.setup.displaced_column import displaced_ends, displaced_slides
 from scalar.estimation.setup.earlier_link import earlier_links
 from scalar.estimation.setup.exchanged_columns import exchanged_beside_orientations, exchanged_columns
 from scalar.estimation.setup.exchanged_target import exchanged_targets
@@ -64,12 +64,13 @@ SINGLE = (
     exchanged_columns,
     exchanged_beside_orientations,
     column_units,
-    displaced_columns,
+    displaced_slides,
     slide_units,
-    earlier_links,
     rows_apart,
 )
 """What yields the alternatives with one change."""
+RARER = (coupled_drives, displaced_ends, earlier_links)
+"""The same of changes that are rarer; they are tried where none of the others explains the data."""
 LAST = (measured_scale, lost_rows, moved_targets, exchanged_targets)
 """What yields the alternatives that hold from a pose on; they are tried where no other explains the data."""
 MOST_FITTED = 4  # alternatives that are fitted in full
@@ -114,6 +115,8 @@ def _first_explaining(
         single = itertools.chain(*(each(dataset) for each in SINGLE))
         tried = single if count == 1 else several_signs(dataset, count)
         found += _explaining(tried, described, before)
+        if count == 1 and not found:
+            found += _explaining(itertools.chain(*(each(dataset) for each in RARER)), described, before)
         if count == 1 and not found:
             if unrelated(dataset):
                 from_a_pose_on = itertools.chain(lost_rows(dataset), moved_targets(dataset))
