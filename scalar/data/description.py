@@ -185,7 +185,8 @@ def _check_robot(description: Description) -> None:
         limits = description.vector(*path, "limits", size=2)
         if limits is not None and not limits[0] < limits[1]:
             what = "travel" if description.slides(i) else "angle"
-            message = f"the lowest {what} ({limits[0]:g}) is not below the highest ({limits[1]:g}); swap them"
+            remedy = "swap them" if limits[0] > limits[1] else "state the whole range of the joint"
+            message = f"the lowest {what} ({limits[0]:g}) is not below the highest ({limits[1]:g}); {remedy}"
             description.fault((*path, "limits"), message)
 
 

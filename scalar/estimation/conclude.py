@@ -28,6 +28,7 @@ from scalar.estimation.result import Calibration
 from scalar.estimation.scanner_scale import SCANNER_SCALE_SHIFT, unchecked_scale
 from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.copies import reads_again
+from scalar.estimation.setup.earlier_link import EARLIER_LINK
 from scalar.estimation.setup.lengths import LENGTH_UNIT
 from scalar.estimation.setup.plainer_reading import instead, plainer_reading
 from scalar.estimation.setup.plausibility import implausible
@@ -257,11 +258,16 @@ def with_plainer_reading(dataset: Dataset, calibrations: Sequence[Calibration]) 
     Args:
         dataset: What was measured.
         calibrations: The rigid one first: it is examined, and what is found holds for all.
+
+    Raises:
+        WrongSetup: What is measured is not on the flange, so that lengths which do not move it were fitted.
     """
     first = calibrations[0]
     plainer = plainer_reading(dataset, first.model, first.summary["setup"])
     if not plainer:
         return list(calibrations)
+    if any(suspicion.what == EARLIER_LINK for suspicion in plainer):
+        raise WrongSetup(plainer)
     return [
         with_suspicions(replace(c, summary={**c.summary, "setup": instead(c.summary["setup"])}), plainer)
         for c in calibrations

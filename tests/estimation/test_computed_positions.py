@@ -13,6 +13,7 @@ from scalar.diagnosis.diagnose import diagnose
 from scalar.estimation.calibrate import calibrate
 from scalar.report.unstated_noise import unstated_noise_in_words
 from scalar.units import MM
+from tests.kinematics import random_transform
 from tests.random_scene import make_scene
 
 
@@ -41,6 +42,17 @@ def test_positions_that_scatter_about_the_data_sheet_are_said_to_be_computed(sca
     """As where they are logged a moment after the angles, or rounded: no arm is as its data sheet has it."""
     (sentence,) = said_of(scatter, 0.03)
     assert "the data sheet of the arm" in sentence and "computed from the joint angles" in sentence
+
+
+def test_positions_that_were_rounded_in_a_frame_of_the_user_are_said_to_be_computed():
+    """A controller states positions in the frame that is chosen, with two decimals of a millimetre."""
+    dataset = make_scene("vs060", "tracker", poses_per_plane=25, noise=1e-4, seed=7).dataset
+    points = (dataset.robot.flange(dataset.q) @ dataset.sensor.T_flange_sensor)[:, :3, 3]
+    frame = random_transform(np.random.default_rng(3), 1.0, 1.0)
+    points = np.round(points @ frame[:3, :3].T + frame[:3, 3], 5)
+    stated = replace(dataset, points=points, sensor=replace(dataset.sensor, noise=3e-5))
+    (sentence,) = [s["sentence"] for s in calibrate(stated).summary["setup"] if s["what"] == "computed"]
+    assert "one turned against it" in sentence
 
 
 @pytest.mark.parametrize(

@@ -30,12 +30,30 @@ def measured_on_link(arm, link):
 
 
 @pytest.mark.parametrize(("link", "joints"), [(3, "joints 4 to 6 do"), (5, "joint 6 does")])
-def test_a_target_on_an_earlier_link_is_the_plainer_reading(arm, link, joints):
+def test_a_target_on_an_earlier_link_is_refused(arm, link, joints):
     """Lengths of the last links take up what the joints behind it should have moved; they come out where the table has them without these."""
-    (said,) = [one["sentence"] for one in calibrate(measured_on_link(arm, link)).summary["setup"]]
+    with pytest.raises(WrongSetup, match=f"{joints} not move what is measured") as refused:
+        calibrate(measured_on_link(arm, link))
+    (suspicion,) = refused.value.suspicions
     assert (
-        f"{joints} not move what is measured" in said and "where the target or the sensor is mounted" in said
+        suspicion.what == "earlier_link" and "where the target or the sensor is mounted" in suspicion.sentence
     )
+
+
+def test_one_of_several_targets_on_an_earlier_link_is_named():
+    """Without it the others fit."""
+    rng = np.random.default_rng(12)
+    arm = drawn_arm(rng, ("A", "B", "C"))
+    q = arm.poses(40, rng)
+    standing = q.copy()
+    standing[:, 3:] = 0.0
+    dataset, on_link = (
+        arm.dataset(q, np.random.default_rng(2), noise=3e-5, q_true=true) for true in (q, standing)
+    )
+    of_c = (dataset.point_columns["target"] == dataset.targets.index("C"))[:, None]
+    mixed = replace(dataset, points=np.where(of_c, on_link.points, dataset.points))
+    with pytest.raises(WrongSetup, match="target C does not move as the other targets do"):
+        calibrate(mixed)
 
 
 def test_it_is_named_where_no_length_can_take_that_up():

@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from scalar.diagnosis.diagnose import diagnose
 from scalar.errors import InvalidInput
 from scalar.estimation.calibrate import calibrate
-from scalar.estimation.setup.stuck_joint import stuck_joint_in_words
+from scalar.estimation.setup.stuck_joint import stands_still_for_long, stuck_joint_in_words
 from tests.random_scene import make_scene
 
 
@@ -45,3 +46,17 @@ def test_a_diagnosis_that_sets_the_poses_aside_says_it_too(tracked):
     """The joint is named in the set-up, in place of a change of the arm."""
     found = diagnose(with_joint(tracked, 5, slice(63, 75), 0.4))
     assert [one["what"] for one in found.setup] == ["stuck_joint"]
+
+
+def test_a_joint_that_stands_still_for_long_is_asked_about(tracked):
+    """If its position never recurs elsewhere; not in a short run, on a grid, or where joints move one at a time."""
+    said = stands_still_for_long(with_joint(tracked, 6, slice(45, 75), 0.2))
+    assert "joint 6 has the same position in the 30 poses" in said
+    assert not stands_still_for_long(with_joint(tracked, 6, slice(67, 75), 0.2))
+    grid = with_joint(tracked, 6, slice(None), np.repeat([0.1, 0.4, 0.2, 0.3, 0.5], 15))
+    assert not stands_still_for_long(grid)
+    q = np.tile(tracked.q[:1], (tracked.n_poses, 1))
+    for j in range(6):
+        q[12 * j : 12 * (j + 1), j] += np.linspace(0.1, 1.2, 12)
+    one_at_a_time = {f"q{j + 1}": q[:, j] for j in range(6)}
+    assert not stands_still_for_long(replace(tracked, poses=tracked.poses.assign(**one_at_a_time)))

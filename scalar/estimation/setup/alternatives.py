@@ -42,7 +42,7 @@ class Alternative:
     Attributes:
         what: ``joint_sign``, ``joint_zero``, ``convention``, ``swapped_joints``, ``angle_unit``, ``length_unit``, ``swapped_planes``,
             ``shifted_poses``, ``reversed_poses``, ``mirrored``, ``coupled_joints``, ``twist_sign``, ``length_sign``, ``length_digit``,
-            ``length_scale``, ``sign_and_zero``, ``earlier_link``, ``lost_row``, ``moved_target``, ``exchanged_target``,
+            ``length_scale``, ``strange_target``, ``sign_and_zero``, ``earlier_link``, ``lost_row``, ``moved_target``, ``exchanged_target``,
             ``exchanged_names``, ``exchanged_columns`` or ``other_arm``.
         where: What it concerns, as a person names it: ``joint 4``, ``planes floor and wall``.
         says: What is wrong with the description if this reading is right, as a clause: ``joint 4 counts the other way``.

@@ -9,6 +9,8 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import Alternative, with_angles
 
+EARLIER_LINK = "earlier_link"  # as an alternative and a suspicion name it
+
 
 def earlier_links(dataset: Dataset) -> Iterator[Alternative]:
     """Yield the alternatives in which the last joints that move do not move what is measured, which is on the link before them.
@@ -31,7 +33,7 @@ def on_link_before(dataset: Dataset, joint: int) -> Alternative:
     after = f"joint {n}" if joint + 1 == n else f"joints {joint + 1} to {n}"
     alternative = with_angles(dataset, q)
     return Alternative(
-        "earlier_link",
+        EARLIER_LINK,
         after,
         f"{after} {'does' if joint + 1 == n else 'do'} not move what is measured: it is not on the flange, but on the link before joint {joint + 1}",
         f"with {after} left out",

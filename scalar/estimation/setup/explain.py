@@ -31,6 +31,7 @@ from scalar.estimation.setup.other_arms import other_arms, stays_that_arm
 from scalar.estimation.setup.several_signs import MOST_SIGNS, many_signs, several_signs
 from scalar.estimation.setup.sign_and_zero import fitted_zeros, signs_and_zeros
 from scalar.estimation.setup.slide_units import slide_units
+from scalar.estimation.setup.strange_target import strange_targets
 from scalar.estimation.setup.suspicion import Suspicion, in_mm
 from scalar.estimation.setup.trial import NominalFit, Trial, full_fit, nominal_fit
 from scalar.estimation.setup.two_zeros import two_zeros
@@ -71,7 +72,7 @@ SINGLE = (
 """What yields the alternatives with one change."""
 RARER = (coupled_drives, displaced_ends, earlier_links)
 """The same of changes that are rarer; they are tried where none of the others explains the data."""
-LAST = (measured_scale, lost_rows, moved_targets, exchanged_targets)
+LAST = (measured_scale, lost_rows, moved_targets, exchanged_targets, strange_targets)
 """What yields the alternatives that hold from a pose on; they are tried where no other explains the data."""
 MOST_FITTED = 4  # alternatives that are fitted in full
 

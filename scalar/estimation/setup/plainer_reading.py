@@ -25,7 +25,7 @@ from scalar.estimation.setup.alternatives import (
     with_sign_changed,
     with_zero_moved,
 )
-from scalar.estimation.setup.earlier_link import on_link_before
+from scalar.estimation.setup.earlier_link import EARLIER_LINK, on_link_before
 from scalar.estimation.setup.far_lengths import most_of_a_link
 from scalar.estimation.setup.lengths import ROBOT
 from scalar.estimation.setup.mistyped_numbers import with_all_twists_back
@@ -117,7 +117,8 @@ def plainer_reading(
         f"This is the plainer explanation: look {_where_to_look(joint, elsewhere)}"
     )
     where = WHOLE_ARM[joint][0] if joint in WHOLE_ARM else f"joint {joint + 1}"
-    return (Suspicion("joint_reading", where, sentence, described.rms, least),)
+    what = EARLIER_LINK if elsewhere else "joint_reading"
+    return (Suspicion(what, where, sentence, described.rms, least),)
 
 
 def _where_to_look(joint: int, elsewhere: bool) -> str:

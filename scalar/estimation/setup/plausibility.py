@@ -19,6 +19,7 @@ from scalar.estimation.setup.lengths import ROBOT, SIGMAS, lengths_off
 from scalar.estimation.setup.nearer_target import nearer_target
 from scalar.estimation.setup.plane_guesses import far_guesses
 from scalar.estimation.setup.scan_axes import misread_axes
+from scalar.estimation.setup.stuck_joint import stands_still_for_long
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.angles import within_half_turn
 from scalar.geometry.robot import GEOMETRY
@@ -133,7 +134,7 @@ def _columns(dataset: Dataset) -> list[Suspicion]:
     told = [
         *misspelt_columns(list(dataset.poses.columns), dataset.robot.n_joints),
         *(f"poses.csv: {told}" for told in units_suspected(records, largest_payload(dataset.robot.name))),
-        *filter(None, [opposite_approach(dataset)]),
+        *filter(None, [opposite_approach(dataset), stands_still_for_long(dataset)]),
     ]
     return [Suspicion("column", "poses.csv", sentence) for sentence in told]
 
