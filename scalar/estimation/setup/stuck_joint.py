@@ -49,6 +49,8 @@ def stands_still_for_long(dataset: Dataset) -> str:
     Args:
         dataset: Poses in the order of acquisition.
     """
+    if np.count_nonzero(np.diff(dataset.q, axis=0) == 0.0) < _LONG_RUN - 1:
+        return ""
     for j, column in enumerate(dataset.q.T):
         for run in _runs(column):
             elsewhere = np.delete(column, run)
