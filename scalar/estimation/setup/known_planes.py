@@ -15,6 +15,7 @@ from scalar.errors import Fault, InvalidInput
 from scalar.estimation.model import Model
 from scalar.estimation.reference_planes import ReferencePlanes
 from scalar.estimation.setup.trial import full_fit
+from scalar.estimation.setup.wrongly_known_planes import SURELY_FALLS, known_names, with_and_without
 from scalar.geometry.planes import Planes
 from scalar.units import DEG, MM
 
@@ -82,10 +83,17 @@ def refuse_contradicted_planes(dataset: Dataset, model: Model) -> None:
     """Refuse a dataset that declares a plane known where the data surely do not have it.
 
     Raises:
-        KnownPlaneContradicted: Naming every such plane, with its declared and its fitted place.
+        KnownPlaneContradicted: Naming every such plane, with its declared and its fitted place; or all of them, where only a fit without any leaves a
+            clearly smaller residual.
     """
     certain = [found for found in contradictions(dataset, model) if found.certain]
     if not certain:
+        compared = with_and_without(dataset, model)
+        if compared is not None and compared.residual_falls > SURELY_FALLS:
+            names = known_names(dataset)
+            raise KnownPlaneContradicted(
+                Fault("dataset.yaml", compared.sentence(names), None, "planes.known")
+            )
         return
     # The fit compromises between the declaration and the data sheet: where the data have the planes shows without the declaration.
     guessed = tuple(replace(plane, distance_std=None, normal_std=None) for plane in dataset.planes)

@@ -21,6 +21,7 @@ from scalar.estimation.setup.plane_guesses import far_guesses
 from scalar.estimation.setup.scan_axes import misread_axes
 from scalar.estimation.setup.stuck_joint import stands_still_for_long
 from scalar.estimation.setup.suspicion import Suspicion
+from scalar.estimation.setup.wrongly_known_planes import known_names, with_and_without
 from scalar.geometry.angles import within_half_turn
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array, log_so3
@@ -38,6 +39,7 @@ QUIET = 0.5  # ratio of the residual to what the stated noise explains: with a s
 FAR_BELOW = 0.2  # ratio of the scatter within scans to the stated noise: with a smaller one, the noise is said to be stated too large
 ROUNDED = 1.15  # ratio of the residual to what the stated noise explains: with a larger one, joint angles may be rounded
 ROUNDED_ANGLES = "rounded_angles"
+KNOWN_PLANE = "known_plane"  # as a suspicion names one that is not where it is declared known
 LOUD = 3.0  # ratio of the scatter within scans to the stated noise: with a larger one, the noise is said to be stated wrongly, or points to stray
 
 
@@ -67,7 +69,7 @@ def implausible(
         fixed_length: Name of the length to which all others are relative because the data show no length; None if they show it.
     """
     found = [
-        *(Suspicion("known_plane", c.plane, c.sentence) for c in contradictions(dataset, model)),
+        *_known_planes(dataset, model),
         *lengths_off(dataset, model, std, fixed_length),
         *_zeros(dataset, model, std),
         *_sensor(dataset, model, rotation_observed),
@@ -86,6 +88,16 @@ def implausible(
         *_columns(dataset),
         *_motion(dataset),
     )
+
+
+def _known_planes(dataset: Dataset, model: Model) -> list[Suspicion]:
+    """Return a suspicion for each known plane that came out elsewhere, or one if a fit without what is declared of them is clearly better."""
+    found = [Suspicion(KNOWN_PLANE, c.plane, c.sentence) for c in contradictions(dataset, model)]
+    compared = None if found else with_and_without(dataset, model)
+    if compared is not None and compared.are_suspect:
+        names = known_names(dataset)
+        found.append(Suspicion(KNOWN_PLANE, ", ".join(names), compared.sentence(names)))
+    return found
 
 
 def _orientations(noise: float) -> list[Suspicion]:
