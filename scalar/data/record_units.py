@@ -20,7 +20,8 @@ FAST = 0.01  # s; chosen: no arm is measured at a hundred poses a second, and in
 SLOW = 1200.0  # s; chosen: the usual time from one pose to the next is seconds or minutes, and in milliseconds thousands
 
 
-RECORDS = (PAYLOAD[0], "temperature", "time")
+FAR = 2.0  # m; chosen: the middle of a load sits nearer to the flange, and in millimetres it is farther
+RECORDS = (*PAYLOAD, "temperature", "time")
 
 
 def units_suspected(columns: Mapping[str, np.ndarray], rated: float | None = None) -> list[str]:
@@ -31,6 +32,11 @@ def units_suspected(columns: Mapping[str, np.ndarray], rated: float | None = Non
         rated: Rated payload of the arm [kg]; None if it is not known.
     """
     found = _payload_suspected(_numbers(columns, PAYLOAD[0]), rated)
+    far = max((float(np.abs(_numbers(columns, name)).max(initial=0.0)) for name in PAYLOAD[1:]), default=0.0)
+    if far > FAR:
+        found.append(
+            f"{', '.join(PAYLOAD[1:])} are as large as {far:g} m from the flange; are these millimetres? write metres"
+        )
     temperatures = _numbers(columns, "temperature")
     if temperatures.max(initial=0.0) > HOT:
         unit = "kelvin" if temperatures.min() > KELVIN else "degrees Fahrenheit"

@@ -14,6 +14,8 @@ from scalar.data.sensor_formats import MeasuredTable
 from scalar.errors import Fault
 from scalar.units import MM
 
+_FEW = 3  # wrong readings of one nest that have a sentence each; more have one together
+
 
 @dataclass(frozen=True, eq=False)
 class References:
@@ -123,12 +125,24 @@ def _check_distances(table: Table, layout: MeasuredTable, poses: Table, faults: 
         rows = np.flatnonzero(session == one)
         off |= {int(rows[i]): d for i, d in strange_readings(ids[rows], nest[rows], points[rows]).items()}
     wrong = np.isin(np.arange(len(ids)), list(off))
-    table.report(
-        faults,
-        item,
-        wrong,
-        lambda i: (
-            f"{table.columns[item][i]} at pose {ids[i]:.15g} is up to {off[i] / MM:.3g} mm nearer to the other points, or farther from them, "
-            "than at other poses, and points on one base keep their distances: remove the row, or correct its name"
-        ),
-    )
+    first, of_nest = np.arange(len(ids)), {}
+    for k in np.unique(nest[wrong]):
+        mine = np.flatnonzero(wrong & (nest == k))
+        if len(mine) > _FEW:  # one sentence for all
+            first[mine], of_nest[int(mine[0])] = mine[0], mine
+
+    def said(i: int) -> str:
+        """Return what is wrong with the reading of a row, or with all of its nest."""
+        if i not in of_nest:
+            return (
+                f"{table.columns[item][i]} at pose {ids[i]:.15g} is up to {off[i] / MM:.3g} mm nearer to the other points, or farther from them, "
+                "than at other poses, and points on one base keep their distances: remove the row, or correct its name"
+            )
+        mine = of_nest[i]
+        return (
+            f"{table.columns[item][i]} is up to {max(off[row] for row in mine) / MM:.3g} mm nearer to the other points, or farther from them, at "
+            f"{len(mine)} poses, the first {ids[mine[0]]:.15g} and the last {ids[mine[-1]]:.15g}, than at the others, and points on one base keep "
+            "their distances: it was probably knocked; remove these rows, or give it another name in them"
+        )
+
+    table.report(faults, item, wrong & (first == np.arange(len(ids))), said)

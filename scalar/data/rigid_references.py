@@ -12,8 +12,9 @@ import numpy as np
 
 from scalar.geometry.se3 import Array
 
-_MOST_STD = 10.0  # a distance is wrong that is off by more than this many standard deviations, estimated by the median
+_MOST_STD = 10.0  # a distance is wrong that is off by more than this many standard deviations, estimated by the shortest half
 _LEAST = 5e-4  # m: and by more than this, which no noise of a tracker is
+_AS_SHORT = 2.0  # times the shortest interval: others are about as short
 _LEAST_POSES = 5  # poses at which both nests of a pair were seen, from which their distance is known
 # Share of the readings. Where more of them contradict one another, the nests themselves do not stay where they are.
 _MOST_SHARE = 0.2
@@ -37,9 +38,10 @@ def strange_readings(pose: Array, nest: Array, points: Array) -> dict[int, float
         if len(shared) < _LEAST_POSES:
             continue
         apart = [points[rows[p, first]] - points[rows[p, second]] for p in shared]
-        off = np.linalg.norm(apart, axis=1)
-        off = np.abs(off - np.median(off))
-        limit = max(_MOST_STD * 1.4826 * float(np.median(off)), _LEAST)
+        distance = np.linalg.norm(apart, axis=1)
+        centre, std = _of_shortest_half(distance)
+        off = np.abs(distance - centre)
+        limit = max(_MOST_STD * std, _LEAST)
         for k in np.flatnonzero(off > limit):
             of_pose.setdefault(shared[k], {})[first, second] = float(off[k])
     found: dict[int, float] = {}
@@ -56,3 +58,18 @@ def strange_readings(pose: Array, nest: Array, points: Array) -> dict[int, float
                 found[rows[p, k]] = max(d for pair, d in wrong.items() if k in pair)
             wrong = {pair: d for pair, d in wrong.items() if not set(pair) & set(blamed)}
     return found if len(found) <= _MOST_SHARE * len(pose) else {}
+
+
+def _of_shortest_half(values: Array) -> tuple[float, float]:
+    """Return the middle of the shortest interval that holds half of some numbers ``(k,)``, and their standard deviation by its length.
+
+    Unlike a median, it stays with one of two values, as of a distance to a nest that was knocked in the middle of a campaign (Rousseeuw and Leroy,
+    Robust Regression and Outlier Detection, 1987). Of intervals that are about as short, the one with the earlier numbers is taken.
+    """
+    order = np.argsort(values, kind="stable")
+    half = max(len(order) // 2, 2)
+    windows = np.lib.stride_tricks.sliding_window_view(order, half)
+    widths = values[windows[:, -1]] - values[windows[:, 0]]
+    short = np.flatnonzero(widths <= _AS_SHORT * widths.min())
+    chosen = windows[short[np.argmin(windows[short].mean(axis=1))]]
+    return float(values[chosen].mean()), float(widths.min()) / 1.349

@@ -12,6 +12,7 @@ MINUTES = 60.0 * np.arange(20)
     ("column", "values", "word"),
     [
         ("payload", np.array([0.0, 2500.0]), "grams"),
+        ("payload_x", np.array([0.0, -50.0]), "millimetres"),
         ("temperature", np.array([68.0, 86.0]), "Fahrenheit"),
         ("temperature", np.array([293.0, 301.0]), "kelvin"),
         ("time", 1000.0 * MINUTES, "milliseconds"),
@@ -27,7 +28,12 @@ def test_a_record_in_another_unit_is_asked_about(column, values, word):
 @pytest.mark.parametrize(
     "columns",
     [
-        {"payload": np.array([0.0, 500.0]), "temperature": np.array([-5.0, 45.0]), "time": MINUTES},
+        {
+            "payload": np.array([0.0, 500.0]),
+            "payload_z": np.array([0.0, 0.3]),
+            "temperature": np.array([-5.0, 45.0]),
+            "time": MINUTES,
+        },
         {"temperature": np.array([np.nan, 22.0]), "time": np.array(["a", "b"], dtype=object)},
         {"time": np.r_[MINUTES, 1e6 + MINUTES]},  # two days
         {},

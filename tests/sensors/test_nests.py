@@ -210,6 +210,19 @@ def test_a_reading_of_another_reflector_is_named(tmp_path):
     assert all("keep their distances" in fault.message and fault.file == "nests.csv" for fault in faults)
 
 
+@pytest.mark.parametrize("moved_by", [3e-3, 0.02])
+def test_a_nest_that_is_knocked_in_the_middle_is_named_once(tmp_path, moved_by):
+    """In nearly half of the poses it is elsewhere: one sentence names it, with the first and the last of these poses."""
+    folder = tmp_path / "cell"
+    campaign(4)[1].write(folder)
+    nests = pd.read_csv(folder / "nests.csv")
+    later = (nests.pose > 32) & (nests.nest == "nest_1")
+    nests.loc[later, ["x", "y", "z"]] += moved_by * np.array([0.6, 0.0, 0.8])
+    nests.to_csv(folder / "nests.csv", index=False)
+    (fault,) = validate_dataset(folder)
+    assert fault.message.startswith("nest_1 is up to") and "the first 33 and the last 60" in fault.message
+
+
 def test_a_tracker_that_is_knocked_keeps_the_distances_of_nests(tmp_path):
     """A motion of centimetres in the middle of a campaign changes no distance and is no fault of the nests; nor is the drift of other campaigns."""
     folder = tmp_path / "cell"
