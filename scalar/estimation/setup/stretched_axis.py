@@ -19,8 +19,8 @@ from scalar.sensors import kind_of
 
 STRETCHED_AXIS = "stretched_axis"  # as a suspicion names it
 _LEAST_STRETCH = 5e-4  # m per m, chosen: no instrument in use errs by as much in one of its coordinates
-# Of the squared residual, chosen: no effect of an arm looks so much like a longer coordinate of an instrument that stands anywhere.
-_LEAST_SHARE = 0.8
+# Of the squared residual, chosen: in some two hundred campaigns with other errors of arms, simulated and measured, the largest share was 0.49.
+_LEAST_SHARE = 0.65
 _STEP = 1e-4  # of the difference by which the derivative is taken
 
 
