@@ -15,11 +15,9 @@ from scalar.units import MM
 _LEAST_OUT_OF_PLANE = 10 * MM
 _SEVERAL = 5  # points; fewer may have a coordinate in common
 _RETURNS = 3  # poses at each place on average, from which on the places are stated, as those of sockets, and may have a coordinate in common
-
 _STANDS = 2 * MM  # root mean square: a base that gives way moves a nest on it by less
-_MOVED = (
-    20 * MM
-)  # the same of the place on the flange that moves least; a tool that is taught to turn about a fixed point moves by less
+# The same of the place on the flange that moves least: a tool that is taught to turn about a fixed point moves by less.
+_MOVED = 20 * MM
 
 
 def refuse_without_motion(dataset: Dataset) -> None:
