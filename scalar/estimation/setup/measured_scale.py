@@ -23,9 +23,8 @@ _SEARCHED_TO = 1e-3  # of the logarithm of the factor
 _LEAST = (
     0.01  # relative, chosen: no instrument's lengths are right to less than this, and a nominal arm's are
 )
-_MAY_LEAVE = (
-    10 * MM
-)  # chosen: a camera before a board errs by some millimetres, and a wrong factor leaves centimetres
+# Chosen: a camera before a board errs by some millimetres, and a wrong factor leaves centimetres.
+_MAY_LEAVE = 10 * MM
 _LIKE_A_UNIT = 0.02  # relative, chosen: a factor that is as near to the ratio of two units is one of these, and other alternatives say so
 
 
