@@ -73,7 +73,7 @@ SINGLE = (
 RARER = (coupled_drives, displaced_ends, earlier_links)
 """The same of changes that are rarer; they are tried where none of the others explains the data."""
 LAST = (measured_scale, lost_rows, moved_targets, exchanged_targets, strange_targets)
-"""What yields the alternatives that hold from a pose on, for one target, or with a factor to be found; they are tried where no other explains the data."""
+"""What yields those that hold from a pose on, for one target, or with a factor to be found; they are tried where no other explains the data."""
 MOST_FITTED = 4  # alternatives that are fitted in full
 
 

@@ -20,9 +20,8 @@ from scalar.units import MM
 
 _WITHIN = 2.0  # chosen: the factor is looked for up to so many times more and less than the ratio of the spreads of positions
 _SEARCHED_TO = 1e-3  # of the logarithm of the factor
-_LEAST = (
-    0.01  # relative, chosen: no instrument's lengths are right to less than this, and a nominal arm's are
-)
+# Relative, chosen: a factor nearer to 1 is taken up by the lengths of the arm.
+_LEAST = 0.01
 # Chosen: a camera before a board errs by some millimetres, and a wrong factor leaves centimetres.
 _MAY_LEAVE = 10 * MM
 _LIKE_A_UNIT = 0.02  # relative, chosen: a factor that is as near to the ratio of two units is one of these, and other alternatives say so
