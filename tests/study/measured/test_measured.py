@@ -146,8 +146,8 @@ def test_readme_and_documentation_say_in_how_many_sets_a_correction_helps():
     found = measured_counts(sets)
     assert found["sets"] == found["corrected"] + found["not_corrected"] and not found["harmful"]
     sentence = (
-        f"In {number(found['corrected'])} of these {number(found['sets'])} campaigns the correction reduces the error on unseen poses, "
-        f"in {number(found['not_corrected'])} the diagnosis corrects nothing but the geometry"
+        f"In {number(found['corrected'])} of these {number(found['sets'])} campaigns the correction reduces the error on unseen poses; "
+        f"in the other {number(found['not_corrected'])} nothing is corrected beyond the geometry"
     )
     verdicts = f"The verdict is `unattributed` in {number(found['unattributed'])} of them"
     for text in (readme, page):
