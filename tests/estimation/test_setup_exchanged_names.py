@@ -100,3 +100,18 @@ def test_names_exchanged_in_all_poses_are_asked_about(sound):
     assert told["what"] == "sensor_pose"
     assert "the target 'left', the first of points.csv" in told["sentence"]
     assert "'right' sits" in told["sentence"] and "the two names are exchanged" in told["sentence"]
+
+
+def test_names_of_three_targets_that_change_places_in_a_cycle_are_named():
+    """From a pose on each target is written with the name of the next; the sentence says which is meant by which."""
+    rng = np.random.default_rng(4)
+    arm = drawn_arm(rng, ("a", "b", "c"))
+    dataset = arm.dataset(arm.poses(50, rng), rng, noise=5e-5, stated={"noise": 5e-5})
+    later = np.repeat(np.arange(50) >= 30, np.diff(dataset.starts))
+    index = dataset.point_columns["target"].astype(int)
+    wrong = np.where(later, (index + 1) % 3, index)
+    with pytest.raises(WrongSetup) as refused:
+        calibrate(replace(dataset, point_columns={**dataset.point_columns, "target": wrong}))
+    (suspicion,) = refused.value.suspicions
+    assert f"from pose {dataset.pose_ids[30]} on the names of 3 targets are exchanged" in suspicion.sentence
+    assert all(f"'{one}' stands for '{other}'" in suspicion.sentence for one, other in ("ba", "cb", "ac"))

@@ -7,6 +7,7 @@ from a pose whose joint angles are wrong.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +28,23 @@ MOST_ALONE = 3  # poses that have a sentence each; more have one together
 MOST_IDS = 30  # poses that such a sentence names
 
 
+def with_names_as_meant(dataset: Dataset, rows: Array, meant: Mapping[str, str]) -> Dataset:
+    """Return the dataset with other names of targets in some poses.
+
+    Args:
+        dataset: With several targets.
+        rows: ``(N,)`` bool, the poses whose names are wrong.
+        meant: The right name for each that is wrong there.
+    """
+    right = np.arange(len(dataset.targets))
+    for written, name in meant.items():
+        right[dataset.targets.index(written)] = dataset.targets.index(name)
+    index = dataset.point_columns["target"].astype(int)
+    there = np.repeat(rows, np.diff(dataset.starts))
+    columns = {**dataset.point_columns, "target": np.where(there, right[index], index)}
+    return replace(dataset, point_columns=columns)
+
+
 def with_names_exchanged(dataset: Dataset, rows: Array, first: str, second: str) -> Dataset:
     """Return the dataset with the names of two targets exchanged in some poses.
 
@@ -36,12 +54,7 @@ def with_names_exchanged(dataset: Dataset, rows: Array, first: str, second: str)
         first: Name of one target.
         second: Name of the other.
     """
-    a, b = dataset.targets.index(first), dataset.targets.index(second)
-    index = dataset.point_columns["target"]
-    there = np.repeat(rows, np.diff(dataset.starts))
-    exchanged = np.where(index == a, b, np.where(index == b, a, index))
-    columns = {**dataset.point_columns, "target": np.where(there, exchanged, index)}
-    return replace(dataset, point_columns=columns)
+    return with_names_as_meant(dataset, rows, {first: second, second: first})
 
 
 def names_exchanged_in_words(

@@ -1,20 +1,20 @@
 """A reflector that was exchanged or put elsewhere on the flange during the campaign, without another name in the column ``target`` of its table.
 
 From some pose on, the target sits at another place of the flange. No place of the tracker explains that, because the shift turns with the flange.
-If two targets seem to have changed places, it is their names in the table that are exchanged from that pose on (``exchanged_names``).
+If targets seem to have changed places, it is their names in the table that are exchanged from that pose on (``exchanged_names``).
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.setup.alternatives import Alternative
-from scalar.estimation.setup.exchanged_names import with_names_exchanged
+from scalar.estimation.setup.exchanged_names import with_names_as_meant
 from scalar.estimation.setup.first_pose_after import best_break
 from scalar.estimation.setup.trial import full_fit, nominal_fit
 from scalar.sensors import Target, kind_of, measure, on_flange
@@ -24,7 +24,7 @@ LEAST_POSES = 10  # with each target: with fewer, another place of the target ma
 LATER = ", from there on"  # ends the name of a target after the change
 # Largest residual of the set-up as described: a reflector that is put elsewhere on a flange is moved by less, and leaves less.
 FARTHEST = 300 * MM
-IN_ITS_PLACE = 0.1  # of the distance between two targets: if each sits so near to where the other one sat, their names are exchanged
+IN_ITS_PLACE = 0.1  # of the least distance between targets: if each sits so near to where another one sat, their names are exchanged
 
 
 def exchanged_targets(dataset: Dataset) -> Iterator[Alternative]:
@@ -41,21 +41,28 @@ def exchanged_targets(dataset: Dataset) -> Iterator[Alternative]:
     trial = full_fit(changed)
     if trial is None or not np.isfinite(shift := _largest_shift(trial.model.target)):
         return
-    pair = _changed_places(trial.model.target)
-    yield _other_place(dataset, k, shift, changed) if pair is None else _other_names(dataset, k, *pair)
+    meant = _changed_places(trial.model.target)
+    yield _other_names(dataset, k, meant) if meant else _other_place(dataset, k, shift, changed)
 
 
-def _other_names(dataset: Dataset, k: int, first: str, second: str) -> Alternative:
-    """Return the alternative in which the names of two targets are exchanged from row ``k`` on."""
+def _other_names(dataset: Dataset, k: int, meant: Mapping[str, str]) -> Alternative:
+    """Return the alternative in which names of targets are exchanged from row ``k`` on; ``meant`` has the right name for each that is written."""
     pose, table = dataset.pose_ids[k], kind_of(dataset).format.measured_in
+    written = list(meant)
+    if len(written) == 2:
+        first, second = written
+        says = f"from pose {pose} on the names '{first}' and '{second}' of the targets are exchanged"
+    else:
+        pairs = ", ".join(f"'{name}' stands for '{meant[name]}'" for name in written)
+        says = f"from pose {pose} on the names of {len(written)} targets are exchanged: {pairs}"
     return Alternative(
         "exchanged_names",
         table,
-        f"from pose {pose} on the names '{first}' and '{second}' of the targets are exchanged",
-        "with the two exchanged there",
-        f"exchange them in the column target of {table} from pose {pose} on; where 'scalar import' made it, look where the columns or rows of "
-        "the two change places in the files that it read",
-        with_names_exchanged(dataset, np.arange(dataset.n_poses) >= k, first, second),
+        says,
+        "with them as they are meant there",
+        f"correct them in the column target of {table} from pose {pose} on; where 'scalar import' made it, look where the columns or rows of "
+        "the targets change places in the files that it read",
+        with_names_as_meant(dataset, np.arange(dataset.n_poses) >= k, meant),
     )
 
 
@@ -82,20 +89,22 @@ def _largest_shift(target: Target) -> float:
     return max((float(np.linalg.norm(after - before)) for before, after in pairs), default=np.nan)
 
 
-def _changed_places(target: Target) -> tuple[str, str] | None:
-    """Return the names of two targets of which each sits, after the change, where the other one sat before; None if there are no such two."""
+def _changed_places(target: Target) -> dict[str, str]:
+    """Return, by the name that is written after the change, the target that sat there before; empty unless some changed places among themselves."""
     targets = on_flange(target)
     places = dict(zip(targets.names, targets.coordinates[:, :3], strict=True))
     before = [name for name in places if name and name + LATER in places]
-    for first, second in itertools.combinations(before, 2):
-        apart = float(np.linalg.norm(places[first] - places[second]))
-        off = max(
-            float(np.linalg.norm(places[first + LATER] - places[second])),
-            float(np.linalg.norm(places[second + LATER] - places[first])),
-        )
-        if off < IN_ITS_PLACE * apart:
-            return first, second
-    return None
+    if len(before) < 2:
+        return {}
+    apart = min(float(np.linalg.norm(places[a] - places[b])) for a, b in itertools.combinations(before, 2))
+    meant = {}
+    for name in before:
+        off = {other: float(np.linalg.norm(places[name + LATER] - places[other])) for other in before}
+        nearest = min(off, key=lambda other: off[other])
+        if off[nearest] < IN_ITS_PLACE * apart:
+            meant[name] = nearest
+    changed = {name: other for name, other in meant.items() if name != other}
+    return changed if set(changed) == set(changed.values()) else {}
 
 
 def _with_break(dataset: Dataset, k: int) -> Dataset:
