@@ -186,7 +186,12 @@ class Dataset:
     @cached_property
     def pose_ids(self) -> np.ndarray:
         """Return the ids of the poses, ``(N,)`` int64."""
-        return _values(self.poses, "pose", np.int64)
+        return cast(Any, self.poses)["pose"].to_numpy(dtype=np.int64)
+
+    @cached_property
+    def pose_of_point(self) -> np.ndarray:
+        """Return the row of the pose of each point, ``(P,)`` int64."""
+        return np.repeat(np.arange(self.n_poses), np.diff(self.starts))
 
     @cached_property
     def plane_index(self) -> np.ndarray:
@@ -222,7 +227,6 @@ class Dataset:
         Args:
             rows: ``(N,)`` bool, or integer row numbers; they are sorted, and one given twice appears twice.
         """
-
         rows = np.asarray(rows)
         rows = np.flatnonzero(rows) if rows.dtype == bool else np.sort(rows.astype(np.int64))
         counts = np.diff(self.starts)[rows]
@@ -272,7 +276,7 @@ def _build(content: Content) -> Dataset:
         frame = frame.sort_values("order", kind="stable").reset_index(drop=True)
     robot, sensor, planes = declared_parts(mapping)
     format = sensor_formats()[sensor.kind]
-    ids = _values(frame, "pose", np.int64)
+    ids = cast(Any, frame)["pose"].to_numpy(dtype=np.int64)
     xyz, starts, further, targets = group_points(ids, format, content.points)
     table, layout = content.references, format.references
     references = None if table is None or layout is None else References.of_table(table, layout, ids)
@@ -291,8 +295,3 @@ def _build(content: Content) -> Dataset:
         targets=targets,
         references=references,
     )
-
-
-def _values(table: Any, column: str, dtype: type[np.float64 | np.int64]) -> np.ndarray:
-    """Return a column of a table as an array."""
-    return table[column].to_numpy(dtype=dtype)

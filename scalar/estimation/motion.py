@@ -63,7 +63,7 @@ def _standing_targets(dataset: Dataset, file: str) -> list[Fault]:
     """Return a fault for each target that stays in its place while the arm would move it, wherever on the flange it sat."""
     if dataset.planes or dataset.points.ndim != 2 or dataset.points.shape[1] != 3:
         return []
-    pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
+    pose = dataset.pose_of_point
     owner = dataset.point_columns.get("target", np.zeros(len(pose))).astype(int)
     session = np.zeros(dataset.n_poses) if dataset.session is None else np.asarray(dataset.session)
     T = dataset.robot.flange(dataset.q)[pose]

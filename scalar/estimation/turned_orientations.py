@@ -65,7 +65,7 @@ def turned_by(dataset: Dataset, usable: Array, settings: GrossErrorSettings) -> 
     angles = np.zeros(dataset.n_poses)
     if any(name not in columns for name in ORIENTATION):
         return angles
-    pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
+    pose = dataset.pose_of_point
     measured = exp_so3(np.column_stack([columns[name] for name in ORIENTATION]))
     arm = dataset.robot.flange(dataset.q)[pose, :3, :3]
     target = columns.get("target", np.zeros(len(pose)))

@@ -95,7 +95,7 @@ class Tracker(Measurement):
     def of(cls, dataset: Dataset, extra_basis: Sequence[str] = ()) -> Tracker:
         """Return the measurements of the targets that occur in a dataset."""
         session = dataset.session if dataset.session is not None else np.zeros(dataset.n_poses, dtype=int)
-        pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
+        pose = dataset.pose_of_point
         columns = dataset.point_columns
         named = columns.get("target")
         which = np.zeros(len(pose), dtype=int) if named is None else named.astype(int)

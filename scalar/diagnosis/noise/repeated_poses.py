@@ -61,12 +61,11 @@ def repeated_poses(dataset: Dataset, model: Model | None = None) -> RepeatedPose
     """
     if dataset.planes or dataset.points.shape[1:] != (_COORDINATES,) or not len(dataset.points):
         return None
-    pose_of_point = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
     points = dataset.points
     if model is not None and kind_of(dataset).measures_positions:
-        points = points - _expected(dataset, model, pose_of_point)
+        points = points - _expected(dataset, model)
     # One mean for each target at each standstill, and the place of each of these means.
-    read, of_mean = np.unique(_read_at(dataset, pose_of_point), axis=0, return_inverse=True)
+    read, of_mean = np.unique(_read_at(dataset), axis=0, return_inverse=True)
     of_mean, readings = of_mean.ravel(), len(read)
     means = _means(points, of_mean, readings)
     places, of_place = np.unique(read[:, :2], axis=0, return_inverse=True)
@@ -88,14 +87,10 @@ def repeated_poses(dataset: Dataset, model: Model | None = None) -> RepeatedPose
     return RepeatedPoses(scatter, returns, int(np.sum(at_place > 1)), freedom, by_noise)
 
 
-def _read_at(dataset: Dataset, pose_of_point: Array) -> Array:
+def _read_at(dataset: Dataset) -> Array:
     """Return for each of P points ``(P, 3)`` the place of its pose, its target, and the standstill at which it was read.
 
     Poses have the same place if they have the same joint angles, session (the tracker may stand elsewhere in another) and load.
-
-    Args:
-        dataset: What was measured.
-        pose_of_point: ``(P,)``, index of the pose of each point.
     """
     known = dataset.known_poses
     standstill = standstills(dataset.q, known.order)
@@ -104,11 +99,11 @@ def _read_at(dataset: Dataset, pose_of_point: Array) -> Array:
     others = np.column_stack([session, np.nan_to_num(np.asarray(load, dtype=float), nan=-1.0)])
     place = first_of_repetitions(np.column_stack([dataset.q, others]), SAME_ANGLES)
     target = dataset.point_columns.get("target", np.zeros(len(dataset.points)))
-    return np.column_stack([place[pose_of_point], target, standstill[pose_of_point]])
+    return np.column_stack([place[dataset.pose_of_point], target, standstill[dataset.pose_of_point]])
 
 
-def _expected(dataset: Dataset, model: Model, pose_of_point: Array) -> Array:
-    """Return where the geometry of a model has each point ``(P, 3)`` [m], in the tracker's frame; ``pose_of_point`` ``(P,)`` has the pose of each."""
+def _expected(dataset: Dataset, model: Model) -> Array:
+    """Return where the geometry of a model has each point ``(P, 3)`` [m], in the tracker's frame."""
     rigid = replace(model, effects=())
     residuals = Residuals.of(dataset, rigid)
     frames: Any = rigid.target
@@ -117,7 +112,7 @@ def _expected(dataset: Dataset, model: Model, pose_of_point: Array) -> Array:
     # The model has the targets that were seen, in this order.
     _, among_seen = np.unique(numbers, return_inverse=True)
     on_flange = frames.targets.transforms[among_seen]
-    return (T[pose_of_point] @ on_flange)[:, :3, 3]
+    return (T[dataset.pose_of_point] @ on_flange)[:, :3, 3]
 
 
 def _stated_noise(dataset: Dataset) -> Array | None:

@@ -32,7 +32,7 @@ def exchanged_columns(dataset: Dataset) -> Iterator[Alternative]:
     if len(dataset.targets) < 2 or "target" not in dataset.point_columns:
         return
     index = dataset.point_columns["target"].astype(int)
-    pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
+    pose = dataset.pose_of_point
     places = np.full((len(dataset.targets), dataset.n_poses, 3), np.nan)
     places[index, pose] = dataset.points
     file = kind_of(dataset).format.measured_in

@@ -164,7 +164,7 @@ def disagreement(dataset: Dataset, measured: Array | None = None, frames: Array 
         frames: ``(N, 3, 3)``, the rotation from the base to the tracker in each pose, which is then not fitted.
     """
     measured = exp_so3(_vectors(dataset)) if measured is None else measured
-    pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
+    pose = dataset.pose_of_point
     arm = dataset.robot.flange(dataset.q)[pose, :3, :3]
     target = dataset.point_columns.get("target", np.zeros(len(pose)))
     session = np.zeros(dataset.n_poses) if dataset.session is None else np.asarray(dataset.session)

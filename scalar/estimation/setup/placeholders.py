@@ -26,7 +26,7 @@ def refuse_placeholders(dataset: Dataset) -> None:
     rows = placeholders(dataset)
     if not len(rows):
         return
-    pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
+    pose = dataset.pose_of_point
     ids = [str(dataset.pose_ids[i]) for i in dict.fromkeys(pose[rows])]
     more = f" and {len(ids) - _MOST_NAMED} more" if len(ids) > _MOST_NAMED else ""
     number = f"{dataset.points[rows[0], 0]:g}"

@@ -36,7 +36,7 @@ def _without(dataset: Dataset, k: int) -> Dataset | None:
     kept = owner != k
     if kept.all() or not kept.any():
         return None
-    pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))[kept]
+    pose = dataset.pose_of_point[kept]
     columns = {name: values[kept] for name, values in dataset.point_columns.items()}
     columns["target"] = np.where(owner[kept] > k, owner[kept] - 1, owner[kept])
     counts = np.bincount(pose, minlength=dataset.n_poses)

@@ -101,7 +101,7 @@ def _places(dataset: Dataset) -> Array:
     places = np.full((dataset.n_poses, 3), np.nan)
     if dataset.planes or dataset.points.ndim != 2 or dataset.points.shape[1] != 3:
         return places
-    pose = np.repeat(np.arange(dataset.n_poses), np.diff(dataset.starts))
+    pose = dataset.pose_of_point
     target = dataset.point_columns.get("target", np.zeros(len(dataset.points))).astype(int)
     mine = target == np.argmax(np.bincount(target, minlength=1)) if len(target) else target == 0
     places[pose[mine]] = dataset.points[mine]
