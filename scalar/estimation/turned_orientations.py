@@ -1,8 +1,7 @@
 """Single poses whose measured orientation is far from the arm's, as where a board that looks alike from both ends was recognised the wrong way round.
 
-In a pose i, ``M_i = Y R_i X`` with the nominal arm's R_i, the measured M_i and two constant rotations (Park and Martin, IEEE Transactions on Robotics
-and Automation 10, 1994). Three poses determine both in closed form. They are taken from the three, of many random ones, under which most poses agree
-(least trimmed squares from random sets, as in RANSAC: Fischler and Bolles, 1981).
+Three poses determine both constant rotations (``scalar.estimation.orientation_frames``). They are taken from the three, of many random ones, under
+which most poses agree (least trimmed squares from random sets, as in RANSAC: Fischler and Bolles, 1981).
 """
 
 from __future__ import annotations
@@ -12,9 +11,10 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.data.formats import ORIENTATION
 from scalar.errors import Fault, InvalidInput
+from scalar.estimation.orientation_frames import Orientations, angles_left, constants, were_measured
 from scalar.estimation.pose_consistency import in_runs
 from scalar.estimation.settings import GrossErrorSettings
-from scalar.geometry.se3 import Array, exp_so3, log_so3, nearest_rotation, rotation_angle
+from scalar.geometry.se3 import Array, exp_so3
 from scalar.sensors import kind_of
 from scalar.units import DEG
 
@@ -61,21 +61,16 @@ def turned_by(dataset: Dataset, usable: Array, settings: GrossErrorSettings) -> 
             something else may be wrong: the description of the arm, the way in which orientations are read, the order of the rows.
         settings: Thresholds.
     """
-    columns = dataset.point_columns
     angles = np.zeros(dataset.n_poses)
-    if any(name not in columns for name in ORIENTATION):
+    if not were_measured(dataset):
         return angles
-    pose = dataset.pose_of_point
-    measured = exp_so3(np.column_stack([columns[name] for name in ORIENTATION]))
-    arm = dataset.robot.flange(dataset.q)[pose, :3, :3]
-    target = columns.get("target", np.zeros(len(pose)))
-    session = np.zeros(dataset.n_poses) if dataset.session is None else np.asarray(dataset.session)
-    groups = np.unique(np.column_stack([target, session[pose]]), axis=0, return_inverse=True)[1].ravel()
-    for g in range(int(groups.max()) + 1):
-        rows = np.flatnonzero((groups == g) & usable[pose])
+    pose, given = dataset.pose_of_point, Orientations.of(dataset)
+    measured = exp_so3(given.vectors)
+    for mine in given.groups():
+        rows = np.flatnonzero(mine & usable[pose])
         if len(rows) < _LEAST_POSES:
             continue
-        left = _angles_left(arm[rows], measured[rows], settings.core_share)
+        left = _angles_left(given.arm[rows], measured[rows], settings.core_share)
         far = left > _FAR
         agree = np.quantile(left, settings.core_share) < _AGREE
         if agree and far.mean() <= _MOST_TURNED:
@@ -108,9 +103,5 @@ def _angles_left(arm: Array, measured: Array, core_share: float) -> Array:
 
 def _angles_from(arm: Array, measured: Array, rows: Array) -> Array:
     """Return the angle ``(N,)`` [rad] of each measured rotation from ``Y arm X`` with the X and Y of some rows ``(k,)``."""
-    i, j = rows, np.roll(rows, 1)
-    of_arm = log_so3(np.swapaxes(arm[i], 1, 2) @ arm[j])
-    of_measured = log_so3(np.swapaxes(measured[i], 1, 2) @ measured[j])
-    X = nearest_rotation(of_arm.T @ of_measured)  # M_i' M_j = X' (R_i' R_j) X turns the axes by X'
-    Y = nearest_rotation(np.sum(measured[rows] @ np.swapaxes(arm[rows] @ X, 1, 2), axis=0))
-    return rotation_angle(np.swapaxes(Y @ arm @ X, 1, 2) @ measured)
+    k = np.arange(len(rows))
+    return angles_left(arm, measured, *constants(arm[rows], measured[rows], k, np.roll(k, 1)))

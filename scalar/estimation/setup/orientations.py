@@ -1,10 +1,9 @@
 """Whether measured orientations are those of the arm, before any fit: if they are read in the wrong way, they pull a fit far from the positions.
 
-In a pose i, ``R_tracker_base R_i R_flange_target = M_i`` with the nominal arm's R_i and the measured M_i. The two other rotations are constant, so
-the turns between poses, ``R_i' R_j`` and ``M_i' M_j``, have the same angles, and axes that differ by one rotation. This determines both constants in
-closed form (Park and Martin, IEEE Transactions on Robotics and Automation 10, 1994), and what remains is compared. Where the measured positions
-show the first of the two, it is taken from them, because with both free some wrong readings fit as well. A real arm's orientations differ from the
-nominal one's by a degree or two.
+In a pose i, ``R_tracker_base R_i R_flange_target = M_i`` with the nominal arm's R_i and the measured M_i. The two other rotations are constant, and
+known in closed form (``scalar.estimation.orientation_frames``); what remains is compared. Where the measured positions show the first of the two, it
+is taken from them, because with both free some wrong readings fit as well. A real arm's orientations differ from the nominal one's by a degree or
+two.
 """
 
 from __future__ import annotations
@@ -20,11 +19,18 @@ from scipy.spatial.transform import Rotation
 from scalar.data.dataset import Dataset
 from scalar.data.formats import ORIENTATION
 from scalar.errors import Fault, InvalidInput
+from scalar.estimation.orientation_frames import (
+    Orientations,
+    angles_left,
+    constants,
+    vectors_of,
+    were_measured,
+)
 from scalar.estimation.setup.explain import AS_GOOD, FALLS_TO, MOST_LEFT, SINGLE, explain
 from scalar.estimation.setup.plausibility import DISAGREEMENT
 from scalar.estimation.setup.suspicion import WrongSetup
 from scalar.estimation.setup.trial import full_fit, quick_fit, thinned
-from scalar.geometry.se3 import Array, exp_so3, log_so3, nearest_rotation, rotation_angle
+from scalar.geometry.se3 import Array, exp_so3, nearest_rotation, rotation_angle
 from scalar.sensors import measure
 from scalar.units import DEG, MM
 
@@ -46,8 +52,7 @@ def refuse_wrong_orientations(dataset: Dataset) -> None:
             the set-up explains them alone; or nothing does, and positions alone fit.
         WrongSetup: Another description of the set-up explains both.
     """
-    columns = dataset.point_columns
-    if any(name not in columns for name in ORIENTATION) or dataset.n_poses < _LEAST_POSES:
+    if not were_measured(dataset) or dataset.n_poses < _LEAST_POSES:
         return
     some = thinned(dataset)
     free = disagreement(some)
@@ -96,7 +101,7 @@ def _refuse_inverse_poses(dataset: Dataset) -> None:
     Raises:
         InvalidInput: The positions of the inverse poses fit.
     """
-    inverse = -np.einsum("pji,pj->pi", exp_so3(_vectors(dataset)), dataset.points)
+    inverse = -np.einsum("pji,pj->pi", exp_so3(vectors_of(dataset)), dataset.points)
     trial = full_fit(without_orientations(replace(dataset, points=inverse)))
     if trial is None or trial.rms > MOST_LEFT:
         return
@@ -163,43 +168,24 @@ def disagreement(dataset: Dataset, measured: Array | None = None, frames: Array 
         measured: ``(P, 3, 3)``, from a target's axes to the tracker's, of all points; None for the rotation vectors of the dataset.
         frames: ``(N, 3, 3)``, the rotation from the base to the tracker in each pose, which is then not fitted.
     """
-    measured = exp_so3(_vectors(dataset)) if measured is None else measured
-    pose = dataset.pose_of_point
-    arm = dataset.robot.flange(dataset.q)[pose, :3, :3]
-    target = dataset.point_columns.get("target", np.zeros(len(pose)))
-    session = np.zeros(dataset.n_poses) if dataset.session is None else np.asarray(dataset.session)
-    groups = np.unique(np.column_stack([target, session[pose]]), axis=0, return_inverse=True)[1].ravel()
+    given = Orientations.of(dataset)
+    arm, measured = given.arm, exp_so3(given.vectors) if measured is None else measured
     found = [
-        _angle_left(arm[groups == g], measured[groups == g])
+        _angle_left(arm[mine], measured[mine])
         if frames is None
-        else _angle_left_in(frames[pose][groups == g] @ arm[groups == g], measured[groups == g])
-        for g in range(int(groups.max()) + 1)
-        if np.sum(groups == g) >= _LEAST_POSES
+        else _angle_left_in(frames[dataset.pose_of_point][mine] @ arm[mine], measured[mine])
+        for mine in given.groups()
+        if np.sum(mine) >= _LEAST_POSES
     ]
     return max(found, default=0.0)
 
 
-def _vectors(dataset: Dataset) -> Array:
-    """Return the columns rx,ry,rz of the points, ``(P, 3)``."""
-    return np.column_stack([dataset.point_columns[name] for name in ORIENTATION])
-
-
 def _angle_left(arm: Array, measured: Array) -> float:
     """Return the median angle [rad] between ``measured`` and ``Y arm X`` for the rotations X and Y that fit best; arguments ``(N, 3, 3)``."""
-    order = np.argsort(
-        rotation_angle(np.swapaxes(arm, 1, 2) @ arm[0])
-    )  # neighbours in this order turn by different angles about different axes
-    i, j = order, np.roll(order, len(order) // 2)
-    of_arm = log_so3(np.swapaxes(arm[i], 1, 2) @ arm[j])
-    of_measured = log_so3(np.swapaxes(measured[i], 1, 2) @ measured[j])
-    clear = (
-        np.maximum(np.linalg.norm(of_arm, axis=1), np.linalg.norm(of_measured, axis=1)) < _NEARLY_HALF_A_TURN
-    )
-    X = nearest_rotation(
-        of_arm[clear].T @ of_measured[clear]
-    )  # M_i' M_j = X' (R_i' R_j) X turns the axes by X'
-    Y = nearest_rotation(np.sum(measured @ np.swapaxes(arm @ X, 1, 2), axis=0))
-    return float(np.median(rotation_angle(np.swapaxes(Y @ arm @ X, 1, 2) @ measured)))
+    # Neighbours in this order turn by different angles about different axes.
+    order = np.argsort(rotation_angle(np.swapaxes(arm, 1, 2) @ arm[0]))
+    X, Y = constants(arm, measured, order, np.roll(order, len(order) // 2), _NEARLY_HALF_A_TURN)
+    return float(np.median(angles_left(arm, measured, X, Y)))
 
 
 def _angle_left_in(arm: Array, measured: Array) -> float:
@@ -232,7 +218,7 @@ def _readings(dataset: Dataset, frames: Array | None) -> Iterator[_Reading]:
         dataset: What was measured.
         frames: As ``frames_by_positions`` returns them.
     """
-    vectors = _vectors(dataset)
+    vectors = vectors_of(dataset)
     convert = "write rotation vectors (the axis times the angle, in radians); 'scalar import' converts Euler angles (euler_axes in the mapping)"
     inverse = "the inverse rotation, from the tracker's axes to the target's"
     left = disagreement(dataset, exp_so3(-vectors), frames)
@@ -259,7 +245,7 @@ def _readings(dataset: Dataset, frames: Array | None) -> Iterator[_Reading]:
 
 def _other_axes(dataset: Dataset, frames: Array | None) -> Iterator[_Reading]:
     """Yield readings in which the Euler angles that an import converted turn about other axes than its mapping states; as ``_readings``."""
-    as_read = Rotation.from_rotvec(_vectors(dataset))
+    as_read = Rotation.from_rotvec(vectors_of(dataset))
     # Angles in the other order about axes in the other order are the same rotation.
     alike: list[tuple[Array, list[str]]] = []
     for stated, meant in itertools.permutations(_MISREAD_AXES, 2):
