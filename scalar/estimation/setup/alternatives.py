@@ -11,10 +11,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pandas as pd
 
 from scalar.data.dataset import Dataset
+from scalar.estimation.setup.length_units import LENGTH_UNITS
 from scalar.estimation.setup.mirror_image import or_wrong_signs
+from scalar.estimation.setup.other_angles import angles_replaced, shifted, swapped_columns, with_angles_of
 from scalar.geometry.angles import within_half_turn
 from scalar.geometry.robot import GEOMETRY, Robot, link_end
 from scalar.geometry.se3 import Array
@@ -24,8 +25,6 @@ from scalar.units import DEG, MM
 
 # Step between the zeros of a joint that are tried: from half of it away, a fit still converges.
 ZERO_STEP = 30 * DEG
-LENGTH_UNITS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0, "feet": 304.8}
-"""Units that are mistaken for millimetres or metres, each with its size in millimetres."""
 CORRECT_TABLE = "correct the table of joints in dataset.yaml"
 _OR_THE_MAPPING = (
     CORRECT_TABLE + "; where 'scalar import' made the tables, change {} in the mapping, and import again"
@@ -95,14 +94,14 @@ def alternatives(dataset: Dataset) -> Iterator[Alternative]:
     for i, j in itertools.combinations(moving, 2):
         if slides[i] != slides[j]:
             continue
-        yield replace(
-            with_angles(dataset, swapped_columns(dataset.q, i, j)),
-            what="swapped_joints",
-            where=f"joints {i + 1} and {j + 1}",
-            file="poses.csv",
-            says=f"the columns q{i + 1} and q{j + 1} of poses.csv are swapped",
-            changed="with the two columns exchanged",
-            remedy="exchange the two columns in poses.csv; where 'scalar import' made it, exchange them in the mapping, and import again",
+        yield with_angles(
+            dataset,
+            swapped_columns(dataset.q, i, j),
+            "swapped_joints",
+            f"joints {i + 1} and {j + 1}",
+            f"the columns q{i + 1} and q{j + 1} of poses.csv are swapped",
+            "with the two columns exchanged",
+            "exchange the two columns in poses.csv; where 'scalar import' made it, exchange them in the mapping, and import again",
         )
     for j in moving:
         if j not in dataset.robot.prismatic:  # a wrong zero of a travel is taken up by the geometry
@@ -270,33 +269,8 @@ def with_robot(
     return Alternative(what, where, says, changed, remedy, replace(dataset, robot=robot), corrects_robot=True)
 
 
-def with_angles(dataset: Dataset, q: Array) -> Alternative:
-    """Return the alternative with other joint positions ``(N, n)`` [rad; m for a prismatic joint]; its words are left empty."""
-    columns = {f"q{j + 1}": q[:, j] for j in range(q.shape[1])}
-    return Alternative("", "", "", "", "", replace(dataset, poses=dataset.poses.assign(**columns)))
-
-
-def swapped_columns(q: Array, i: int, j: int) -> Array:
-    """Return joint positions ``(N, n)`` with the columns of two joints (from 0) exchanged."""
-    swapped = q.copy()
-    swapped[:, [i, j]] = q[:, [j, i]]
-    return swapped
-
-
-def shifted(dataset: Dataset, shifts: Array, labels_go_along: bool) -> Dataset:
-    """Return the dataset with the angles of each row taken from a row near it; rows for which there is none are left out.
-
-    Args:
-        dataset: Poses in the order of acquisition.
-        shifts: ``(N,)`` integers, how many rows before each row its angles stand.
-        labels_go_along: Whether the label of the plane stands with the angles, or with the measurement.
-    """
-    source = np.arange(dataset.n_poses) - shifts
-    rows = np.flatnonzero((source >= 0) & (source < dataset.n_poses))
-    return with_angles_of(dataset.subset(rows), dataset.poses.iloc[source[rows]], labels_go_along)
-
-
-def with_angles_of(dataset: Dataset, others: pd.DataFrame, labels_go_along: bool) -> Dataset:
-    """Return the dataset with the angles of other poses, as many as it has, and their labels of the plane as well if these stand with the angles."""
-    columns = [f"q{j + 1}" for j in range(dataset.robot.n_joints)] + (["plane"] if labels_go_along else [])
-    return replace(dataset, poses=dataset.poses.assign(**{name: others[name].to_numpy() for name in columns}))
+def with_angles(
+    dataset: Dataset, q: Array, what: str, where: str, says: str, changed: str, remedy: str
+) -> Alternative:
+    """Return the alternative in which poses.csv has other joint positions; ``q`` as in ``angles_replaced``, the rest as in ``Alternative``."""
+    return Alternative(what, where, says, changed, remedy, angles_replaced(dataset, q), file="poses.csv")

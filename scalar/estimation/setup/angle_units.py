@@ -59,11 +59,4 @@ def angle_units(dataset: Dataset) -> Iterator[Alternative]:
 def _scaled(dataset: Dataset, factor: float, says: str, changed: str, remedy: str) -> Alternative:
     """Return the alternative in which the angles of all joints that turn are multiplied by a factor."""
     q = dataset.q * np.where(dataset.robot.slides, 1.0, factor)
-    return replace(
-        with_angles(dataset, q),
-        what="angle_unit",
-        where="poses.csv",
-        says=says,
-        changed=changed,
-        remedy=remedy,
-    )
+    return with_angles(dataset, q, "angle_unit", "poses.csv", says, changed, remedy)

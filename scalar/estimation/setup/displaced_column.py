@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -32,14 +31,14 @@ def _displaced(dataset: Dataset, joint: int) -> Iterator[Alternative]:
     for place in {0, n - 1} - {joint}:
         end = "first" if place == 0 else "last"
         others = f"q{joint + 2} to q{n}" if place else f"q1 to q{joint}"
-        yield replace(
-            with_angles(dataset, put_back(dataset.q, place, joint)),
-            what="swapped_joints",
-            where=f"joint {joint + 1}",
-            file="poses.csv",
-            says=f"the {what} of joint {joint + 1} stands in the {end} column, q{place + 1} of poses.csv, and other joints beside their columns",
-            changed=f"with it in the column q{joint + 1}",
-            remedy=f"write the {what} into q{joint + 1}, and the other joints in their order into {others}; where 'scalar import' made it, "
+        yield with_angles(
+            dataset,
+            put_back(dataset.q, place, joint),
+            "swapped_joints",
+            f"joint {joint + 1}",
+            f"the {what} of joint {joint + 1} stands in the {end} column, q{place + 1} of poses.csv, and other joints beside their columns",
+            f"with it in the column q{joint + 1}",
+            f"write the {what} into q{joint + 1}, and the other joints in their order into {others}; where 'scalar import' made it, "
             "correct the columns in the mapping, and import again",
         )
 

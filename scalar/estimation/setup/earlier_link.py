@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.estimation.setup.alternatives import Alternative, with_angles
+from scalar.estimation.setup.alternatives import Alternative
+from scalar.estimation.setup.other_angles import angles_replaced
 
 EARLIER_LINK = "earlier_link"  # as an alternative and a suspicion name it
 
@@ -31,12 +32,11 @@ def on_link_before(dataset: Dataset, joint: int) -> Alternative:
     q[:, joint:] = 0.0
     n = dataset.robot.n_joints
     after = f"joint {n}" if joint + 1 == n else f"joints {joint + 1} to {n}"
-    alternative = with_angles(dataset, q)
     return Alternative(
         EARLIER_LINK,
         after,
         f"{after} {'does' if joint + 1 == n else 'do'} not move what is measured: it is not on the flange, but on the link before joint {joint + 1}",
         f"with {after} left out",
         "put the target on the flange, or describe the arm without these joints (robot.joints of dataset.yaml, and their columns)",
-        alternative.dataset,
+        angles_replaced(dataset, q),
     )

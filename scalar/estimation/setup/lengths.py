@@ -6,9 +6,9 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
-from scalar.estimation.setup.alternatives import LENGTH_UNITS
 from scalar.estimation.setup.far_lengths import arms_in_words, most_of_a_link
 from scalar.estimation.setup.known_planes import base_moved_to
+from scalar.estimation.setup.length_units import is_ratio_of_units
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.geometry.se3 import Array
@@ -73,9 +73,7 @@ def lengths_off(dataset: Dataset, model: Model, std: Array, fixed_length: str | 
 
 def _what_to_look_at(factor: float) -> str:
     """Return as a clause what may make all lengths wrong by a factor: a unit, or, if no two units have this ratio, a robot of another size."""
-    units = np.array([1.0, *LENGTH_UNITS.values()])
-    of_units = np.abs(np.log(factor * units[:, None] / units)) < np.log1p(_UNIT_SLIP)
-    if of_units.any():
+    if is_ratio_of_units(factor, float(np.log1p(_UNIT_SLIP))):
         return "look at the unit of the measurements and of the table of joints (millimetres, inches, metres)"
     size = "smaller" if factor > 1 else "larger"
     return (

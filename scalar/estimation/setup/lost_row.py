@@ -15,7 +15,8 @@ from scalar.errors import ScalarError
 from scalar.estimation.model import Model
 from scalar.estimation.pose_consistency import distances_under
 from scalar.estimation.residuals import Residuals
-from scalar.estimation.setup.alternatives import Alternative, readings_of_labels, shifted
+from scalar.estimation.setup.alternatives import Alternative, readings_of_labels
+from scalar.estimation.setup.other_angles import shifted
 from scalar.estimation.setup.trial import quick_fit
 from scalar.geometry.se3 import Array
 from scalar.sensors import measure

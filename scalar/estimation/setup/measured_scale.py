@@ -13,7 +13,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from scalar.data.dataset import Dataset
-from scalar.estimation.setup.alternatives import LENGTH_UNITS, Alternative
+from scalar.estimation.setup.alternatives import Alternative
+from scalar.estimation.setup.length_units import is_ratio_of_units
 from scalar.estimation.setup.trial import quick_fit, thinned
 from scalar.sensors import kind_of
 from scalar.units import MM
@@ -46,8 +47,7 @@ def measured_scale(dataset: Dataset) -> Iterator[Alternative]:
     bounds = (start - np.log(_WITHIN), start + np.log(_WITHIN))
     found = minimize_scalar(left, bounds=bounds, method="bounded", options={"xatol": _SEARCHED_TO})
     factor = float(np.exp(found.x))
-    units = np.array([1.0, *LENGTH_UNITS.values()])
-    if abs(factor - 1) < _LEAST or np.any(np.abs(np.log(factor * units[:, None] / units)) < _LIKE_A_UNIT):
+    if abs(factor - 1) < _LEAST or is_ratio_of_units(factor, _LIKE_A_UNIT):
         return
     size = "large" if factor < 1 else "small"
     yield Alternative(

@@ -17,18 +17,12 @@ import numpy as np
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
-from scalar.estimation.setup.alternatives import (
-    CORRECT_TABLE,
-    THETA,
-    swapped_columns,
-    with_angles,
-    with_sign_changed,
-    with_zero_moved,
-)
+from scalar.estimation.setup.alternatives import CORRECT_TABLE, THETA, with_sign_changed, with_zero_moved
 from scalar.estimation.setup.earlier_link import EARLIER_LINK, on_link_before
 from scalar.estimation.setup.far_lengths import most_of_a_link
 from scalar.estimation.setup.lengths import ROBOT
 from scalar.estimation.setup.mistyped_numbers import with_all_twists_back
+from scalar.estimation.setup.other_angles import angles_replaced, swapped_columns
 from scalar.estimation.setup.plane_guesses import far_guesses
 from scalar.estimation.setup.plausibility import SENSOR_SHIFT, ZERO
 from scalar.estimation.setup.several_signs import all_signs
@@ -152,7 +146,7 @@ def _readings(dataset: Dataset) -> Iterator[tuple[int, float | None, Dataset]]:
         for angle in QUARTER_TURNS if joint > 0 else ():  # the zero of joint 1 turns with the base
             yield joint, angle, replace(dataset, robot=with_zero_moved(dataset.robot, joint, angle))
         if joint + 1 in moving:
-            yield joint, np.nan, with_angles(dataset, swapped_columns(q, joint, joint + 1)).dataset
+            yield joint, np.nan, angles_replaced(dataset, swapped_columns(q, joint, joint + 1))
     for joint in moving[2:][::-1]:
         yield joint, np.inf, on_link_before(dataset, joint).dataset
     yield from _of_whole_arm(dataset)

@@ -13,7 +13,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from scalar.data.dataset import Dataset
-from scalar.estimation.setup.alternatives import Alternative, readings_of_labels, shifted
+from scalar.estimation.setup.alternatives import Alternative, readings_of_labels
+from scalar.estimation.setup.other_angles import shifted
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
 
