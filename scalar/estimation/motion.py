@@ -9,6 +9,7 @@ from scalar.data.motion import faults_without_motion
 from scalar.data.sensor_formats import sensor_formats
 from scalar.errors import Fault, InvalidInput
 from scalar.geometry.se3 import Array
+from scalar.sensors import kind_of
 from scalar.units import MM
 
 # Standard deviation of the places of the nominal flange across the plane that fits them best.
@@ -61,7 +62,7 @@ def _coordinates_filled_in(dataset: Dataset, file: str) -> list[Fault]:
 
 def _standing_targets(dataset: Dataset, file: str) -> list[Fault]:
     """Return a fault for each target that stays in its place while the arm would move it, wherever on the flange it sat."""
-    if dataset.planes or dataset.points.ndim != 2 or dataset.points.shape[1] != 3:
+    if not kind_of(dataset).measures_positions:
         return []
     pose = dataset.pose_of_point
     owner = dataset.point_columns.get("target", np.zeros(len(pose))).astype(int)

@@ -7,12 +7,10 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.data.moves import side_column
 
-_LEAST_MOVES = (
-    20  # of all joints together; fewer may be opposite because the program went there by way of other poses
-)
-_OPPOSITE = (
-    0.95  # share of the moves, chosen: a program that goes by way of other poses does not reverse all of them
-)
+# Of all joints together; fewer may be opposite because the program went there by way of other poses.
+_LEAST_MOVES = 20
+# Share of the moves, chosen: a program that goes by way of other poses does not reverse all of them.
+_OPPOSITE = 0.95
 
 
 def opposite_approach(dataset: Dataset) -> str:

@@ -6,7 +6,7 @@ deviations from where it is declared is then all that shows it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,8 +14,12 @@ from scalar.data.dataset import Dataset
 from scalar.errors import Fault, InvalidInput
 from scalar.estimation.model import Model
 from scalar.estimation.reference_planes import ReferencePlanes
-from scalar.estimation.setup.trial import full_fit
-from scalar.estimation.setup.wrongly_known_planes import SURELY_FALLS, known_names, with_and_without
+from scalar.estimation.setup.wrongly_known_planes import (
+    SURELY_FALLS,
+    fit_without_declarations,
+    known_names,
+    with_and_without,
+)
 from scalar.geometry.planes import Planes
 from scalar.units import DEG, MM
 
@@ -96,8 +100,7 @@ def refuse_contradicted_planes(dataset: Dataset, model: Model) -> None:
             )
         return
     # The fit compromises between the declaration and the data sheet: where the data have the planes shows without the declaration.
-    guessed = tuple(replace(plane, distance_std=None, normal_std=None) for plane in dataset.planes)
-    trial = full_fit(replace(dataset, planes=guessed))
+    trial = fit_without_declarations(dataset)
     names = {found.plane for found in certain}
     undeclared = (
         [] if trial is None else [c for c in contradictions(dataset, trial.model) if c.plane in names]

@@ -47,7 +47,7 @@ def refuse_placeholders(dataset: Dataset) -> None:
 def placeholders(dataset: Dataset) -> Array:
     """Return the numbers ``(k,)`` of the points of which all coordinates are one number that others have as well; none for other sensors."""
     none = np.empty(0, dtype=int)
-    if dataset.planes or dataset.points.ndim != 2 or dataset.points.shape[1] != 3:
+    if not kind_of(dataset).measures_positions:
         return none
     alike = np.flatnonzero(np.all(dataset.points == dataset.points[:, :1], axis=1))
     if len(alike) < _LEAST_ROWS or places_returned_to(dataset).any():

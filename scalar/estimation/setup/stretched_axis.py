@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.estimation.displacement import projected_out
 from scalar.estimation.model import Model
 from scalar.estimation.residuals import Residuals
 from scalar.estimation.setup.suspicion import Suspicion
@@ -22,6 +23,7 @@ _LEAST_STRETCH = 5e-4  # m per m, chosen: no instrument in use errs by as much i
 # Of the squared residual, chosen: in some two hundred campaigns with other errors of arms, simulated and measured, the largest share was 0.49.
 _LEAST_SHARE = 0.65
 _STEP = 1e-4  # of the difference by which the derivative is taken
+_NULL = 1e-12  # of the largest singular value: directions with a smaller one are not determined
 
 
 @dataclass(frozen=True)
@@ -47,22 +49,18 @@ def stretched_axis(dataset: Dataset, model: Model, free: Array) -> StretchedAxis
         model: The fit, without effects.
         free: ``(P,)`` bool, its free parameters.
     """
-    if dataset.planes or dataset.points.ndim != 2 or dataset.points.shape[1] != 3 or model.effects:
+    if not kind_of(dataset).measures_positions or model.effects:
         return None
     residual, jacobian = Residuals.of(dataset, model).linearise(model)
     scaled = [replace(dataset, points=_scaled(dataset.points, k, 1.0 + _STEP)) for k in range(3)]
     columns = [(Residuals.of(one, model).linearise(model)[0] - residual) / _STEP for one in scaled]
     known = jacobian[:, free] / np.maximum(np.linalg.norm(jacobian[:, free], axis=0), 1e-300)
-    basis = np.linalg.qr(known)[0]
-    left = residual - basis @ (basis.T @ residual)
+    left, *own_columns = projected_out(known, np.column_stack([residual, *columns]), _NULL).T
     found = []
-    for axis, column in zip("xyz", columns, strict=True):
-        own = column - basis @ (basis.T @ column)
+    for axis, own in zip("xyz", own_columns, strict=True):
         size = float(own @ own)
-        factor = (
-            -float(own @ left) / size if size > 0.0 else 0.0
-        )  # by which the measured coordinate has to be changed
-        found.append(StretchedAxis(axis, -factor, factor * factor * size / max(float(left @ left), 1e-300)))
+        stretch = float(own @ left) / size if size > 0.0 else 0.0
+        found.append(StretchedAxis(axis, stretch, stretch * stretch * size / max(float(left @ left), 1e-300)))
     best = max(found, key=lambda one: one.share)
     return best if best.share >= _LEAST_SHARE and abs(best.stretch) >= _LEAST_STRETCH else None
 

@@ -8,18 +8,20 @@ workcells with right and wrong declarations the residual of the right ones chang
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from scalar.data.dataset import Dataset
+from scalar.effects.wording import listed
 from scalar.estimation.model import Model
 from scalar.estimation.pose_consistency import distances_under
-from scalar.estimation.setup.trial import full_fit
+from scalar.estimation.setup.trial import Trial, full_fit
 from scalar.geometry.robot import GEOMETRY, LENGTHS
 from scalar.units import MM
 
 _FALLS = (
-    1.15  # chosen: ratio of the residuals with and without the declarations, from which on they are suspect
+    1.15  # chosen: ratio of the residuals with and without the declarations from which on they are suspect
 )
 SURELY_FALLS = 1.4  # chosen: the same from which on the data are refused; no effect of an arm is explained by planes that are a little elsewhere
 _NEARER = 1.5  # chosen: the same ratio of how far lengths come out from the table
@@ -54,7 +56,7 @@ class WithAndWithout:
         with_, without = (f"{value / MM:.2g}" for value in self.residuals)
         far, near = (f"{value / MM:.2g}" for value in self.lengths)
         return (
-            f"without the places of {_listed(names)} that are declared known, the residual is {without} mm instead of {with_} mm (medians of the "
+            f"without the places of {_planes(names)} that are declared known, the residual is {without} mm instead of {with_} mm (medians of the "
             f"poses), and the lengths of the arm come out {near} mm instead of {far} mm from the table of joints: one of these planes is probably "
             "not where it is declared, or all are stated in another frame than the robot's base, or for the surface while a ball of some radius "
             "touches them; measure their places again, or remove known"
@@ -70,13 +72,19 @@ def with_and_without(dataset: Dataset, model: Model) -> WithAndWithout | None:
     """
     if not known_names(dataset) or model.effects:
         return None
-    guessed = tuple(replace(plane, distance_std=None, normal_std=None) for plane in dataset.planes)
-    trial = full_fit(replace(dataset, planes=guessed))
+    trial = fit_without_declarations(dataset)
     if trial is None:
         return None
     with_ = float(np.median(distances_under(dataset, model)))
     lengths = (_off_table(dataset, model), _off_table(dataset, trial.model))
     return WithAndWithout((with_, trial.rms), lengths)
+
+
+@lru_cache(maxsize=1)  # a refusal and a doubt both ask for it
+def fit_without_declarations(dataset: Dataset) -> Trial | None:
+    """Return the fit of a dataset whose planes are only guessed; None if it fails."""
+    guessed = tuple(replace(plane, distance_std=None, normal_std=None) for plane in dataset.planes)
+    return full_fit(replace(dataset, planes=guessed))
 
 
 def known_names(dataset: Dataset) -> list[str]:
@@ -92,6 +100,5 @@ def _off_table(dataset: Dataset, model: Model) -> float:
     return float(np.sqrt(np.mean(change**2))) if len(change) else 0.0
 
 
-def _listed(names: list[str]) -> str:
-    *others, last = names
-    return f"planes {', '.join(others)} and {last}" if others else f"plane {last}"
+def _planes(names: list[str]) -> str:
+    return f"{'plane' if len(names) == 1 else 'planes'} {listed(names)}"
