@@ -28,7 +28,6 @@ from scalar.diagnosis.selection.joint_selection import settings_for_parts
 from scalar.diagnosis.settings import DEFAULTS, Settings
 from scalar.diagnosis.shipping.shipped_fit import ShippedFit, shipped_fit, unconfirmed_effects_help
 from scalar.effects.acquisition import numbered
-from scalar.estimation.conclude import with_plainer_reading, with_suspicions
 from scalar.estimation.measured_effects import with_target_motion
 from scalar.estimation.motion import refuse_without_motion
 from scalar.estimation.result import Calibration
@@ -37,6 +36,7 @@ from scalar.estimation.setup.other_side import other_side
 from scalar.estimation.setup.session_boundary import boundaries_near_changes, misplaced_boundaries
 from scalar.estimation.setup.unstated_session import run_set_aside, unstated_session
 from scalar.estimation.setup.wrongly_logged import wrongly_logged
+from scalar.estimation.suspected_setup import with_plainer_reading, with_suspicions
 
 MAX_RANKING = 25  # candidates that the ranking of a diagnosis lists
 

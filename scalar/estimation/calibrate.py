@@ -19,7 +19,7 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.effects.effect import Effect
 from scalar.errors import Fault, InvalidInput, NotConverged, Undetermined
-from scalar.estimation.conclude import conclude, with_plainer_reading, with_suspicions
+from scalar.estimation.conclude import conclude
 from scalar.estimation.geometry_fit import geometry_fit
 from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, without_stray_points
 from scalar.estimation.joint_fit import fit_all
@@ -42,6 +42,7 @@ from scalar.estimation.setup.suspicion import Suspicion
 from scalar.estimation.setup.unstated_session import unstated_session
 from scalar.estimation.setup.wrongly_logged import wrongly_logged
 from scalar.estimation.sufficiency import FitFailed, TooManyUnknowns
+from scalar.estimation.suspected_setup import with_plainer_reading, with_suspicions
 from scalar.estimation.turned_orientations import refuse_turned
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -28,13 +27,12 @@ from scalar.estimation.result import Calibration
 from scalar.estimation.scanner_scale import SCANNER_SCALE_SHIFT, unchecked_scale
 from scalar.estimation.settings import DEFAULTS, FitSettings
 from scalar.estimation.setup.copies import reads_again
-from scalar.estimation.setup.earlier_link import EARLIER_LINK
 from scalar.estimation.setup.lengths import LENGTH_UNIT
-from scalar.estimation.setup.plainer_reading import instead, plainer_reading
 from scalar.estimation.setup.plausibility import implausible
 from scalar.estimation.setup.stretched_axis import stretched_axis_in_words
 from scalar.estimation.setup.suspicion import Suspicion, WrongSetup
 from scalar.estimation.setup.undetermined_session import undetermined_session
+from scalar.estimation.suspected_setup import with_suspicions
 from scalar.estimation.unseen_directions import UNSEEN_DIRECTIONS, unseen_directions
 from scalar.geometry.se3 import Array
 from scalar.geometry.standard_dh import as_stated
@@ -243,35 +241,6 @@ def _summary(
     if dataset.few_planes:
         summary[FEW_PLANES] = True
     return summary | {"setup": []}
-
-
-def with_suspicions(calibration: Calibration, suspicions: Sequence[Suspicion]) -> Calibration:
-    """Return a calibration with what is suspected of the set-up added to ``setup`` of its summary."""
-    entries = [{**suspicion.to_mapping(), "sentence": suspicion.sentence} for suspicion in suspicions]
-    summary = calibration.summary
-    return replace(calibration, summary={**summary, "setup": [*summary["setup"], *entries]})
-
-
-def with_plainer_reading(dataset: Dataset, calibrations: Sequence[Calibration]) -> list[Calibration]:
-    """Return the calibrations of a dataset; a sign or zero of a joint that explains an implausible fit replaces the suspicions on that fit.
-
-    Args:
-        dataset: What was measured.
-        calibrations: The rigid one first: it is examined, and what is found holds for all.
-
-    Raises:
-        WrongSetup: What is measured is not on the flange, so that lengths which do not move it were fitted.
-    """
-    first = calibrations[0]
-    plainer = plainer_reading(dataset, first.model, first.summary["setup"])
-    if not plainer:
-        return list(calibrations)
-    if any(suspicion.what == EARLIER_LINK for suspicion in plainer):
-        raise WrongSetup(plainer)
-    return [
-        with_suspicions(replace(c, summary={**c.summary, "setup": instead(c.summary["setup"])}), plainer)
-        for c in calibrations
-    ]
 
 
 def _check_rank(dataset: Dataset, model: Model, decomposed: Decomposed, free: Array) -> None:

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from scalar.diagnosis import Diagnosis
-from scalar.estimation.conclude import with_suspicions
 from scalar.estimation.setup.suspicion import Suspicion
+from scalar.estimation.suspected_setup import with_suspicions
 from scalar.report import render_report
 
 

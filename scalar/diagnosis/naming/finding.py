@@ -124,6 +124,13 @@ def limited_where(
     return tuple(f.limited(most, least_confidence, reason) if applies(f) else f for f in found)
 
 
+def names_limited(
+    found: Sequence[Finding], most: float, least_confidence: float, reason: str
+) -> tuple[Finding, ...]:
+    """Return the findings, with the confidence limited in each name; flexible terms, which have none, are unchanged. Arguments as above."""
+    return limited_where(found, lambda f: not f.effect.flexible, most, least_confidence, reason)
+
+
 def unattributed_entry(
     findings: Sequence[Finding], component: Mapping[str, Any] | None = None
 ) -> dict[str, Any]:

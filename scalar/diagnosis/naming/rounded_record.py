@@ -14,7 +14,7 @@ import numpy as np
 
 from scalar.data.rounding import rounded_angles
 from scalar.diagnosis.fit.fitted_state import FittedState
-from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.naming.finding import Finding, names_limited
 from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.geometry.se3 import Array
 
@@ -34,7 +34,7 @@ def limited_by_rounding(
     """
     if not found or not _explained_by_rounding(before):
         return tuple(found)
-    return limited_where(found, lambda f: not f.effect.flexible, ONE_OF_TWO, least_confidence, ROUNDED)
+    return names_limited(found, ONE_OF_TWO, least_confidence, ROUNDED)
 
 
 def _explained_by_rounding(before: FittedState) -> bool:

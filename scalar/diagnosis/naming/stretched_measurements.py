@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from scalar.diagnosis.fit.fitted_state import FittedState
-from scalar.diagnosis.naming.finding import Finding, limited_where
+from scalar.diagnosis.naming.finding import Finding, names_limited
 from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
 from scalar.estimation.setup.stretched_axis import stretched_axis
 
@@ -15,13 +15,7 @@ STRETCHED = "another scale of one measured coordinate explains the residual as w
 def limited_by_stretched_axis(
     found: Sequence[Finding], before: FittedState, least_confidence: float
 ) -> tuple[Finding, ...]:
-    """Return the findings with the confidence in each name limited if a coordinate seems stretched; flexible terms are unchanged.
-
-    Args:
-        found: All findings.
-        before: The state without effects.
-        least_confidence: A name with less confidence is doubtful.
-    """
+    """Return the findings, with each name limited if a coordinate seems stretched; arguments as for ``limited_by_rounding``."""
     if not found or stretched_axis(before.dataset, before.model, before.free) is None:
         return tuple(found)
-    return limited_where(found, lambda f: not f.effect.flexible, ONE_OF_TWO, least_confidence, STRETCHED)
+    return names_limited(found, ONE_OF_TWO, least_confidence, STRETCHED)
