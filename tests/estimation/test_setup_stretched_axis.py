@@ -1,4 +1,4 @@
-"""One coordinate of the measured positions too long: the suspicion names it, and no name of the arm is sure beside it."""
+"""One coordinate of the measured positions too long: the suspicion names it, and no effect of the arm is named with a confidence of more than one half."""
 
 from dataclasses import replace
 
