@@ -19,6 +19,8 @@ def opposite_approach(dataset: Dataset) -> str:
     Args:
         dataset: What was measured, its poses in the order of acquisition.
     """
+    if "approach1" not in dataset.poses:  # spares the moves, which the known poses would compute to look for it
+        return ""
     recorded = dataset.known_poses.approach()
     if recorded is None:
         return ""
