@@ -16,7 +16,7 @@ from scalar.estimation.gross_errors import Cleaned, TooManyStrayPoints, clean, c
 from scalar.estimation.pose_consistency import refuse_lost_session
 from scalar.estimation.ran_away import ran_away
 from scalar.estimation.setup.explain import MOST_LEFT
-from scalar.estimation.setup.known_planes import refuse_contradicted_planes
+from scalar.estimation.setup.planes.known_planes import refuse_contradicted_planes
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.sufficiency import TooManyUnknowns
 

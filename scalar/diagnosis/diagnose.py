@@ -32,10 +32,10 @@ from scalar.estimation.measured_effects import with_target_motion
 from scalar.estimation.motion import refuse_without_motion
 from scalar.estimation.result import Calibration
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
-from scalar.estimation.setup.other_side import other_side
-from scalar.estimation.setup.session_boundary import boundaries_near_changes, misplaced_boundaries
-from scalar.estimation.setup.unstated_session import run_set_aside, unstated_session
-from scalar.estimation.setup.wrongly_logged import wrongly_logged
+from scalar.estimation.setup.planes.other_side import other_side
+from scalar.estimation.setup.sessions.session_boundary import boundaries_near_changes, misplaced_boundaries
+from scalar.estimation.setup.sessions.unstated_session import run_set_aside, unstated_session
+from scalar.estimation.setup.tables.wrongly_logged import wrongly_logged
 from scalar.estimation.suspected_setup import with_plainer_reading, with_suspicions
 
 MAX_RANKING = 25  # candidates that the ranking of a diagnosis lists

@@ -23,7 +23,7 @@ from scalar.diagnosis.scoring.ranking import Scored, candidate_entries
 from scalar.diagnosis.shipping.shipped_fit import BY_COMPONENT, ShippedFit
 from scalar.estimation.gross_errors import Cleaned
 from scalar.estimation.result import Calibration
-from scalar.estimation.setup.computed_positions import COMPUTED
+from scalar.estimation.setup.tables.computed_positions import COMPUTED
 from scalar.units import MM
 
 FORMAT = "scalar-diagnosis/2"

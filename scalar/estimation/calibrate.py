@@ -31,16 +31,16 @@ from scalar.estimation.pose_consistency import distances_under
 from scalar.estimation.prepare import prepare
 from scalar.estimation.result import Calibration
 from scalar.estimation.settings import DEFAULTS, EstimationSettings, GrossErrorSettings
-from scalar.estimation.setup.exchanged_names import names_exchanged_in_words
 from scalar.estimation.setup.explain import MOST_LEFT
-from scalar.estimation.setup.known_planes import KnownPlaneContradicted, refuse_contradicted_planes
 from scalar.estimation.setup.orientations import refuse_wrong_orientations
-from scalar.estimation.setup.placeholders import refuse_placeholders
+from scalar.estimation.setup.planes.known_planes import KnownPlaneContradicted, refuse_contradicted_planes
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
-from scalar.estimation.setup.repeated_reading import reading_repeated
+from scalar.estimation.setup.sensor.exchanged_names import names_exchanged_in_words
+from scalar.estimation.setup.sessions.unstated_session import unstated_session
 from scalar.estimation.setup.suspicion import Suspicion
-from scalar.estimation.setup.unstated_session import unstated_session
-from scalar.estimation.setup.wrongly_logged import wrongly_logged
+from scalar.estimation.setup.tables.placeholders import refuse_placeholders
+from scalar.estimation.setup.tables.repeated_reading import reading_repeated
+from scalar.estimation.setup.tables.wrongly_logged import wrongly_logged
 from scalar.estimation.sufficiency import FitFailed, TooManyUnknowns
 from scalar.estimation.suspected_setup import with_plainer_reading, with_suspicions
 from scalar.estimation.turned_orientations import refuse_turned

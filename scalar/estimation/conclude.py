@@ -26,12 +26,12 @@ from scalar.estimation.residuals import Residuals
 from scalar.estimation.result import Calibration
 from scalar.estimation.scanner_scale import SCANNER_SCALE_SHIFT, unchecked_scale
 from scalar.estimation.settings import DEFAULTS, FitSettings
-from scalar.estimation.setup.copies import reads_again
-from scalar.estimation.setup.lengths import LENGTH_UNIT
+from scalar.estimation.setup.arm.lengths import LENGTH_UNIT
 from scalar.estimation.setup.plausibility import implausible
-from scalar.estimation.setup.stretched_axis import stretched_axis_in_words
+from scalar.estimation.setup.sensor.stretched_axis import stretched_axis_in_words
+from scalar.estimation.setup.sessions.undetermined_session import undetermined_session
 from scalar.estimation.setup.suspicion import Suspicion, WrongSetup
-from scalar.estimation.setup.undetermined_session import undetermined_session
+from scalar.estimation.setup.tables.copies import reads_again
 from scalar.estimation.suspected_setup import with_suspicions
 from scalar.estimation.unseen_directions import UNSEEN_DIRECTIONS, unseen_directions
 from scalar.geometry.se3 import Array

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from scalar.data.dataset import Dataset
 from scalar.estimation.result import Calibration
-from scalar.estimation.setup.earlier_link import EARLIER_LINK
 from scalar.estimation.setup.plainer_reading import instead, plainer_reading
+from scalar.estimation.setup.sensor.earlier_link import EARLIER_LINK
 from scalar.estimation.setup.suspicion import Suspicion, WrongSetup
 
 

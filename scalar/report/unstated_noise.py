@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from scalar.estimation.result import Calibration
-from scalar.estimation.setup.computed_positions import COMPUTED
+from scalar.estimation.setup.tables.computed_positions import COMPUTED
 from scalar.estimation.usual_noise import compared_with_noise, residuals_are_alike
 from scalar.report.words import number
 from scalar.sensors.registry import kind_named

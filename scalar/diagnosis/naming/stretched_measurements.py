@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from scalar.diagnosis.fit.fitted_state import FittedState
 from scalar.diagnosis.naming.finding import Finding, names_limited
 from scalar.diagnosis.naming.most_confidence import ONE_OF_TWO
-from scalar.estimation.setup.stretched_axis import stretched_axis
+from scalar.estimation.setup.sensor.stretched_axis import stretched_axis
 
 STRETCHED = "another scale of one measured coordinate explains the residual as well, and no instrument is known to be free of that"
 

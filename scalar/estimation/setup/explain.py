@@ -14,28 +14,28 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.estimation.settings import DEFAULTS
 from scalar.estimation.setup.alternatives import Alternative, alternatives, with_limits_counted_back
-from scalar.estimation.setup.angle_units import angle_units
-from scalar.estimation.setup.column_units import column_units
-from scalar.estimation.setup.coupled_joints import coupled_drives, coupled_joints
-from scalar.estimation.setup.displaced_column import displaced_ends, displaced_slides
-from scalar.estimation.setup.earlier_link import earlier_links
-from scalar.estimation.setup.exchanged_columns import exchanged_beside_orientations, exchanged_columns
-from scalar.estimation.setup.exchanged_target import exchanged_targets
-from scalar.estimation.setup.far_lengths import far_length_in_words, with_lengths_near_table
-from scalar.estimation.setup.lost_row import lost_rows
-from scalar.estimation.setup.measured_scale import measured_scale
-from scalar.estimation.setup.mistyped_numbers import length_signs, slipped_digits, twist_signs
-from scalar.estimation.setup.moved_target import moved_targets
-from scalar.estimation.setup.moved_zeros import as_described, with_zeros_of, zeros_in_words
-from scalar.estimation.setup.other_arms import other_arms, stays_that_arm
-from scalar.estimation.setup.several_signs import MOST_SIGNS, many_signs, several_signs
-from scalar.estimation.setup.sign_and_zero import fitted_zeros, signs_and_zeros
-from scalar.estimation.setup.slide_units import slide_units
-from scalar.estimation.setup.strange_target import strange_targets
+from scalar.estimation.setup.arm.angle_units import angle_units
+from scalar.estimation.setup.arm.coupled_joints import coupled_drives, coupled_joints
+from scalar.estimation.setup.arm.far_lengths import far_length_in_words, with_lengths_near_table
+from scalar.estimation.setup.arm.moved_zeros import as_described, with_zeros_of, zeros_in_words
+from scalar.estimation.setup.arm.other_arms import other_arms, stays_that_arm
+from scalar.estimation.setup.arm.several_signs import MOST_SIGNS, many_signs, several_signs
+from scalar.estimation.setup.arm.sign_and_zero import fitted_zeros, signs_and_zeros
+from scalar.estimation.setup.arm.slide_units import slide_units
+from scalar.estimation.setup.arm.two_zeros import two_zeros
+from scalar.estimation.setup.sensor.earlier_link import earlier_links
+from scalar.estimation.setup.sensor.exchanged_target import exchanged_targets
+from scalar.estimation.setup.sensor.measured_scale import measured_scale
+from scalar.estimation.setup.sensor.strange_target import strange_targets
+from scalar.estimation.setup.sessions.moved_target import moved_targets
 from scalar.estimation.setup.suspicion import Suspicion, in_mm
+from scalar.estimation.setup.tables.column_units import column_units
+from scalar.estimation.setup.tables.displaced_column import displaced_ends, displaced_slides
+from scalar.estimation.setup.tables.exchanged_columns import exchanged_beside_orientations, exchanged_columns
+from scalar.estimation.setup.tables.lost_row import lost_rows
+from scalar.estimation.setup.tables.mistyped_numbers import length_signs, slipped_digits, twist_signs
+from scalar.estimation.setup.tables.unrelated_rows import rows_apart, unrelated, unrelated_in_words
 from scalar.estimation.setup.trial import NominalFit, Trial, full_fit, nominal_fit
-from scalar.estimation.setup.two_zeros import two_zeros
-from scalar.estimation.setup.unrelated_rows import rows_apart, unrelated, unrelated_in_words
 from scalar.estimation.turned_orientations import not_turned
 from scalar.units import DEG, MM
 

@@ -18,15 +18,15 @@ import numpy as np
 from scalar.data.dataset import Dataset
 from scalar.estimation.model import Model
 from scalar.estimation.setup.alternatives import CORRECT_TABLE, THETA, with_sign_changed, with_zero_moved
-from scalar.estimation.setup.earlier_link import EARLIER_LINK, on_link_before
-from scalar.estimation.setup.far_lengths import most_of_a_link
-from scalar.estimation.setup.lengths import ROBOT
-from scalar.estimation.setup.mistyped_numbers import with_all_twists_back
+from scalar.estimation.setup.arm.far_lengths import most_of_a_link
+from scalar.estimation.setup.arm.lengths import ROBOT
+from scalar.estimation.setup.arm.several_signs import all_signs
 from scalar.estimation.setup.other_angles import angles_replaced, swapped_columns
-from scalar.estimation.setup.plane_guesses import far_guesses
+from scalar.estimation.setup.planes.plane_guesses import far_guesses
 from scalar.estimation.setup.plausibility import SENSOR_SHIFT, ZERO
-from scalar.estimation.setup.several_signs import all_signs
+from scalar.estimation.setup.sensor.earlier_link import EARLIER_LINK, on_link_before
 from scalar.estimation.setup.suspicion import Suspicion
+from scalar.estimation.setup.tables.mistyped_numbers import with_all_twists_back
 from scalar.estimation.setup.trial import full_fit
 from scalar.geometry.angles import within_half_turn
 from scalar.geometry.robot import GEOMETRY, LENGTHS, Robot

@@ -11,17 +11,17 @@ from scalar.data.record_units import RECORDS, units_suspected
 from scalar.data.rounding import rounded_angles, rounded_points
 from scalar.estimation.model import Model
 from scalar.estimation.outlying_points import scatter_about_lines
-from scalar.estimation.setup.approach_signs import opposite_approach
-from scalar.estimation.setup.computed_positions import computed
-from scalar.estimation.setup.copies import copied_poses, repeated_readings
-from scalar.estimation.setup.known_planes import contradictions
-from scalar.estimation.setup.lengths import ROBOT, SIGMAS, lengths_off
-from scalar.estimation.setup.nearer_target import nearer_target
-from scalar.estimation.setup.plane_guesses import far_guesses
-from scalar.estimation.setup.scan_axes import misread_axes
-from scalar.estimation.setup.stuck_joint import stands_still_for_long
+from scalar.estimation.setup.arm.lengths import ROBOT, SIGMAS, lengths_off
+from scalar.estimation.setup.planes.known_planes import contradictions
+from scalar.estimation.setup.planes.plane_guesses import far_guesses
+from scalar.estimation.setup.planes.wrongly_known_planes import known_names, with_and_without
+from scalar.estimation.setup.sensor.nearer_target import nearer_target
+from scalar.estimation.setup.sensor.scan_axes import misread_axes
 from scalar.estimation.setup.suspicion import Suspicion
-from scalar.estimation.setup.wrongly_known_planes import known_names, with_and_without
+from scalar.estimation.setup.tables.approach_signs import opposite_approach
+from scalar.estimation.setup.tables.computed_positions import computed
+from scalar.estimation.setup.tables.copies import copied_poses, repeated_readings
+from scalar.estimation.setup.tables.stuck_joint import stands_still_for_long
 from scalar.geometry.angles import within_half_turn
 from scalar.geometry.robot import GEOMETRY
 from scalar.geometry.se3 import Array, log_so3

@@ -1,0 +1,1 @@
+"""Whether planes are where they are guessed or declared known, and were measured from one side."""

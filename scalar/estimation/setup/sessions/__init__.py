@@ -1,0 +1,1 @@
+"""Whether sessions are stated, and whether each determines where its target is."""

@@ -1,0 +1,1 @@
+"""Whether the tables are what dataset.yaml says of them: their columns, rows, units and signs."""
