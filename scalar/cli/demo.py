@@ -50,6 +50,7 @@ def demo(output: Path | None, seed: int | None) -> None:
     from scalar.data.io.atomic import atomic_directory
     from scalar.diagnosis import diagnose
     from scalar.report.output import write_diagnosis
+    from scalar.report.pose_numbers import with_pose_numbers
 
     with atomic_directory(output, remedy=_REMEDY) as folder:
         say(
@@ -69,7 +70,7 @@ def demo(output: Path | None, seed: int | None) -> None:
     say(f"\n{describe_diagnosis(result)}")
     say(f"\nreport: {output / 'diagnosis' / 'report.html'} (opens in a browser, offline)")
     for secret in simulated.truth["effects"]:
-        say(reveal(secret, result.to_mapping()["effects"], result.verdict))
+        say(with_pose_numbers(reveal(secret, result.to_mapping()["effects"], result.verdict), dataset))
     say(
         f"next: `scalar diagnose {output / 'dataset'} -o {output / 'tested'}` tests the findings on poses that took no part in the diagnosis;"
     )

@@ -98,6 +98,7 @@ def export(
     Example:
       scalar export out/calibration.json --urdf robot.urdf --base base_link --tip tool0 -o calibrated.urdf
     """
+    from scalar.cli.pose_lines import lines_on_doubts
     from scalar.data.io.atomic import atomic_write
     from scalar.estimation.result import load_calibration
     from scalar.export.rigid_part import rigid_part
@@ -120,7 +121,7 @@ def export(
         say(line)
     if note:
         say(f"  {note}")
-    for line in _not_determined(model):
+    for line in (*_not_determined(model), *lines_on_doubts(model)):
         say(line)
     if form == ".csv":
         same = f" --convention {convention}" if convention else ""

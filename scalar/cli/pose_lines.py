@@ -128,6 +128,18 @@ def lines_on_setup(calibration: Calibration) -> list[str]:
     ]
 
 
+def lines_on_doubts(calibration: Calibration) -> list[str]:
+    """Return a line for each doubt of the calibration about how the set-up is described, since whoever reads its file has not seen them.
+
+    A doubt about the robot's name is not repeated: the numbers in the table fit the measurements.
+    """
+    return [
+        f"  the calibration has a doubt about its set-up: {doubt['sentence']}"
+        for doubt in calibration.summary.get("setup", ())
+        if doubt.get("where") != "robot.name"
+    ]
+
+
 def lines_on_large_changes(
     robot: Robot, ids: Array, nominal: Array, corrected: Array, near_singular: Array
 ) -> list[str]:

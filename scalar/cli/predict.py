@@ -12,8 +12,10 @@ from scalar.cli.convention import MAPPING, convention_of, lines_on_convention
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, load_effects
 from scalar.cli.outputs import FORCE, refuse_foreign, table_with
+from scalar.cli.pose_lines import lines_on_doubts
 from scalar.cli.terminal import say, say_written
 from scalar.data.formats import IMPORTED
+from scalar.units import MM
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,11 +23,14 @@ if TYPE_CHECKING:
     from scalar.data.joint_convention import JointConvention
     from scalar.data.table_units import TableUnits
     from scalar.estimation.result import Calibration
+    from scalar.geometry.se3 import Array
 
 _LACKS = (
     "  the model lacks something: the standard errors contain only the chance errors of the measurements, and the arm may err by several times as "
     "much (`scalar diagnose` looks for it)"
 )
+
+_WORTH_SAYING = 0.01 * MM  # chosen: no tracker or scanner measures less
 
 
 @cli.command()
@@ -141,9 +146,10 @@ def predict(
     say_written(output, len(table), "pose", written_in.in_words + text_form.in_words)
     imported = calibrated.summary.get(IMPORTED, {})
     for line in (
+        *lines_on_doubts(calibrated),
         *lines_on_convention(convention, f"{joints.name} has", imported, robot.name),
         *_lines_on_orientation(calibrated),
-        *_lines_on_times(calibrated, columns),
+        *_lines_on_times(calibrated, columns, table, frames if target is None else None),
         *_lines_on_table(calibrated, table, columns, read_in, written_in, convention),
         *(_lines_on_std(calibrated) if with_std else ()),
     ):
@@ -204,12 +210,41 @@ def _lines_on_orientation(calibration: Calibration) -> list[str]:
     ]
 
 
-def _lines_on_times(calibration: Calibration, columns: Sequence[str]) -> list[str]:
-    """Return what the frames contain because the table states an order or a time, and which is no error of the arm."""
-    if not {"order", "time"} & set(columns):
+def _lines_on_times(
+    calibration: Calibration, columns: Sequence[str], table: pd.DataFrame, frames: Array | None
+) -> list[str]:
+    """Return what the frames contain because the table states an order or a time, or because it states none.
+
+    Args:
+        calibration: With which the frames were predicted.
+        columns: Names in the first line of the table's file.
+        table: The poses.
+        frames: ``(N, 4, 4)``, those that were predicted; None for those of another target, whose lines are those of the first.
+    """
+    if {"order", "time"} & set(columns):
+        said = sorted({effect.in_timed_predictions for effect in calibration.model.effects} - {""})
+        return [f"  {clause}" for clause in said]
+    if frames is None or not calibration.model.effects:
         return []
-    said = sorted({effect.in_timed_predictions for effect in calibration.model.effects} - {""})
-    return [f"  {clause}" for clause in said]
+    moved = _moved_since_the_start(calibration, table, frames)
+    if moved < _WORTH_SAYING:
+        return []
+    return [
+        "  the table has no column order, so the frames are those after the last measured pose; at the first one they were up to "
+        f"{moved / MM:.2g} mm from there"
+    ]
+
+
+def _moved_since_the_start(calibration: Calibration, table: pd.DataFrame, frames: Array) -> float:
+    """Return how far effects that grow or begin during a campaign move a predicted position at most [m], from its first pose to its end."""
+    import numpy as np
+
+    from scalar.data.moves import joint_angles
+
+    q = joint_angles(table, calibration.model.robot.n_joints)
+    recorded = {name: table[name].to_numpy() for name in table.select_dtypes("number") if name != "target"}
+    at_start = calibration.predict(q, **{**recorded, "order": 0.0})
+    return float(np.linalg.norm((frames - at_start)[:, :3, 3], axis=1).max(initial=0.0))
 
 
 def _lines_on_std(calibration: Calibration) -> list[str]:

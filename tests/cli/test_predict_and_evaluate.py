@@ -95,6 +95,41 @@ def test_a_column_that_an_effect_needs_is_named(sound, tmp_path):
     assert run("predict", calibration, tmp_path / "joints.csv", "-o", tmp_path / "f.csv").exit_code == 0
 
 
+def test_frames_of_an_arm_that_drifted_are_said_to_be_those_of_the_end(sound, tmp_path):
+    """Without a column order, how far the drift moved the arm is said; with one, and for an arm that does not drift, nothing is."""
+    dataset = tmp_path / "dataset"
+    shutil.copytree(sound / "dataset", dataset)
+    result = run("calibrate", dataset, "-o", tmp_path / "out", "--effects", "thermal_drift:order")
+    assert result.exit_code == 0, result.output
+    path = tmp_path / "out/calibration.json"
+    content = json.loads(path.read_text())
+    drift = content["effects"][0]
+    (growth,) = drift["coefficients"].values()
+    growth["value"] = 1e-5  # a thousandth of all lengths in a hundred poses
+    path.write_text(json.dumps(content))
+    joints, out = sound / "joints.csv", ("-o", tmp_path / "f.csv", "--force")
+    said = "those after the last measured pose; at the first one they were up to"
+    assert said in run("predict", path, joints, *out).output
+    assert said not in run("predict", sound / "out/calibration.json", joints, *out).output
+    table = pd.read_csv(joints)
+    table.assign(order=np.arange(len(table))).to_csv(tmp_path / "ordered.csv", index=False)
+    ordered = run("predict", path, tmp_path / "ordered.csv", *out)
+    assert ordered.exit_code == 0 and said not in ordered.output
+
+
+@pytest.mark.parametrize(("command", "output"), [("predict", "f.csv"), ("export", "table.md")])
+def test_a_doubt_about_the_set_up_goes_with_the_calibration(command, output, sound, tmp_path):
+    """Whoever predicts with a calibration, or exports it, may not have seen what `scalar calibrate` said of the set-up."""
+    content = json.loads((sound / "out/calibration.json").read_text())
+    content["summary"]["setup"] = [
+        {"what": "noise", "where": "sensor.noise", "sentence": "the noise is stated too large"}
+    ]
+    (tmp_path / "calibration.json").write_text(json.dumps(content))
+    rows = [sound / "joints.csv"] if command == "predict" else []
+    result = run(command, tmp_path / "calibration.json", *rows, "-o", tmp_path / output)
+    assert result.exit_code == 0 and "doubt about its set-up: the noise is stated too large" in result.output
+
+
 def test_poses_beyond_the_limits_are_predicted_and_named(sound, tmp_path):
     """A joint that the arm cannot turn so far is named with its limits; poses within them are not mentioned."""
     joints = pd.read_csv(sound / "joints.csv")
