@@ -1,9 +1,11 @@
 """One coordinate of the measured positions too long: it is named, and no effect of the arm has a confidence of more than one half."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from scalar.diagnosis.diagnose import diagnose
 from scalar.estimation.calibrate import calibrate
@@ -40,6 +42,21 @@ def said_of(calibration):
 def test_the_coordinate_and_its_factor_are_named(axis, factor, words):
     (sentence,) = said_of(calibrate(stretched(measured(3), axis, factor)))
     assert words in sentence
+
+
+@pytest.mark.parametrize(("seed", "axis"), [(3, "z"), (5, "x"), (8, "y")])
+def test_what_it_says_beside_the_stated_errors_covers_what_it_does_to_predictions(seed, axis):
+    """Predicted positions of fresh poses, fitted onto those of the true coordinates by a rigid motion, err by no more, and not by far less."""
+    dataset = measured(seed)
+    wrong, right = calibrate(stretched(dataset, axis, 1.002)), calibrate(dataset)
+    (sentence,) = said_of(wrong)
+    stated = float(re.search(r"reckon with ([\d.]+) mm", sentence)[1])
+    q = drawn_arm(np.random.default_rng(seed), ("A",)).poses(200, np.random.default_rng(seed + 100))
+    a, b = (each.predict(q)[:, :3, 3] for each in (wrong, right))
+    a, b = a - a.mean(axis=0), b - b.mean(axis=0)
+    rotation, _ = Rotation.align_vectors(b, a)
+    found = 1e3 * np.sqrt(np.mean(np.sum((rotation.apply(a) - b) ** 2, axis=1)))
+    assert 0.3 * stated < found < 1.3 * stated
 
 
 def test_a_factor_on_all_coordinates_an_arm_with_an_error_and_a_sound_one_have_no_such_suspicion():

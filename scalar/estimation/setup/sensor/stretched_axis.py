@@ -17,6 +17,7 @@ from scalar.estimation.residuals import Residuals
 from scalar.estimation.setup.suspicion import Suspicion
 from scalar.geometry.se3 import Array
 from scalar.sensors import kind_of
+from scalar.units import MM
 
 STRETCHED_AXIS = "stretched_axis"  # as a suspicion names it
 _LEAST_STRETCH = 5e-4  # m per m, chosen: no instrument in use errs by as much in one of its coordinates
@@ -79,11 +80,13 @@ def stretched_axis_in_words(dataset: Dataset, model: Model, free: Array) -> list
         return []
     file = kind_of(dataset).format.measured_in
     size, longer = abs(100 * found.stretch), "long" if found.stretch > 0 else "short"
+    displaced = abs(found.stretch) * float(np.std(dataset.points[:, "xyz".index(found.axis)]))
     return [
         Suspicion(
             STRETCHED_AXIS,
             file,
             f"{100 * found.share:.0f} % of the squared residual goes away if {found.axis} of {file} is {size:.2g} % too {longer}: no arm errs so. "
-            "Look at the scale of the instrument along this axis, and at the factor with which this column was written",
+            "Look at the scale of the instrument along this axis, and at the factor with which this column was written. Until that is settled, "
+            f"reckon with {displaced / MM:.2g} mm beside the stated errors: by so much does such a factor displace the measured positions (RMS)",
         )
     ]
