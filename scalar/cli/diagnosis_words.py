@@ -191,6 +191,9 @@ def _lines_on_what_is_left_out(entry: Mapping[str, Any]) -> Iterator[str]:
     outliers = entry["outliers"]
     if outliers["poses"] or outliers["points"]:
         yield f"  set aside: {set_aside_in_words(outliers)}"
+    if unknown := outliers["direction_unknown"]:
+        poses = f"pose{'s' if len(unknown) > 1 else ''} {words.listed([str(pose) for pose in unknown])}"
+        yield f"  left out: {poses}: how the joints came there is not known (no pose before is recorded), and what was found depends on it"
     if entry["unobservable"]:
         titles = list(dict.fromkeys(words.title(s["name"], s["target"]) for s in entry["unobservable"]))
         more = len(titles) - _UNOBSERVABLE_SHOWN

@@ -20,6 +20,8 @@ from scalar.estimation.setup.planes.known_planes import refuse_contradicted_plan
 from scalar.estimation.setup.refusal import misfit_refused, refuse_wrong_setup
 from scalar.estimation.sufficiency import TooManyUnknowns
 
+# Chosen, of the poses: if an effect cannot be computed at more of them, they are kept.
+_MOST_UNKNOWN = 0.1
 # Chosen: measurements of a pose are so many times as far from their median if one of them, which is wrong, shifts it.
 _OF_SHIFTED = 2.0
 
@@ -27,9 +29,14 @@ _OF_SHIFTED = 2.0
 def cleaned_given(cleaned: Cleaned, state: FittedState) -> Cleaned:
     """Return the cleaned dataset without the poses that prove to be gross errors given the effects of a state; the same object if there are none.
 
+    Poses at which one of the effects cannot be computed are left out before that (``_with_known_moves``).
+
     Where poses were measured several times, each measurement is compared with the others of its pose as well: what the model lacks is in all of them,
     and hides no gross error of one.
     """
+    known = _with_known_moves(cleaned, state)
+    if known is not cleaned:
+        return known
     settings = state.settings.estimation.gross_errors
     distances = state.residuals.pose_distances(state.model)
     again = clean_given_effects(cleaned, distances, between_brief_changes(state), settings)
@@ -41,6 +48,29 @@ def cleaned_given(cleaned: Cleaned, state: FittedState) -> Cleaned:
     # Similar poses are the others of the same pose, whose median the wrong one has shifted.
     return clean_given_effects(
         cleaned, from_others, None, replace(settings, similar_ratio=_OF_SHIFTED * settings.similar_ratio)
+    )
+
+
+def _with_known_moves(cleaned: Cleaned, state: FittedState) -> Cleaned:
+    """Return the cleaned dataset without poses at which an effect of a state is left out, because the moves to them are not known.
+
+    As a rule these are the first poses of a campaign or a session. A joint with play errs there as it does elsewhere, and the model cannot say in
+    which direction: to a sensor that measures finely, such a pose looks like structure of its own. If they are more than a few, they are kept.
+    """
+    unknown = np.zeros(state.dataset.n_poses, dtype=bool)
+    for effect in state.effects:
+        unknown |= effect.moves_unknown(state.dataset.known_poses)
+    if not unknown.any() or unknown.sum() > _MOST_UNKNOWN * len(unknown):
+        return cleaned
+    try:
+        refuse_lost_session(cleaned.dataset, ~unknown)
+    except Undetermined:
+        return cleaned
+    ids = tuple(int(pose) for pose in cleaned.dataset.pose_ids[unknown])
+    return replace(
+        cleaned,
+        dataset=cleaned.dataset.subset(~unknown),
+        direction_unknown=cleaned.direction_unknown + ids,
     )
 
 

@@ -220,6 +220,7 @@ class Diagnosis:
                 "mislabelled": [
                     {"pose": pose, "lies_on": plane} for pose, plane in self.cleaned.mislabelled_poses
                 ],
+                "direction_unknown": sorted(self.cleaned.direction_unknown),
             },
             "setup": [
                 {key: suspicion[key] for key in ("what", "where", "rms_before_mm", "rms_after_mm")}

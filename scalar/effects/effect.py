@@ -24,7 +24,7 @@ from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
     from scalar.data.dataset import Dataset
-    from scalar.geometry.robot import Robot
+    from scalar.geometry.robot import BoolArray, Robot
 
 GRAVITY = "gravity"  # the name, in ``depends_on``, of the direction of gravity
 WEIGHT = "weight"  # the load of effects by which something gives way under the weight of the arm
@@ -236,6 +236,10 @@ class Effect(Described):
     def moves_from(self) -> tuple[str, ...]:
         """Return the columns that tell the moves on which the effect depends; one is enough, and predictions without any leave the effect out."""
         return ()
+
+    def moves_unknown(self, poses: Poses) -> BoolArray:
+        """Return at which poses ``(N,)`` bool the moves on which the effect depends are not known, so that it is left out there."""
+        return np.zeros(len(poses), dtype=bool)
 
     @property
     def own_weight_joints(self) -> frozenset[int]:

@@ -22,7 +22,7 @@ from scalar.effects.places import OneAxis, SingleJointEffect
 from scalar.effects.sides_of_play import told_by, unknown_side
 from scalar.effects.title import joints_in_words
 from scalar.effects.wording import angle, length, side_of_travel
-from scalar.geometry.robot import Robot
+from scalar.geometry.robot import BoolArray, Robot
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -110,6 +110,10 @@ class JointBacklash(OneAxis, SingleJointEffect):
     def moves_from(self) -> tuple[str, ...]:
         """Return the order and the direction of approach, if the side follows from the moves."""
         return ("order", f"approach{self.joint}") if self.by == "moves" else ()
+
+    def moves_unknown(self, poses: Poses) -> BoolArray:
+        """Return where no move of the joint is known yet, if the side follows from the moves."""
+        return self._last_move(poses) == 0.0 if self.by == "moves" else super().moves_unknown(poses)
 
     def against_its_load(self, robot: Robot, poses: Poses) -> bool:
         """Return whether the joint rests on the upper side of its play, where its load would have to lift it.

@@ -18,7 +18,7 @@ from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import OneAxis, SingleJointEffect
 from scalar.effects.sides_of_play import told_by
 from scalar.effects.wording import angle, length, side_of_travel
-from scalar.geometry.robot import Robot
+from scalar.geometry.robot import BoolArray, Robot
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -77,6 +77,10 @@ class JointHysteresis(OneAxis, SingleJointEffect):
     def moves_from(self) -> tuple[str, ...]:
         """Return the order."""
         return ("order",)
+
+    def moves_unknown(self, poses: Poses) -> BoolArray:
+        """Return where no move of the joint is known yet."""
+        return np.asarray(~self._wind_up(poses).any(axis=1))
 
     def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the wind-up by each travel, -1 to 1."""

@@ -40,12 +40,14 @@ class Cleaned:
         outlier_poses: Ids of poses that contradict the others and lie on no other plane.
         mislabelled_poses: Ids of poses that lie on another plane than their label says, with the name of that plane.
         points: Number of points set aside within the remaining scans.
+        direction_unknown: Ids of poses that are right, but the moves to them are not known, and an effect that was found depends on these.
     """
 
     dataset: Dataset
     outlier_poses: tuple[int, ...]
     mislabelled_poses: tuple[tuple[int, str], ...]
     points: int
+    direction_unknown: tuple[int, ...] = ()
 
 
 class TooManyStrayPoints(Undetermined):
