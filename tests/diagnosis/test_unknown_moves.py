@@ -16,7 +16,7 @@ POSES, PLAY, NOISE = 30, 3e-4, 2e-5
 
 
 def measured(seed):
-    """Return 30 positions before a quiet tracker; joint 2 rests 0.3 mrad short of its reading after an upward move, and as far beyond after another."""
+    """Return 30 positions before a quiet tracker; after an upward move joint 2 rests 0.3 mrad short of its reading, after another as far beyond."""
     rng = np.random.default_rng(seed)
     arm = drawn_arm(rng, ("A",))
     q = arm.poses(POSES, rng)
