@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from scalar.cli.correct_words import Uncorrected, brought_as_near, cannot_take, faults_of
-from scalar.cli.kinds_of_targets import naming_table, naming_text
+from scalar.cli.kinds_of_targets import naming_cells, naming_table
 from scalar.cli.targets import Targets, frames_of
 from scalar.data.poses import Poses
 from scalar.errors import InvalidInput
@@ -115,7 +115,7 @@ def correct_targets(
 
 def _attempted(model: Model, targets: Targets, table: pd.DataFrame) -> _Attempt:
     """Return the correction of some rows of the targets, given as a table of their own."""
-    with naming_table(targets.path.name), naming_text(table):
+    with naming_table(targets.path.name), naming_cells(table, model.robot):
         exact = correct_table(model, table, frames_of(table) if targets.frames_wanted else None)
     poses = Poses.from_frame(table, model.robot.slides, order_is_row=False)
     if targets.frames_wanted:

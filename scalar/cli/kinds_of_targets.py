@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scalar.errors import Fault, InvalidInput
+from scalar.units import unit_of_joint
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -154,19 +155,42 @@ def naming_table(file: str) -> Iterator[None]:
 
 
 @contextmanager
-def naming_text(table: pd.DataFrame) -> Iterator[None]:
-    """Where a column that an effect needs is called missing within the block, and is there with other cells than numbers, say this.
+def naming_cells(table: pd.DataFrame, robot: Robot) -> Iterator[None]:
+    """Where a column that is there is refused within the block, say what is wrong with its cells.
+
+    A column that an effect needs, and that is called missing, has other cells than numbers. A joint's position that the arm cannot reach is named
+    with its pose and with the limits of the calibration.
 
     Args:
-        table: The table of poses.
+        table: The table of poses; q1..qn in radians and metres.
+        robot: The arm of the calibration.
     """
     try:
         yield
     except InvalidInput as error:
+        raise InvalidInput([_of_cells(fault, table, robot) for fault in error.faults]) from None
+
+
+def _of_cells(fault: Fault, table: pd.DataFrame, robot: Robot) -> Fault:
+    """Return a fault of a column with what is wrong with its cells; one of a column that is missing as it is."""
+    from scalar.data.poses import is_joint
+
+    if fault.column is None or fault.column not in table.columns:
+        return fault
+    joint = int(fault.column[1:]) - 1 if is_joint(fault.column) else -1
+    if not 0 <= joint < robot.n_joints:
         said = "the calibrated effects need this column, and not all of its cells are numbers; write a number in each row"
-        raise InvalidInput(
-            [replace(f, message=said) if f.column in table.columns else f for f in error.faults]
-        ) from None
+        return replace(fault, message=said)
+    numbers = table[fault.column].to_numpy(dtype=float)
+    row = int(abs(numbers).argmax())
+    unit, size = unit_of_joint(slides=bool(robot.slides[joint]))
+    low, high = robot.limits[joint] / size
+    said = (
+        f"pose {table['pose'].iloc[row]}: {numbers[row] / size:.6g} {unit} is far beyond the limits of joint {joint + 1} in the calibration "
+        f"({low:.4g} to {high:.4g} {unit}): look at the units of the table; if the joint can stand there, correct its limits in dataset.yaml and "
+        "calibrate again, or leave this row out"
+    )
+    return replace(fault, message=said)
 
 
 @contextmanager

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from scalar.data.joint_convention import JointConvention
     from scalar.data.table_units import TableUnits
+    from scalar.effects import Effect
     from scalar.estimation.result import Calibration
     from scalar.geometry.robot import Robot
     from scalar.geometry.se3 import Array
@@ -201,17 +202,44 @@ def lines_on_measured_columns(calibration: Calibration, table: pd.DataFrame) -> 
 
 
 def lines_on_moves(calibration: Calibration, table: pd.DataFrame) -> list[str]:
-    """Return a line for each effect of the moves before a pose that the table does not tell, so that it is left out.
+    """Return a line for each effect of the moves before a pose that the table does not tell, so that it is left out, with what that may cost.
 
     Args:
         calibration: With its effects.
         table: The poses, with their columns.
     """
-    return [
-        f"  {effect.title} is not corrected: it depends on how the arm came to the pose. Add the column {' or '.join(effect.moves_from)}"
-        for effect in calibration.model.effects
-        if effect.moves_from and not any(name in table.columns for name in effect.moves_from)
-    ]
+    lines = []
+    for effect in calibration.model.effects:
+        if not effect.moves_from or any(name in table.columns for name in effect.moves_from):
+            continue
+        moved = _moved_by_side(calibration, table, effect)
+        cost = f", which moves positions by up to {moved / MM:.2g} mm to either side" if moved else ""
+        lines.append(
+            f"  {effect.title} is not corrected{cost}: it depends on how the arm came to the pose. Add the column {' or '.join(effect.moves_from)}"
+        )
+    return lines
+
+
+def _moved_by_side(calibration: Calibration, table: pd.DataFrame, effect: Effect) -> float:
+    """Return how far an effect moves the position of a pose of a table at most [m], if a recorded direction of approach would tell it; else 0."""
+    import numpy as np
+
+    told = [name for name in effect.moves_from if name.startswith("approach")]
+    if not told:
+        return 0.0
+    above, below = (
+        frames_if(calibration, table, **dict.fromkeys(told, side))[:, :3, 3] for side in (1.0, -1.0)
+    )
+    return float(np.linalg.norm(above - below, axis=1).max(initial=0.0)) / 2.0
+
+
+def frames_if(calibration: Calibration, table: pd.DataFrame, **columns: float) -> Array:
+    """Return the frames ``(N, 4, 4)`` that are predicted for the poses of a table if some columns had one value each in all rows."""
+    from scalar.data.moves import joint_angles
+
+    q = joint_angles(table, calibration.model.robot.n_joints)
+    recorded = {name: table[name].to_numpy() for name in table.select_dtypes("number") if name != "target"}
+    return calibration.predict(q, **{**recorded, **columns})
 
 
 def lines_on_measured_ranges(calibration: Calibration, q: Array) -> list[str]:

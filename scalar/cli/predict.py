@@ -12,7 +12,7 @@ from scalar.cli.convention import MAPPING, convention_of, lines_on_convention
 from scalar.cli.group import cli
 from scalar.cli.options import EFFECTS_MODULE, PATH, UNITS, advice_on_units, load_effects
 from scalar.cli.outputs import FORCE, refuse_foreign, table_with
-from scalar.cli.pose_lines import lines_on_doubts
+from scalar.cli.pose_lines import frames_if, lines_on_doubts
 from scalar.cli.terminal import say, say_written
 from scalar.data.formats import IMPORTED
 from scalar.units import MM
@@ -103,7 +103,7 @@ def predict(
       scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm --orientation rpy
       scalar predict out/calibration.json joints.csv -o frames.csv --units deg,mm --mapping my-tracker.yaml
     """
-    from scalar.cli.kinds_of_targets import naming_table, naming_text, refuse_frames
+    from scalar.cli.kinds_of_targets import naming_cells, naming_table, refuse_frames
     from scalar.data.io.semicolons import form_of_file
     from scalar.data.pose_tables import read_pose_table
     from scalar.data.table_units import columns_of, units_named, units_to_write
@@ -129,7 +129,7 @@ def predict(
             copied=True,
             convention=convention,
         )
-    with naming_table(joints.name), naming_text(table):
+    with naming_table(joints.name), naming_cells(table, robot):
         covariance = calibrated.predict_covariance(table, target=target) if with_std else None
         frames = calibrated.predict(table, target=target)
     written_in, text_form = units_to_write(units, columns, robot.prismatic), form_of_file(joints)
@@ -239,11 +239,7 @@ def _moved_since_the_start(calibration: Calibration, table: pd.DataFrame, frames
     """Return how far effects that grow or begin during a campaign move a predicted position at most [m], from its first pose to its end."""
     import numpy as np
 
-    from scalar.data.moves import joint_angles
-
-    q = joint_angles(table, calibration.model.robot.n_joints)
-    recorded = {name: table[name].to_numpy() for name in table.select_dtypes("number") if name != "target"}
-    at_start = calibration.predict(q, **{**recorded, "order": 0.0})
+    at_start = frames_if(calibration, table, order=0.0)
     return float(np.linalg.norm((frames - at_start)[:, :3, 3], axis=1).max(initial=0.0))
 
 

@@ -145,6 +145,19 @@ def test_poses_beyond_the_limits_are_predicted_and_named(sound, tmp_path):
     )
 
 
+def test_a_joint_that_is_more_than_a_turn_beyond_its_limits_is_refused_by_its_pose(sound, tmp_path):
+    """All cells are numbers and no effect needs the column, which had been said. The unit is that in which people write an angle."""
+    joints = pd.read_csv(sound / "joints.csv")
+    joints.loc[3, "q6"] = 20.0
+    joints.to_csv(tmp_path / "joints.csv", index=False)
+    result = run("predict", sound / "out/calibration.json", tmp_path / "joints.csv", "-o", tmp_path / "f.csv")
+    refused(result, INPUT_AT_FAULT, "joints.csv, column q6", "limits", output=tmp_path / "f.csv", lines=1)
+    joints.loc[3, "q6"] = 13.0  # not so far that the table itself is refused
+    joints.to_csv(tmp_path / "joints.csv", index=False)
+    result = run("predict", sound / "out/calibration.json", tmp_path / "joints.csv", "-o", tmp_path / "f.csv")
+    assert f"pose {joints['pose'][3]}: 744.845 deg is far beyond the limits of joint 6" in result.output
+
+
 def test_every_joint_beyond_its_limits_is_named(sound, tmp_path):
     """A pose with three joints beyond their limits is one line that has all three, and not the others."""
     joints = pd.read_csv(sound / "joints.csv")

@@ -1,5 +1,6 @@
 """On which side of its play a joint rests: from the order of the poses, or from the recorded directions of approach; and how its size is shown."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -56,14 +57,26 @@ def test_without_order_and_approach_the_play_is_left_out():
 
 @pytest.mark.parametrize(
     ("effect", "needed"),
-    [(JointBacklash(2, "moves"), "order or approach2"), (JointHysteresis(2, (0.05,)), "order")],
+    [
+        (JointBacklash(2, "moves", coefficients=np.array([1e-3])), "order or approach2"),
+        (JointHysteresis(2, (0.05,)), "order"),
+    ],
 )
 def test_a_table_without_moves_is_told_what_is_left_out(effect, needed):
-    """The line names the effect and the columns that would tell; with any of them, and for play by the torque, there is none."""
+    """The line names the effect and the columns that would tell; with any of them, and for play by the torque, there is none.
+
+    What the play moves is a thousandth of the distance of the sensor from the axis of joint 2.
+    """
     calibration = Calibration.nominal(make_scene(seed=2, poses_per_plane=8).dataset)
     calibration = replace(calibration, model=replace(calibration.model, effects=(effect,)))
-    (line,) = lines_on_moves(calibration, pd.DataFrame({"q2": [0.1]}))
+    table = pd.DataFrame(Q, columns=[f"q{i + 1}" for i in range(6)])
+    (line,) = lines_on_moves(calibration, table)
     assert effect.title in line and line.endswith(needed)
+    if isinstance(effect, JointBacklash):
+        places, shoulder = calibration.predict(Q)[:, :3, 3], calibration.model.robot.frames(Q)[:, 2]
+        from_axis = np.linalg.norm(np.cross(places - shoulder[:, :3, 3], shoulder[:, :3, 2]), axis=1).max()
+        stated = float(re.search(r"up to ([\d.]+) mm to either side", line)[1])
+        assert stated == pytest.approx(from_axis, rel=0.01)  # a thousandth of it, in mm
     assert not lines_on_moves(calibration, pd.DataFrame({"order": [1]}))
     by_torque = replace(calibration, model=replace(calibration.model, effects=(JointBacklash(2, "torque"),)))
     assert not lines_on_moves(by_torque, pd.DataFrame({"q2": [0.1]}))
