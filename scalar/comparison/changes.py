@@ -4,6 +4,9 @@ A candidate is one geometric parameter, or all terms of one effect. With y the w
 ``y = sum of H_k c_k + noise of unit variance``. Each step adds the candidate that explains most, if the probability that chance makes
 any of the m candidates explain as much is below alpha (Bonferroni: m times the chi-squared probability of the reduction). A candidate that
 the later ones make needless is removed again. What the chosen candidates leave of y is tested as a whole.
+
+A candidate gives way to one of its rivals, which explain nearly as much, if that is a change of another order of probability: a joint's zero is lost
+whenever its motor or its encoder is exchanged, and a length changes only if something is bent.
 """
 
 from __future__ import annotations
@@ -30,10 +33,12 @@ class Candidate:
     Attributes:
         name: Name of the parameter or of the effect.
         columns: Indices of its parameters among those of the arm.
+        is_common: Whether it is far more common than the others, as the zero of a joint is.
     """
 
     name: str
     columns: tuple[int, ...]
+    is_common: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +86,8 @@ def find_changes(
             chosen.remove(best)
             break
         chosen = kept
+    for i, candidate in enumerate(chosen):
+        chosen[i] = _commoner(y, H, chosen, candidate, comparable)
     changes = [_change(y, H, chosen, c, comparable, n_tests) for c in chosen]
     left_over, rank = _left_over(y, H, chosen)
     rest = float(chi2.sf(left_over, len(y) - rank)) if len(y) > rank else 1.0
@@ -146,8 +153,24 @@ def _change(
     std = np.sqrt(np.sum(inverse**2, axis=1)) / lengths
     own = [index.index(i) for i in candidate.columns]
     others = [c for c in chosen if c is not candidate]
-    unexplained = _left_over(y, H, chosen)[0]
-    in_its_place = {c: _left_over(y, H, [*others, c])[0] for c in comparable if c not in chosen}
-    rivals = [c for c, left_over in in_its_place.items() if left_over < unexplained + _RIVAL]
     p = min(_p_value(y, H, others, candidate) * n_tests, 1.0)
-    return Change(candidate, values[own], std[own], p, tuple(rivals))
+    return Change(candidate, values[own], std[own], p, tuple(_rivals(y, H, chosen, candidate, comparable)))
+
+
+def _rivals(
+    y: Array, H: Array, chosen: list[Candidate], candidate: Candidate, comparable: list[Candidate]
+) -> dict[Candidate, float]:
+    """Return the candidates that explain nearly as much in the place of a chosen one, or more, with what they leave unexplained."""
+    others, unexplained = [c for c in chosen if c is not candidate], _left_over(y, H, chosen)[0]
+    in_its_place = {c: _left_over(y, H, [*others, c])[0] for c in comparable if c not in chosen}
+    return {c: left_over for c, left_over in in_its_place.items() if left_over < unexplained + _RIVAL}
+
+
+def _commoner(
+    y: Array, H: Array, chosen: list[Candidate], candidate: Candidate, comparable: list[Candidate]
+) -> Candidate:
+    """Return the rival of a chosen candidate that is far more common and explains most; the candidate itself if there is none."""
+    if candidate.is_common:
+        return candidate
+    common = {c: left for c, left in _rivals(y, H, chosen, candidate, comparable).items() if c.is_common}
+    return min(common, key=lambda c: common[c], default=candidate)

@@ -204,11 +204,11 @@ def _misfit(calibration: Calibration) -> tuple[float, float]:
 
 
 def _candidates(arm: ArmParameters) -> list[Candidate]:
-    """Return every geometric parameter, and every effect with all of its terms."""
+    """Return every geometric parameter, the zeros of the joints as the common ones, and every effect with all of its terms."""
     together: dict[str, list[int]] = defaultdict(list)
     for i, name in enumerate(arm.names):
         together[effect_of(name)].append(i)
-    return [Candidate(name, tuple(columns)) for name, columns in together.items()]
+    return [Candidate(name, tuple(columns), name.startswith("theta_")) for name, columns in together.items()]
 
 
 def _campaign(a: Calibration, b: Calibration) -> dict[str, Any]:

@@ -205,3 +205,21 @@ def test_candidates_that_respond_alike_are_named_together():
     assert [change.candidate.name for change in changes] == ["1"]
     assert [rival.name for rival in changes[0].rivals] == ["3"]
     assert rest == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("apart", "named"), [(0.0, "zero"), (2.6, "length")])
+def test_a_zero_is_named_before_a_length_that_explains_the_difference_as_well(apart, named):
+    """A zero is lost with every motor that is exchanged. Where the length explains clearly more, it is named, and then the zero is no rival."""
+    H = np.eye(6, 4)
+    H[:, 3] = H[:, 1]
+    H[4, 3] = 0.1
+    y = 20.0 * H[:, 1]
+    y[4] -= apart
+    candidates = [
+        Candidate("length", (1,)),
+        Candidate("zero", (3,), is_common=True),
+        Candidate("other", (0,)),
+    ]
+    (change,), _ = find_changes(Invariants(y, H), candidates)
+    assert change.candidate.name == named
+    assert [rival.name for rival in change.rivals] == (["length"] if named == "zero" else [])
