@@ -11,10 +11,10 @@ import click
 from scalar.cli.convention import MAPPING, convention_of, lines_on_convention
 from scalar.cli.correct_words import (
     faults_of,
-    is_near_singular,
     line_on_wanted_frames,
     lines_on_left_out,
     lines_on_tool,
+    takes_large_turns,
     warnings_on_written,
 )
 from scalar.cli.group import cli
@@ -152,7 +152,7 @@ def _lines_before_writing(
         was, is_now = (
             q if targets.convention is None else targets.convention.to_controller(q) for q in (given, q)
         )
-        lines += lines_on_large_changes(robot, ids, was, is_now, is_near_singular(near))
+        lines += lines_on_large_changes(robot, ids, was, is_now, takes_large_turns(near))
     outside = lines_on_measured_ranges(calibration, q)
     lines += outside
     lines += lines_on_measured_columns(calibration, targets.table)

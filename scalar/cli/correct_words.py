@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from scalar.geometry.se3 import Array
 
 _LEAST_SHOWN = 1e-3  # mm or deg; smaller values are shown as "less than" this
+# Chosen, of the singular value by which nearness is judged: below it, 1 mm at the sensor of an arm of 1 m takes more than half a degree of a joint.
+_LARGE_TURNS = 0.1
 _MOST_TURN = 180.0  # deg or mm for a shift of 1 mm: larger values are shown as "more than" this
 _TAKEN = "ask for an orientation that it can take, as `scalar predict` writes them"
 _EMPTY, _NEAREST = "without joint angles (corrected = 0)", "as near as it comes, with corrected = 0"
@@ -165,6 +167,11 @@ def is_near_singular(sensitivity: Sensitivity) -> Array:
     from scalar.estimation.correction import CorrectionSettings
 
     return sensitivity.singular_value < CorrectionSettings().near_singular
+
+
+def takes_large_turns(sensitivity: Sensitivity) -> Array:
+    """Return at which poses ``(N,)`` bool a small correction of the sensor takes a large turn of a joint: near a singularity, and well before it."""
+    return sensitivity.singular_value < _LARGE_TURNS
 
 
 def _how_near(robot: Robot, sensitivity: Sensitivity, i: int) -> str:

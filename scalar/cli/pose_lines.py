@@ -142,7 +142,7 @@ def lines_on_doubts(calibration: Calibration) -> list[str]:
 
 
 def lines_on_large_changes(
-    robot: Robot, ids: Array, nominal: Array, corrected: Array, near_singular: Array
+    robot: Robot, ids: Array, nominal: Array, corrected: Array, takes_large_turns: Array
 ) -> list[str]:
     """Return one line on the joint positions that a correction changes by more than a degree or 10 mm; none if it changes none by as much.
 
@@ -151,7 +151,7 @@ def lines_on_large_changes(
         ids: ``(N,)``, numbers of the poses.
         nominal: ``(N, n)`` [rad; m of a joint that slides], as given.
         corrected: ``(N, n)``, to be commanded.
-        near_singular: ``(N,)`` bool, which poses are near a singularity.
+        takes_large_turns: ``(N,)`` bool, the poses so near a singularity that a small correction of the sensor takes a large turn of a joint.
     """
     import numpy as np
 
@@ -170,7 +170,7 @@ def lines_on_large_changes(
     named = ", ".join(words(i) for i in large[:_MOST_JOINTS])
     more = f" and {len(large) - _MOST_JOINTS} more" if len(large) > _MOST_JOINTS else ""
     why = "; near a singularity a small correction of the sensor takes a large turn of a joint"
-    if not near_singular[large].all():
+    if not takes_large_turns[large].all():
         why = ", and not only near singularities: is the calibration that of this robot, and was the program made with the same table of joints?"
     return [f"  look at these before they run: the correction moves a joint far in {named}{more}{why}"]
 
