@@ -58,7 +58,7 @@ def plan_after(
     answers, not_by_poses = after.answers, after.not_by_poses
     lines = [f"  no poses answer this: {text}" for text in not_by_poses]
     if not after.pairs:
-        return found, ChosenPoses([], {}, [*lines, *_nothing_left_open(path)], [], None)
+        return found, ChosenPoses([], {}, [*lines, *_nothing_to_plan(path, bool(lines))], [], None)
     if not any(answer.separable for answer in answers):
         raise _nothing_separable(after.pairs, answers, found, dataset, path)
     content = {
@@ -131,10 +131,16 @@ def _nothing_separable(
     )
 
 
-def _nothing_left_open(path: Path) -> list[str]:
-    """Return lines that say that no poses are needed, and how more are planned all the same."""
+def _nothing_to_plan(path: Path, is_open: bool) -> list[str]:
+    """Return lines that say that no poses are planned, and how they are planned all the same.
+
+    Args:
+        path: The file of the diagnosis.
+        is_open: Whether it leaves questions open, which no poses answer.
+    """
+    left = "of what it leaves open, further poses answer nothing" if is_open else "it leaves nothing open"
     return [
-        f"{path} leaves nothing open that further poses would answer: none are planned, and nothing is written",
+        f"{path}: {left}: none are planned, and nothing is written",
         f"  {_more_poses(path)}",
     ]
 

@@ -27,8 +27,9 @@ def unstated_noise_in_words(calibration: Calibration) -> str:
     residual = f"{number(calibration.residual_rms / MM)} mm{of_all}"
     if calibration.residual_rms > usual.most:
         return (
-            f"a residual of {residual} is more than noise: {known}; the rest is what the model lacks (gears, deflection, temperature) "
-            "or gross errors. Run 'scalar diagnose', which looks for it"
+            f"a residual of {residual} is more than noise of such instruments as a rule: {known}. If yours scatters by as much, state "
+            "sensor.noise in dataset.yaml; else the rest is what the model lacks (gears, deflection, temperature) or gross errors: run "
+            "'scalar diagnose', which looks for it"
         )
     if residuals_are_alike(calibration):
         return (

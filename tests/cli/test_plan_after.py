@@ -68,7 +68,7 @@ def test_poses_that_separate_a_gear_from_a_scale(doubtful, tmp_path):
     (out / "diagnosis.json").write_text(json.dumps(diagnosis), encoding="utf-8")
     result = run("plan", tmp_path / "cell", "--after", out / "diagnosis.json", "-o", tmp_path / "q", *options)
     assert result.exit_code == 0 and not (tmp_path / "q").exists()
-    assert "leaves nothing open" in result.output and f"--near {out / 'after.json'}" in result.output
+    assert "it leaves nothing open" in result.output and f"--near {out / 'after.json'}" in result.output
     earlier = run(
         "plan", tmp_path / "cell", "--after", out / "diagnosis.json", "-o", tmp_path / "p", *options
     )
