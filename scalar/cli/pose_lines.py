@@ -225,8 +225,10 @@ def _moved_by_side(calibration: Calibration, table: pd.DataFrame, effect: Effect
     import numpy as np
 
     told = [name for name in effect.moves_from if name.startswith("approach")]
-    if not told:
+    if not told or "q1" not in table.columns:  # as in a table of wanted frames
         return 0.0
+    joints = [f"q{i + 1}" for i in range(calibration.model.robot.n_joints)]
+    table = table.dropna(subset=joints)  # of wanted frames that the arm cannot take
     above, below = (
         frames_if(calibration, table, **dict.fromkeys(told, side))[:, :3, 3] for side in (1.0, -1.0)
     )
@@ -234,11 +236,20 @@ def _moved_by_side(calibration: Calibration, table: pd.DataFrame, effect: Effect
 
 
 def frames_if(calibration: Calibration, table: pd.DataFrame, **columns: float) -> Array:
-    """Return the frames ``(N, 4, 4)`` that are predicted for the poses of a table if some columns had one value each in all rows."""
+    """Return the frames ``(N, 4, 4)`` that are predicted for the poses of a table if some columns had one value each in all rows.
+
+    Args:
+        calibration: With its effects.
+        table: With q1..qn, the columns that the effects need, and any others, which are passed over where a cell is no number.
+        columns: The values.
+    """
+    import numpy as np
+
     from scalar.data.moves import joint_angles
 
     q = joint_angles(table, calibration.model.robot.n_joints)
-    recorded = {name: table[name].to_numpy() for name in table.select_dtypes("number") if name != "target"}
+    numeric = table.select_dtypes("number").drop(columns=["q", "target"], errors="ignore")
+    recorded = {name: numeric[name].to_numpy() for name in numeric if np.isfinite(numeric[name]).all()}
     return calibration.predict(q, **{**recorded, **columns})
 
 

@@ -77,6 +77,12 @@ def test_a_table_without_moves_is_told_what_is_left_out(effect, needed):
         from_axis = np.linalg.norm(np.cross(places - shoulder[:, :3, 3], shoulder[:, :3, 2]), axis=1).max()
         stated = float(re.search(r"up to ([\d.]+) mm to either side", line)[1])
         assert stated == pytest.approx(from_axis, rel=0.01)  # a thousandth of it, in mm
+        others = table.assign(q=1.0, target=2, note=[1.0, np.nan, 2.0, 3.0])  # columns that no effect needs
+        assert lines_on_moves(calibration, others) == [line]
+        wanted = pd.concat([others, pd.DataFrame({"note": [1.0]})])  # a row without joint angles
+        assert lines_on_moves(calibration, wanted) == [line]
+        (without_joints,) = lines_on_moves(calibration, pd.DataFrame({"x": [0.1]}))
+        assert "to either side" not in without_joints
     assert not lines_on_moves(calibration, pd.DataFrame({"order": [1]}))
     by_torque = replace(calibration, model=replace(calibration.model, effects=(JointBacklash(2, "torque"),)))
     assert not lines_on_moves(by_torque, pd.DataFrame({"q2": [0.1]}))
