@@ -104,11 +104,7 @@ class Effect(Described):
 
     @classmethod
     def changes(cls, dataset: Dataset) -> list[tuple[Effect, Array]]:
-        """Return the changes of this kind, effects that may begin at any pose.
-
-        Returns:
-            For each change the effect as if it acted all the time, and the poses ``(N,)`` bool on which it acts.
-        """
+        """Return the changes of this kind, which may begin at any pose: the effect as if it acted all the time, and the poses on which it acts."""
         return []
 
     def beginning(self, order: float, time: float | None) -> Self:

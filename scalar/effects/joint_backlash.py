@@ -282,20 +282,11 @@ class JointBacklash(OneAxis, SingleJointEffect):
     def pictures(self, view: View) -> list[Profile | Map]:
         """Return the error of the joint on either side, over its angle or over the torque on it."""
         j = self.joint
-        if self.by == "approach":
-            side = np.sign(view.poses.column(f"approach{j}"))
-            return [
-                joint_profile(
-                    view, self, j, angle_axis(j, self.joint_unit), view.poses.q[:, j - 1], side=side
-                )
-            ]
-        if self.by == "moves":
-            side = np.where(self._last_move(view.poses) < 0, -1.0, 1.0)
-            return [
-                joint_profile(
-                    view, self, j, angle_axis(j, self.joint_unit), view.poses.q[:, j - 1], side=side
-                )
-            ]
+        if self.by != "torque":
+            last = view.poses.column(f"approach{j}") if self.by == "approach" else self._last_move(view.poses)
+            side = np.sign(last) if self.by == "approach" else np.where(last < 0, -1.0, 1.0)
+            axis = angle_axis(j, self.joint_unit)
+            return [joint_profile(view, self, j, axis, view.poses.q[:, j - 1], side=side)]
         torque = self.torque(view.nominal, view.poses.q)
         x = torque / max(float(np.max(np.abs(torque))), 1e-300)
         axis = Axis(f"gravity torque on joint {j}, relative to the largest", "1")

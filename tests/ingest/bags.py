@@ -7,13 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from click.testing import CliRunner
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
+from scalar.cli import cli
 from scalar.data.dataset import Dataset
 
+ORDER = "joint_1,joint_2,joint_3,joint_4,joint_5,joint_6"
 JOINTS, SCANS = "/arm/joint_states", "/scanner/profile"
 START = 1_700_000_000.0  # s
 MOVE, STOP = 1.0, 1.2  # s
@@ -21,6 +24,12 @@ JOINT_RATE, SCAN_RATE = 50.0, 10.0  # Hz
 LATE = 0.08  # s between the stamp of a message and its reception
 DITHER = 1e-5  # rad, of the encoders
 RAYS = 4000
+
+
+def run(*arguments: object) -> tuple[int, str]:
+    """Return status and output of the command line."""
+    result = CliRunner().invoke(cli, [str(a) for a in arguments])
+    return result.exit_code, result.output
 
 
 def names(n: int) -> list[str]:
