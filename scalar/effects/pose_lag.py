@@ -18,7 +18,7 @@ from scalar.effects.picture import Axis, Map, Profile, View
 from scalar.effects.places import OneAxis, SingleJointEffect
 from scalar.effects.title import joints_in_words
 from scalar.effects.wording import listed
-from scalar.geometry.robot import Robot
+from scalar.geometry.robot import BoolArray, Robot
 from scalar.geometry.se3 import Array
 
 if TYPE_CHECKING:
@@ -91,6 +91,14 @@ class PoseLag(OneAxis, SingleJointEffect):
     def own_columns(self, robot: Robot, poses: Poses) -> Array:
         """Return the last step of the joint, its speed as a share of the fastest joint's, and its velocity in passing; all are zero at rest."""
         return np.stack([self._column(term, robot, poses) for term in self.terms], axis=1)
+
+    def moves_unknown(self, poses: Poses) -> BoolArray:
+        """Return where no joint is known to have moved to the pose, or through it."""
+        found = np.zeros(len(poses), dtype=bool)
+        for column_of in {passing_column if term == PASSING else step_column for term in self.terms}:
+            names = [column_of(j + 1) for j in range(poses.q.shape[1])]
+            found |= np.all([poses.columns.get(name, np.zeros(len(poses))) == 0.0 for name in names], axis=0)
+        return found
 
     def _column(self, term: str, robot: Robot, poses: Poses) -> Array:
         """Return what the joint errs in proportion to by one of ``TERMS``, ``(N,)``."""
