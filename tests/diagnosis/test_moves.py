@@ -114,7 +114,8 @@ def test_poses_read_at_varying_moments_scatter_along_the_last_move(seed):
     assert scatter.name == "pose_jitter"
     assert scatter.along_move > 0.9 * scatter.std
     # A gamma distribution of shape 1.5 has the standard deviation of its mean over the square root of 1.5; joints move at 0.6 of full speed (RMS).
-    assert scatter.along_move == pytest.approx(0.6 * 1e-3 / np.sqrt(1.5), rel=0.3)
+    # One or two poses in the tail of the distribution are set aside as gross errors, so that less than that may be left.
+    assert 0.6 < scatter.along_move / (0.6 * 1e-3 / np.sqrt(1.5)) < 1.3
     assert "along the last move" in noise_clause(diagnosis)
     entry = next(e for e in diagnosis.to_mapping()["effects"] if e["name"] == "pose_jitter")
     assert entry["coefficients"]["along_last_move_rad"]["value"] == scatter.along_move
