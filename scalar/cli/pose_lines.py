@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scalar.units import DEG, MM, unit_of_joint
 
@@ -117,28 +117,26 @@ def lines_on_small_travels(robot: Robot, q: Array, columns: Sequence[str], units
 
 
 def lines_on_setup(calibration: Calibration) -> list[str]:
-    """Return a line for each doubt of the calibration about its table of joints, by which the joint angles of a program are understood.
-
-    A doubt about the robot's name is not repeated: the numbers in the table fit the measurements.
-    """
+    """Return a line for each doubt of the calibration about its table of joints, by which the joint angles of a program are understood."""
     return [
         f"  check the table of joints first: {doubt['sentence']}. The joint angles of this program are read by that table: if the controller has "
         "another number, and it is the right one, the corrections are wrong by the difference"
-        for doubt in calibration.summary.get("setup", ())
-        if doubt["what"] in _OF_THE_TABLE and doubt.get("where") != "robot.name"
+        for doubt in _doubts(calibration)
+        if doubt["what"] in _OF_THE_TABLE
     ]
 
 
 def lines_on_doubts(calibration: Calibration) -> list[str]:
-    """Return a line for each doubt of the calibration about how the set-up is described, since whoever reads its file has not seen them.
-
-    A doubt about the robot's name is not repeated: the numbers in the table fit the measurements.
-    """
+    """Return a line for each doubt of the calibration about how the set-up is described, since whoever reads its file has not seen them."""
     return [
         f"  the calibration has a doubt about its set-up: {doubt['sentence']}"
-        for doubt in calibration.summary.get("setup", ())
-        if doubt.get("where") != "robot.name"
+        for doubt in _doubts(calibration)
     ]
+
+
+def _doubts(calibration: Calibration) -> list[dict[str, Any]]:
+    """Return what the calibration doubts in its set-up, but for the robot's name: the numbers in the table fit the measurements."""
+    return [doubt for doubt in calibration.summary.get("setup", ()) if doubt.get("where") != "robot.name"]
 
 
 def lines_on_large_changes(

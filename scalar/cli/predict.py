@@ -219,7 +219,7 @@ def _lines_on_times(
         calibration: With which the frames were predicted.
         columns: Names in the first line of the table's file.
         table: The poses.
-        frames: ``(N, 4, 4)``, those that were predicted; None for those of another target, whose lines are those of the first.
+        frames: ``(N, 4, 4)``, those that were predicted; None for those of another target: then nothing is said without an order.
     """
     if {"order", "time"} & set(columns):
         said = sorted({effect.in_timed_predictions for effect in calibration.model.effects} - {""})

@@ -19,9 +19,8 @@ def opposite_approach(dataset: Dataset) -> str:
     Args:
         dataset: What was measured, its poses in the order of acquisition.
     """
-    if (
-        "approach1" not in dataset.poses
-    ):  # spares the moves, which the known poses would compute to look for it
+    # Looked for in the table: the known poses would compute all moves to look for it.
+    if "approach1" not in dataset.poses:
         return ""
     recorded = dataset.known_poses.approach()
     if recorded is None:
